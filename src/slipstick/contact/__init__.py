@@ -1,0 +1,1 @@
+"""Friction contact elements with rubbing motion: parameters, states, forces, tangents and sensitivities."""

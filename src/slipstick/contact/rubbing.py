@@ -1,0 +1,91 @@
+"""Prescribed rubbing motion ``u = velocity t + periodic part``, and its common period with the excitation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import gcd, lcm
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.trig.harmonics import Harmonics
+
+
+@dataclass(frozen=True, kw_only=True)
+class RubbingMotion:
+    """Prescribed tangential motion of the counter surface, ``u(t) = velocity t + sum cos_m cos(m omega t) + ...`` [Eq. 7].
+
+    The friction force pulls a soft structure towards ``x < 0`` where ``velocity > 0`` (THEORY.md section 2).
+
+    Parameters
+    ----------
+    velocity
+        Constant part, length per time; scalar or (n_elements,).
+    cos, sin
+        Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
+        changes no force). Values are scalars or (n_elements,).
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or an order is negative or not whole.
+    """
+
+    velocity: ArrayLike = 0.0
+    cos: Mapping[int, ArrayLike] = field(default_factory=dict)
+    sin: Mapping[int, ArrayLike] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not np.all(np.isfinite(np.asarray(self.velocity, dtype=float))):
+            problems.append(f"rubbing velocity: found {self.velocity}; expected a finite number")
+        for part in ("cos", "sin"):
+            for order, value in getattr(self, part).items():
+                if int(order) != order or order < (part == "sin"):
+                    problems.append(f"rubbing {part}: found harmonic {order}; expected a whole number >= 1")
+                if not np.all(np.isfinite(np.asarray(value, dtype=float))):
+                    problems.append(f"rubbing {part} {order}: found {value}; expected a finite number")
+        if problems:
+            raise InputError(problems)
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Harmonic orders of the periodic part with a nonzero amplitude."""
+        parts = (*self.cos.items(), *self.sin.items())
+        return tuple(sorted({int(m) for m, value in parts if np.any(np.asarray(value) != 0)}))
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is any rubbing motion at all."""
+        return bool(np.any(np.asarray(self.velocity) != 0) or any(m > 0 for m in self.orders))
+
+    def coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
+        """Coefficients ``U`` of the periodic part, (L,) or (n_elements, L).
+
+        ``order_factor`` turns harmonics of the rubbing motion into harmonics of the principal frequency.
+        """
+        shape = np.broadcast_shapes(*(np.shape(v) for v in (*self.cos.values(), *self.sin.values())), ())
+        U = np.zeros((*shape, harmonics.size))
+        for part, values in (("c", self.cos), ("s", self.sin)):
+            for order, value in values.items():
+                if np.any(np.asarray(value) != 0):
+                    U[..., harmonics.index(int(order) * order_factor, part)] += value
+        return U
+
+
+def common_period(j1: int, j2: int) -> tuple[int, int]:
+    """Harmonics of the principal frequency on which excitation and rubbing motion sit [Eqs. 2, 3].
+
+    With periods in the ratio ``T_p / T_u = j1 / j2`` the response has the period ``T = (T_p / j1) lcm(j1, j2)``; the
+    excitation sits on harmonic ``lcm / j1`` of ``2 pi / T`` and its multiples, the rubbing motion on ``lcm / j2``.
+
+    >>> common_period(1, 1), common_period(2, 3), common_period(4, 2)
+    ((1, 1), (3, 2), (1, 2))
+    """
+    if int(j1) != j1 or int(j2) != j2 or j1 < 1 or j2 < 1:
+        raise InputError(f"period ratio: found {j1}/{j2}; expected two whole numbers >= 1")
+    j1, j2 = j1 // gcd(j1, j2), j2 // gcd(j1, j2)
+    common = lcm(j1, j2)
+    return common // j1, common // j2

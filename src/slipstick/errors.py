@@ -1,0 +1,49 @@
+"""Exceptions and outcomes, each with a text that says the cause and the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+
+
+class SlipstickError(Exception):
+    """Base of every exception this package raises on purpose."""
+
+
+class InputError(SlipstickError, ValueError):
+    """Input that cannot be computed; ``problems`` holds one sentence for each fault found.
+
+    >>> str(InputError(["contact 'tip': kt = -1 is negative; give a stiffness >= 0"]))
+    "contact 'tip': kt = -1 is negative; give a stiffness >= 0"
+    """
+
+    def __init__(self, problems: str | Sequence[str]) -> None:
+        self.problems: tuple[str, ...] = (problems,) if isinstance(problems, str) else tuple(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class Outcome(Enum):
+    """How a computation ended; ``text`` says why and what to do."""
+
+    COMPLETED = "completed: the whole requested range was followed"
+    STEP_TOO_SMALL = (
+        "stopped early: the continuation step fell below its smallest value; look at the last points' states, "
+        "allow smaller steps (min_step), add harmonics, or start from the other end of the range"
+    )
+    POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
+    NO_FIRST_POINT = (
+        "no first point was found by any starting strategy; start at a frequency further from resonance, "
+        "ramp a parameter (normal load, velocity) to its value, or check the units of kt and the normal load"
+    )
+    SINGULAR = "stopped: the Jacobian became singular; perturb the starting frequency or add a little damping"
+    INTERRUPTED = "interrupted by the user; every point found is kept"
+
+    @property
+    def text(self) -> str:
+        """Cause and remedy, one sentence."""
+        return self.value
+
+    @property
+    def ok(self) -> bool:
+        """Whether the whole request was fulfilled."""
+        return self is Outcome.COMPLETED

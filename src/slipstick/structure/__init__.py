@@ -1,0 +1,1 @@
+"""Linear structures seen through the few directions that matter: contacts, loads and outputs."""

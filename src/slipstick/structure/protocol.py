@@ -1,0 +1,79 @@
+"""What the balance asks of a structure. Anything that answers this can be plugged in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@runtime_checkable
+class Receptance(Protocol):
+    """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md section 9).
+
+    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part.
+    """
+
+    static: Array
+    """Exact static compliance, (n_rows, n_columns), real, length/force: the zero harmonic."""
+
+    def at(self, frequency: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeEquations:
+    """``M q'' + C q' + K q = columns @ f``, ``x = rows @ q + feedthrough @ f``, for integration in time.
+
+    M, C, K are (n, n) (dense), ``columns`` (n, n_columns), ``rows`` (n_rows, n), ``feedthrough`` (n_rows, n_columns):
+    the static residual of a truncated modal model, zero for matrices.
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    rows: Array
+    columns: Array
+    feedthrough: Array
+
+
+@runtime_checkable
+class Structure(Protocol):
+    """A linear structure with named degrees of freedom."""
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom."""
+        ...
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of distributed loads that are not a single dof (may be empty)."""
+        ...
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Undamped natural frequencies known to the structure, ascending, rad/s."""
+        ...
+
+    def project(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between direction vectors.
+
+        ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) hold direction cosines; each name in ``shapes``
+        (load shapes) adds one more column at the end.
+        """
+        ...
+
+    def time_equations(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> TimeEquations:
+        """Equations of motion in time for the same rows and columns.
+
+        Hysteretic damping becomes viscous with the same value at each mode's own frequency.
+        """
+        ...

@@ -1,0 +1,1 @@
+"""Trigonometric polynomials: layout of harmonics, certified roots, interval integrals. Knows no mechanics."""
