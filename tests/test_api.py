@@ -1,0 +1,39 @@
+"""The public names: few, all there, and cheap to import."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+import slipstick
+
+HEAVY = ("numba", "scipy", "xarray", "matplotlib", "pandas", "h5py", "pydantic", "typer", "rich")
+
+
+def test_public_names_fit_on_one_screen() -> None:
+    assert len(slipstick.__all__) == len(set(slipstick.__all__)) <= 30
+
+
+@pytest.mark.parametrize("name", slipstick.__all__)
+def test_public_name_can_be_loaded_and_is_documented(name: str) -> None:
+    thing = getattr(slipstick, name)
+    assert inspect.getdoc(thing)
+    assert name in dir(slipstick)
+
+
+def test_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no_such_thing"):
+        slipstick.no_such_thing  # noqa: B018
+
+
+def test_import_loads_nothing_heavy_and_is_quick() -> None:
+    code = f"import sys, json, slipstick; print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]))"
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert json.loads(done.stdout) == []
+    assert time.perf_counter() - start < 5.0  # 0.5 s on a quiet machine; this only catches a heavy import

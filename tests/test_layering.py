@@ -1,0 +1,125 @@
+"""The rooms of the package, who may import whom, and how large files and functions may grow."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import slipstick
+
+ROOT = Path(slipstick.__file__).parent
+ORDER = (
+    ("errors",),
+    ("trig", "solve"),
+    ("contact", "structure"),
+    ("thermal", "fem"),
+    ("balance",),
+    ("results",),
+    ("analysis",),
+    ("io", "plots", "report"),
+    ("app", "verify"),
+    ("__main__",),
+)
+LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
+FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
+
+FILE_LINES = 500
+FUNCTION_LINES = 80
+COMPILED_LINES = 160  # a compiled loop cannot call out as freely
+
+
+def room_of(path: Path) -> str:
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+def imported_rooms(tree: ast.Module, path: Path, lazily: bool) -> Iterator[tuple[int, str]]:
+    """Rooms imported when the module loads, or (lazily) inside its functions; type-checking blocks do not run."""
+    package = ("slipstick", *path.relative_to(ROOT).parts[:-1])
+    for node in _walk(tree, lazily):
+        names: list[str] = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (base, node.module) if part)
+            names = [f"{module}.{alias.name}" for alias in node.names] if module == "slipstick" else [module]
+        for name in names:
+            head, *rest = name.split(".")
+            if head == "slipstick" and rest and rest[0] in LEVEL:
+                yield node.lineno, rest[0]
+
+
+def _walk(node: ast.AST, lazily: bool, inside: bool = False) -> Iterator[ast.AST]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+            continue
+        within = inside or isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
+        if inside == lazily:
+            yield child
+        yield from _walk(child, lazily, within)
+
+
+def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    body = function.body[1:] if ast.get_docstring(function) and len(function.body) > 1 else function.body
+    return (body[-1].end_lineno or 0) - body[0].lineno + 1
+
+
+def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return any("jit" in ast.unparse(decorator) for decorator in function.decorator_list)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_module(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    room = room_of(path)
+    assert room in LEVEL, f"{path}: the room '{room}' has no place in the order"
+    wrong = [
+        f"line {line}: {room} imports {other}"
+        for line, other in imported_rooms(tree, path, lazily=False)
+        if other != room and LEVEL[other] >= LEVEL[room]
+    ]
+    assert not wrong, f"{path.relative_to(ROOT)}: {wrong}"
+    assert text.count("\n") <= FILE_LINES, f"{path.relative_to(ROOT)} has {text.count(chr(10))} lines"
+    functions = [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    long = [
+        f"{function.name}: {body_lines(function)} lines"
+        for function in functions
+        if body_lines(function) > (COMPILED_LINES if is_compiled(function) else FUNCTION_LINES)
+    ]
+    assert not long, f"{path.relative_to(ROOT)}: {long}"
+
+
+def test_compiled_code_stays_in_its_rooms() -> None:
+    """Only contact and trig import numba, so that everything else can be read and stepped through."""
+    users = {room_of(path) for path in FILES if "numba" in _external(path)}
+    assert users <= {"contact", "trig"}
+
+
+def test_checker_sees_a_wrong_import() -> None:
+    """The checker itself: a module-level import to the right is seen, one inside a function or for types is lazy."""
+    source = (
+        "from typing import TYPE_CHECKING\n"
+        "from slipstick.analysis.response import follow\n"
+        "from ..balance import problem\n"
+        "import slipstick.io.store\n"
+        "from slipstick import plots\n"
+        "if TYPE_CHECKING:\n    from slipstick.app import cli\n"
+        "def late() -> None:\n    from slipstick.verify import table\n"
+    )
+    tree, path = ast.parse(source), ROOT / "trig" / "x.py"
+    assert [room for _, room in imported_rooms(tree, path, lazily=False)] == ["analysis", "balance", "io", "plots"]
+    assert [room for _, room in imported_rooms(tree, path, lazily=True)] == ["verify"]
+
+
+def _external(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.split(".")[0])
+    return found
