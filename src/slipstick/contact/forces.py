@@ -1,0 +1,248 @@
+"""Multiharmonic contact forces, tangents and sensitivities of friction contact elements under rubbing motion."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.parameters import FrictionContact
+from slipstick.contact.rubbing import RubbingMotion
+from slipstick.errors import InputError
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float, str]
+
+SERIAL = 64
+"""Below this number of elements threads cost more than they give."""
+
+
+@dataclass(kw_only=True)
+class ContactForces:
+    """Forces of ``n`` elements with all first derivatives; a single element's arrays have no leading axis.
+
+    ``Fx, Fy`` (..., L) act ON the left-hand side of the structure's equations: they resist the relative motion.
+    Derivatives are at fixed other arguments; ``dFx_dU`` equals ``dFx_dX`` because only ``X + U`` enters.
+    """
+
+    Fx: Array
+    """Tangential force coefficients, force [Eq. 19]."""
+    Fy: Array
+    """Normal force coefficients, force [Eq. 19]."""
+    dFx_dX: Array
+    """(..., L, L), force/length [Eqs. 25, 26, 28]."""
+    dFx_dY: Array
+    dFy_dY: Array
+    dFx_dv: Array
+    """By ``v = velocity / omega`` (..., L) [Eq. 35]."""
+    dFx_dmu: Array
+    dFx_dkt: Array
+    dFx_dkn: Array
+    dFy_dkn: Array
+    work: Array
+    """Dissipated energy a period divided by 2 pi, (...), force x length [Eq. 39]."""
+    residual_traction: Array
+    """Interval (..., 2) of admissible mean friction forces: its ends differ only for a contact stuck all period with
+    no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3)."""
+    stick_fraction: Array
+    slip_fraction: Array
+    separation_fraction: Array
+    omega: float | None = None
+    _v: Array | float = 0.0
+    _inputs: tuple[Any, ...] = field(default=(), repr=False)
+
+    @property
+    def dFx_dU(self) -> Array:
+        """By the periodic rubbing motion, equal to ``dFx_dX``."""
+        return self.dFx_dX
+
+    @property
+    def dFx_dgap(self) -> Array:
+        """By the gap (..., L): only ``Y - gap e1`` enters."""
+        return -self.dFx_dY[..., 0]
+
+    @property
+    def dFy_dgap(self) -> Array:
+        """By the gap (..., L)."""
+        return -self.dFy_dY[..., 0]
+
+    @property
+    def dFx_domega(self) -> Array:
+        """By frequency at constant rubbing velocity in length/time: ``-(v / omega) dFx/dv`` [Eqs. 34 to 36]."""
+        return -(np.asarray(self._v)[..., None] / self._frequency) * self.dFx_dv
+
+    @property
+    def dFx_dvelocity(self) -> Array:
+        """By the rubbing velocity in length/time."""
+        return self.dFx_dv / self._frequency
+
+    @property
+    def power(self) -> Array:
+        """Dissipated power (...), force x length / time [Eq. 41]."""
+        return self._frequency * self.work
+
+    @property
+    def _frequency(self) -> float:
+        if self.omega is None:
+            raise AttributeError("omega was not given to these contact forces; use contact_forces(..., omega=...)")
+        return self.omega
+
+    @cached_property
+    def states(self) -> Any:
+        """Intervals (start, end, "stick" | "slip+" | "slip-" | "separation") of one period, in rad, for each element.
+
+        They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list.
+        """
+        harmonics, X, Y, par, single = self._inputs
+        found = [_states(harmonics, x, y, p) for x, y, p in zip(X, Y, par, strict=True)]
+        return found[0] if single else found
+
+
+def _tables(harmonics: Harmonics) -> tuple[Any, Any, Any, bool, int, int]:
+    from slipstick.trig.roots import grid
+
+    t = grid(harmonics)
+    return t.orders, t.cos, t.sin, t.consecutive, harmonics.n, 2 * max(harmonics.highest, 1)
+
+
+def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[Interval]:
+    from slipstick.contact.kernel import intervals
+    from slipstick.contact.states import NAMES
+
+    at, code = intervals(X, Y, par, *_tables(harmonics))
+    return [(float(a), float(b), NAMES[c]) for (a, b, _f), (c, _o) in zip(at, code, strict=True)]
+
+
+def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> tuple[Array, Array, Array]:
+    from slipstick.contact.kernel import chunk
+
+    count, L = X.shape
+    vec, mat, scalar = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    arguments = (X, Y, par, *_tables(harmonics), vec, mat, scalar)
+    if count < SERIAL:
+        chunk(0, count, *arguments)
+    else:
+        ends = [i * count // _threads() for i in range(_threads() + 1)]
+        list(_pool().map(lambda a, b: chunk(a, b, *arguments), ends[:-1], ends[1:]))
+    return vec, mat, scalar
+
+
+def _threads() -> int:
+    import numba
+
+    return int(numba.config.NUMBA_NUM_THREADS)
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(_threads(), thread_name_prefix="slipstick")
+
+
+def element_forces(
+    harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
+) -> ContactForces:
+    """Forces of a batch without checks, for callers that have checked: what ``contact_forces`` stands on.
+
+    ``X`` (n, L) is the relative motion plus the periodic rubbing motion ``X + U``, ``Y`` (n, L); ``v = velocity/omega``
+    and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
+    """
+    par = np.empty((len(X), 5))
+    for i, value in enumerate((v, kt, mu, kn, gap)):
+        par[:, i] = value
+    # one compiled version serves: writable and contiguous
+    X, Y = np.require(X, float, ["C", "W"]), np.require(Y, float, ["C", "W"])
+    vec, mat, scalar = _evaluate(harmonics, X, Y, par)
+    return ContactForces(
+        Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
+        dFy_dkn=vec[:, 6], dFx_dX=mat[:, 0], dFx_dY=mat[:, 1], dFy_dY=mat[:, 2], work=scalar[:, 0],
+        stick_fraction=scalar[:, 1], slip_fraction=scalar[:, 2], separation_fraction=scalar[:, 3],
+        residual_traction=scalar[:, 4:], _v=par[:, 0], _inputs=(harmonics, X, Y, par, False),
+    )  # fmt: skip
+
+
+def _checked(name: str, value: ArrayLike, size: int) -> Array:
+    array = np.asarray(value, dtype=float)
+    if array.shape[-1:] != (size,) or array.ndim > 2:
+        raise InputError(f"{name}: found shape {array.shape}; expected ({size},) or (n_elements, {size})")
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{name}: found a value that is not finite; expected finite coefficients")
+    return array
+
+
+def contact_forces(
+    contact: FrictionContact,
+    harmonics: Harmonics,
+    X: ArrayLike,
+    Y: ArrayLike,
+    *,
+    omega: float,
+    rubbing: RubbingMotion | None = None,
+) -> ContactForces:
+    """Exact multiharmonic forces of friction contact elements, with tangents and sensitivities (THEORY.md 2 to 7).
+
+    Parameters
+    ----------
+    contact
+        Parameters, scalars or (n_elements,).
+    harmonics
+        The harmonic set, L coefficients.
+    X, Y
+        Coefficients of the relative tangential and normal motion (node 1 minus node 2), (L,) or (n_elements, L), length.
+    omega
+        Principal frequency, rad/s, > 0.
+    rubbing
+        Prescribed rubbing motion; none by default.
+
+    Returns
+    -------
+    ContactForces
+        Shapes (..., L) and (..., L, L); no leading axis where everything given is a single element.
+
+    Raises
+    ------
+    InputError
+        For wrong shapes, values that are not finite, or ``omega <= 0``.
+
+    Examples
+    --------
+    Permanent slip: the friction force is ``mu N`` in the direction of the rubbing motion.
+
+    >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
+    >>> h = Harmonics(range(4))
+    >>> f = contact_forces(contact, h, [0, 0, 1, 0, 0, 0, 0], np.zeros(7), omega=2.0, rubbing=RubbingMotion(velocity=9.0))
+    >>> f.Fx.round(12).tolist(), f.states, float(f.power.round(9))
+    ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
+    """
+    if not (np.isfinite(omega) and omega > 0):
+        raise InputError(f"omega: found {omega}; expected a frequency > 0 in rad/s")
+    rubbing = rubbing or RubbingMotion()
+    X, Y = _checked("X", X, harmonics.size), _checked("Y", Y, harmonics.size)
+    U = rubbing.coefficients(harmonics)
+    parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]
+    lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], *(p.shape for p in parts))
+    try:
+        shape = np.broadcast_shapes(*lead)
+    except ValueError:
+        raise InputError(
+            f"contact forces: numbers of elements do not agree; found {[s for s in lead if s]} in X, Y, U, parameters"
+        ) from None
+    many = (*(shape or (1,)), harmonics.size)
+    v, kt, mu, kn, gap = (np.broadcast_to(p, many[:-1]) for p in parts)
+    f = element_forces(
+        harmonics, np.broadcast_to(X + U, many), np.broadcast_to(Y, many), v=v / omega, kt=kt, mu=mu, kn=kn, gap=gap
+    )
+    f.omega = float(omega)
+    return f if shape else _single(f)
+
+
+def _single(f: ContactForces) -> ContactForces:
+    names = (n for n, value in vars(f).items() if isinstance(value, np.ndarray))
+    for name in list(names):
+        setattr(f, name, getattr(f, name)[0])
+    f._inputs = (*f._inputs[:-1], True)
+    return f

@@ -1,0 +1,411 @@
+"""The compiled batch of contact elements: forces, tangents and sensitivities of many elements at once.
+
+One element goes through: critical times (trig.roots), periodic states (contact.states), interval integrals
+(trig.integrals), then forces and derivatives (THEORY.md sections 4 to 6). Nothing is allocated inside.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from slipstick.contact.states import (
+    NONE,
+    SEPARATION,
+    SLIP_MINUS,
+    SLIP_PLUS,
+    STICK,
+    march,
+    merge,
+    motion,
+    periodic_start,
+    segment_signs,
+)
+from slipstick.trig.integrals import add_boundary, fill_matrix, fill_vectors
+from slipstick.trig.roots import FAST, STACK, TWO_PI, basis, isolate, powers, values
+
+V_FX, V_FY, V_DV, V_DMU, V_DKT, V_DKN, V_YKN = range(7)
+"""Rows of the vector output: Fx, Fy, dFx/dv, dFx/dmu, dFx/dkt, dFx/dkn, dFy/dkn."""
+
+S_WORK, S_STICK, S_SLIP, S_SEPARATION, S_LOW, S_HIGH = range(6)
+"""Columns of the scalar output: work per radian, state fractions, interval of the mean friction force."""
+
+P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
+"""Columns of the parameter input."""
+
+
+@njit(cache=True, fastmath=FAST)
+def tabulate(
+    XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, cos: Any, sin: Any, varying: bool, g: Any
+) -> None:  # fmt: skip
+    """Fill ``g`` (9, cells): ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'`` at the cell middles."""
+    cells = cos.shape[1]
+    for k in range(7):
+        for i in range(cells):
+            g[k, i] = 0.0
+    for i in range(cells):
+        g[0, i] = Y[0]
+        g[4, i] = v
+    for j in range(XU[1].size):
+        m1 = orders[j]
+        m2, m3 = m1 * m1, m1 * m1 * m1
+        xc, xs, yc, ys = XU[1][j], XU[2][j], Y[1][j], Y[2][j]
+        for i in range(cells):
+            c, s = cos[j, i], sin[j, i]
+            a, b = xc * c + xs * s, xs * c - xc * s
+            g[4, i] += m1 * b
+            g[5, i] -= m2 * a
+            g[6, i] -= m3 * b
+        if varying:
+            for i in range(cells):
+                c, s = cos[j, i], sin[j, i]
+                a, b = yc * c + ys * s, ys * c - yc * s
+                g[0, i] += a
+                g[1, i] += m1 * b
+                g[2, i] -= m2 * a
+                g[3, i] -= m3 * b
+    for i in range(cells):
+        a, b = kt * g[4, i], mukn * g[1, i]
+        a1, b1 = kt * g[5, i], mukn * g[2, i]
+        a2, b2 = kt * g[6, i], mukn * g[3, i]
+        g[3, i], g[4, i], g[5, i] = a - b, a1 - b1, a2 - b2
+        g[6, i], g[7, i], g[8, i] = a + b, a1 + b1, a2 + b2
+
+
+@njit(cache=True, fastmath=FAST)
+def separated_cells(Y: Any, orders: Any, g: Any, skip: Any) -> None:
+    """Mark the cells in which ``y - g < 0`` for certain."""
+    h = pi / skip.size
+    curvature = 0.0
+    for j in range(orders.size):
+        curvature += orders[j] * orders[j] * np.sqrt(Y[1][j] * Y[1][j] + Y[2][j] * Y[2][j])
+    for i in range(skip.size):
+        skip[i] = g[0, i] + abs(g[1, i]) * h + 0.5 * curvature * h * h < 0.0
+
+
+@njit(cache=True, fastmath=FAST)
+def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: Any, k: Any) -> int:
+    """Critical times of one element, merged, with contact and signs of the segments after them; returns their number.
+
+    Without any, one segment begins at time 0.
+    """
+    orders, cos, sin, consecutive = tables
+    varying = False
+    for j in range(orders.size):
+        if Y[1][j] != 0.0 or Y[2][j] != 0.0:
+            varying = True
+    g, p = k.g, k.p
+    tabulate(XU, Y, v, kt, mukn, orders, cos, sin, varying, g)
+    k.skip[:] = False
+    near, up, low = 0, 0, 0
+    y_sign = 1 if Y[0] > 0.0 else -1
+    plus, minus = 0, 0
+    if varying:
+        near, y_sign = isolate(
+            Y[0], Y[1], Y[2], g[0], g[1], g[2], k.skip, orders, consecutive, k.c, k.s, k.stack, k.lists[0], k.rising[0]
+        )
+        separated_cells(Y, orders, g, k.skip)
+    if near > 0 or y_sign > 0:
+        for j in range(orders.size):
+            a, b = kt * orders[j] * XU[2][j], mukn * orders[j] * Y[2][j]
+            p[0, j], p[2, j] = a - b, a + b
+            a, b = -kt * orders[j] * XU[1][j], -mukn * orders[j] * Y[1][j]
+            p[1, j], p[3, j] = a - b, a + b
+        up, plus = isolate(
+            kt * v,
+            p[0],
+            p[1],
+            g[3],
+            g[4],
+            g[5],
+            k.skip,
+            orders,
+            consecutive,
+            k.c,
+            k.s,
+            k.stack,
+            k.lists[1],
+            k.rising[1],
+        )
+        minus = plus
+        if varying:
+            low, minus = isolate(
+                kt * v, p[2], p[3], g[6], g[7], g[8], k.skip, orders, consecutive, k.c, k.s, k.stack, k.lists[2],
+                k.rising[2],
+            )  # fmt: skip
+    count = merge(k.lists, k.rising, (near, up, low), not varying, k.time, k.kind, k.up)
+    if count == 0:
+        k.time[0], k.kind[0], count = 0.0, NONE, 1
+    segment_signs(count, k.kind, k.up, (y_sign, plus, minus), k.contact, k.plus, k.minus)
+    return count
+
+
+@njit(cache=True, fastmath=FAST)
+def triple(X: Any, shift: float, parts: Any) -> tuple[float, Any, Any]:
+    """Split coefficients (L,) into constant, cosines and sines, padded by zeros."""
+    for j in range(parts.shape[1]):
+        parts[0, j], parts[1, j] = 0.0, 0.0
+    for j in range((X.size - 1) // 2):
+        parts[0, j], parts[1, j] = X[2 * j + 1], X[2 * j + 2]
+    return X[0] + shift, parts[0], parts[1]
+
+
+@njit(cache=True, fastmath=FAST)
+def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, Any, Any]:
+    """Intervals of one element in ``k.at``, ``k.code``; returns their number and the two triples of the motion.
+
+    Rows of ``k.info`` receive, for the clamps behind ``lo`` and ``hi``: time (-1 where the motion is constant), bound
+    with sign, periodic tangential motion there, and the constant ``f - kt w`` of the stick they lead to.
+    """
+    v, kt, mukn = par[P_V], par[P_KT], par[P_MU] * par[P_KN]
+    XU, Y = triple(X, 0.0, k.parts[:2]), triple(Yin, -par[P_GAP], k.parts[2:])
+    orders, _cos, _sin, consecutive = tables
+    count = critical_times(XU, Y, v, kt, mukn, tables, k)
+    motion(count, v, mukn, k.time, k.kind, XU, Y, orders, consecutive, k.c, k.s, k.w, k.b)
+    start, side, _lo, lo_at, lo_side, _hi, hi_at, hi_side = periodic_start(count, kt, v, k.w, k.b, k.contact)
+    total = march(
+        start, side, count, kt, v, mukn, k.time, k.w, k.b, k.contact, k.plus, k.minus, XU, Y, orders, consecutive,
+        k.c, k.s, k.at, k.code,
+    )  # fmt: skip
+    for r in range(2):
+        i, sign = (lo_at, lo_side) if r == 0 else (hi_at, hi_side)
+        k.info[r, 0] = -1.0 if k.kind[0] == NONE else k.time[i]
+        k.info[r, 1] = sign * k.b[i]
+        k.info[r, 2] = k.w[i] - v * (k.time[i] - k.time[0])
+        k.info[r, 3] = k.info[r, 1] - kt * k.info[r, 2]
+    return total, XU, Y
+
+
+@njit(cache=True, fastmath=FAST)
+def weights(state: int) -> tuple[float, float, float]:
+    """Weight of a state in the stick, signed slip and contact integrals."""
+    if state == STICK:
+        return 1.0, 0.0, 1.0
+    if state == SLIP_PLUS:
+        return 0.0, 1.0, 1.0
+    if state == SLIP_MINUS:
+        return 0.0, -1.0, 1.0
+    return 0.0, 0.0, 0.0
+
+
+@njit(cache=True, fastmath=FAST)
+def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, lengths: Any) -> None:
+    """Powers at every interval start and the accumulated primitives of stick, slip and contact."""
+    for k in range(6):
+        for i in range(top):
+            sums[k, i] = 0.0
+    for k in range(3):
+        lengths[k] = 0.0
+    for i in range(total):
+        a, b = weights(code[i - 1 if i > 0 else total - 1, 0]), weights(code[i, 0])
+        length = at[i, 1] - at[i, 0]
+        for k in range(3):
+            lengths[k] += b[k] * length
+        powers(at[i, 0], top, edge[i, 0], edge[i, 1])
+        for k in range(3):
+            if a[k] != b[k]:
+                add_boundary(a[k] - b[k], edge[i, 0], edge[i, 1], sums[2 * k], sums[2 * k + 1], top)
+    for i in range(top):
+        r = 1.0 / (i + 1.0)
+        for k in range(6):
+            sums[k, i] *= r
+
+
+@njit(cache=True, fastmath=FAST)
+def product(W: Any, x: Any, out: Any) -> None:
+    """``out = W @ x``."""
+    for i in range(x.size):
+        total = 0.0
+        for j in range(x.size):
+            total += W[i, j] * x[j]
+        out[i] = total
+
+
+@njit(cache=True, fastmath=FAST)
+def add_stick(
+    h: Any, hv: Any, c0: float, dkt: float, dload: float, cx: float, cy: float, H: Any, kt: float, mu: float,
+    kn: float, v: float, vec: Any, dX: Any, dY: Any,
+) -> None:  # fmt: skip
+    """Add the part of one stick interval that moves with its start: ``c h`` and its derivatives.
+
+    ``c0`` is ``c``; ``dload`` is ``f_x(a)``; ``cx``, ``cy`` multiply ``H_-(a)`` in ``dc/dX`` and ``dc/dY``.
+    """
+    over_mu = dload / mu if mu > 0.0 else 0.0
+    over_kn = dload / kn if kn > 0.0 else 0.0
+    for i in range(h.size):
+        hi, vi = h[i], hv[i]
+        vec[V_FX, i] += c0 * hi + kt * v * vi
+        vec[V_DV, i] += kt * vi
+        vec[V_DMU, i] += over_mu * hi
+        vec[V_DKN, i] += over_kn * hi
+        vec[V_DKT, i] += dkt * hi + v * vi
+        a, b = cx * hi, cy * hi
+        for j in range(h.size):
+            dX[i, j] += a * H[j]
+            dY[i, j] += b * H[j]
+
+
+@njit(cache=True, fastmath=FAST)
+def stuck(par: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> None:
+    """Add the constant part of a contact stuck all period: the mean of the sticks led to by ``lo`` and ``hi``."""
+    orders, _cos, _sin, consecutive = tables
+    v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
+    L = 2 * n + 1
+    h, hv, H = k.rows[0, :L], k.rows[1, :L], k.rows[2, :L]
+    h[:], hv[:] = 0.0, 0.0
+    h[0] = 1.0
+    for r in range(2):
+        share = 0.5 if v == 0.0 else (1.0 if (v > 0.0) == (r == 1) else 0.0)
+        H[:] = 0.0
+        H[0] = 1.0
+        if k.info[r, 0] >= 0.0:
+            basis(k.info[r, 0], orders, consecutive, k.c, k.s)
+            for j in range(n):
+                H[2 * j + 1], H[2 * j + 2] = k.c[j], k.s[j]
+        slope = share * np.sign(k.info[r, 1]) * mu * kn
+        add_stick(
+            h, hv, share * k.info[r, 3], -share * k.info[r, 2], share * k.info[r, 1], -share * kt, slope, H,
+            kt, mu, kn, 0.0, vec, dX, dY,
+        )  # fmt: skip
+
+
+@njit(cache=True, fastmath=FAST)
+def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> None:
+    """Add all stick intervals that begin within the period (THEORY.md section 5, table)."""
+    v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
+    orders = tables[0]
+    L = 2 * n + 1
+    h, hv, H = k.rows[0, :L], k.rows[1, :L], k.rows[2, :L]
+    H[0] = 1.0
+    for i in range(total):
+        if k.code[i, 0] != STICK:
+            continue
+        after = i + 1 if i + 1 < total else 0
+        start, end = k.edge[i], k.edge[after]
+        fill_vectors(k.at[i, 1] - k.at[i, 0], start[0], start[1], end[0], end[1], orders, n, h, hv)
+        for j in range(n):
+            m = int(orders[j]) - 1
+            k.c[j], k.s[j] = start[0, m], start[1, m]
+            H[2 * j + 1], H[2 * j + 2] = start[0, m], start[1, m]
+        x, x1, _x2 = values(XU[0], XU[1], XU[2], orders, k.c, k.s)
+        f = k.at[i, 2]
+        if k.code[i, 1] == SEPARATION:
+            _y, y1, _y2 = values(Y[0], Y[1], Y[2], orders, k.c, k.s)
+            slope = kt * (x1 + v) / y1 if y1 > 0.0 else 0.0
+        else:
+            slope = mu * kn if k.code[i, 1] == SLIP_PLUS else -mu * kn
+        add_stick(h, hv, f - kt * x, -x, f, -kt, slope, H, kt, mu, kn, v, vec, dX, dY)
+
+
+@njit(cache=True, fastmath=FAST)
+def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> None:
+    """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,)."""
+    orders = tables[0]
+    total, XU, Yg = find_states(X, Y, par, tables, k)
+    accumulate(total, k.at, k.code, top, k.edge, k.sums, k.lengths)
+    for i in range(3):
+        fill_matrix(k.lengths[i], k.sums[2 * i], k.sums[2 * i + 1], orders, n, mat[i])
+    v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
+    L = 2 * n + 1
+    y, q, r, z = k.rows[3, :L], k.rows[4, :L], k.rows[5, :L], k.rows[6, :L]
+    y[:] = Y
+    y[0] -= par[P_GAP]
+    product(mat[0], X, q)
+    product(mat[1], y, r)
+    product(mat[2], y, z)
+    for i in range(L):
+        vec[V_FX, i] = kt * q[i] + mu * kn * r[i]
+        vec[V_FY, i] = kn * z[i]
+        vec[V_DV, i] = 0.0
+        vec[V_DMU, i] = kn * r[i]
+        vec[V_DKT, i] = q[i]
+        vec[V_DKN, i] = mu * r[i]
+        vec[V_YKN, i] = z[i]
+        for j in range(L):
+            mat[0, i, j] *= kt
+            mat[1, i, j] *= mu * kn
+            mat[2, i, j] *= kn
+    whole = total == 1 and k.code[0, 0] == STICK
+    if whole:
+        stuck(par, tables, n, k, vec, mat[0], mat[1])
+    elif k.lengths[0] > 0.0:
+        sum_sticks(total, par, XU, Yg, tables, n, k, vec, mat[0], mat[1])
+    work = v * vec[V_FX, 0]
+    for j in range(n):
+        work += 0.5 * orders[j] * (X[2 * j + 2] * vec[V_FX, 2 * j + 1] - X[2 * j + 1] * vec[V_FX, 2 * j + 2])
+    scalar[S_WORK] = work
+    scalar[S_STICK] = k.lengths[0] / TWO_PI
+    scalar[S_SLIP] = max(k.lengths[2] - k.lengths[0], 0.0) / TWO_PI
+    scalar[S_SEPARATION] = max(1.0 - k.lengths[2] / TWO_PI, 0.0)
+    scalar[S_LOW], scalar[S_HIGH] = vec[V_FX, 0], vec[V_FX, 0]
+    if whole and v == 0.0:
+        scalar[S_LOW], scalar[S_HIGH] = k.info[0, 3] + kt * X[0], k.info[1, 3] + kt * X[0]
+
+
+class Work(NamedTuple):
+    """Workspace of one thread."""
+
+    g: Any
+    p: Any
+    parts: Any
+    c: Any
+    s: Any
+    stack: Any
+    lists: Any
+    rising: Any
+    skip: Any
+    time: Any
+    kind: Any
+    up: Any
+    w: Any
+    b: Any
+    contact: Any
+    plus: Any
+    minus: Any
+    at: Any
+    code: Any
+    info: Any
+    edge: Any
+    sums: Any
+    lengths: Any
+    rows: Any
+
+
+@njit(cache=True)
+def workspace(padded: int, cells: int, n: int, top: int) -> Any:
+    """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
+    room = top + 2
+    many = 3 * room + 1
+    return Work(
+        np.empty((9, cells)), np.empty((4, padded)), np.empty((4, padded)), np.empty(padded), np.empty(padded),
+        np.empty((STACK, 2)), np.empty((3, room)), np.empty((3, room), np.bool_), np.empty(cells, np.bool_),
+        np.empty(many), np.empty(many, np.int64), np.empty(many, np.bool_), np.empty(many), np.empty(many),
+        np.empty(many, np.bool_), np.empty(many), np.empty(many), np.empty((2 * many, 3)),
+        np.empty((2 * many, 2), np.int64), np.empty((2, 4)), np.empty((2 * many, 2, top + 4)), np.empty((6, top + 4)),
+        np.empty(3), np.empty((7, 2 * n + 1)),
+    )  # fmt: skip
+
+
+@njit(cache=True, fastmath=FAST, nogil=True)
+def chunk(
+    first: int, last: int, X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int,
+    top: int, vec: Any, mat: Any, scalar: Any,
+) -> None:  # fmt: skip
+    """A run of elements with one workspace; other threads may run theirs at the same time."""
+    k = workspace(orders.size, cos.shape[1], n, top)
+    tables = (orders, cos, sin, consecutive)
+    for e in range(first, last):
+        element(X[e], Y[e], par[e], tables, n, top, k, vec[e], mat[e], scalar[e])
+
+
+@njit(cache=True, fastmath=FAST)
+def intervals(
+    X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int, top: int
+) -> tuple[Any, Any]:  # fmt: skip
+    """Intervals (k, 3) (start, end, force at start) and codes (k, 2) (state, origin) of one element."""
+    k = workspace(orders.size, cos.shape[1], n, top)
+    total, _X, _Y = find_states(X, Y, par, (orders, cos, sin, consecutive), k)
+    return k.at[:total].copy(), k.code[:total].copy()

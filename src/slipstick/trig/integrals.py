@@ -1,0 +1,108 @@
+"""Exact integrals of harmonics over intervals (THEORY.md section 4).
+
+Every entry of ``W = (1/pi) int H_+ H_-^T`` is a sum of ``C_k = int cos k tau`` and ``S_k = int sin k tau``,
+``k = 0 .. 2 m_n``. These primitives are accumulated over all intervals of one state; the matrix is built once.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from slipstick.trig.harmonics import Harmonics
+from slipstick.trig.roots import FAST, grid, powers
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, fastmath=FAST)
+def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> None:
+    """Add one interval end to ``k C_k`` and ``k S_k``, k = 1 .. top (stored from 0).
+
+    ``weight`` is that of the interval ending here less that of the one beginning here; ``c, s`` hold
+    ``cos k t, sin k t``.
+    """
+    for k in range(top):
+        C[k] += weight * s[k]
+        S[k] -= weight * c[k]
+
+
+@njit(cache=True, fastmath=FAST)
+def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) -> None:
+    """``W`` (L, L) from the accumulated length and primitives ``C_k, S_k`` (stored from k = 1)."""
+    half = 0.5 / pi
+    out[0, 0] = half * length
+    for i in range(n):
+        a = int(orders[i])
+        ci, si = half * C[a - 1], half * S[a - 1]
+        ri = 2 * i + 1
+        out[0, ri], out[0, ri + 1] = ci, si
+        out[ri, 0], out[ri + 1, 0] = 2.0 * ci, 2.0 * si
+        for j in range(i):
+            b = int(orders[j])
+            cs, ss = half * C[a + b - 1], half * S[a + b - 1]
+            cd, sd = half * C[a - b - 1], half * S[a - b - 1]
+            rj = 2 * j + 1
+            out[ri, rj], out[rj, ri] = cd + cs, cd + cs
+            out[ri + 1, rj + 1], out[rj + 1, ri + 1] = cd - cs, cd - cs
+            out[ri, rj + 1], out[rj + 1, ri] = ss - sd, ss - sd
+            out[ri + 1, rj], out[rj, ri + 1] = ss + sd, ss + sd
+        cs, ss = half * C[2 * a - 1], half * S[2 * a - 1]
+        out[ri, ri], out[ri + 1, ri + 1] = half * length + cs, half * length - cs
+        out[ri, ri + 1], out[ri + 1, ri] = ss, ss
+
+
+@njit(cache=True, fastmath=FAST)
+def fill_vectors(
+    length: float, ca: Any, sa: Any, cb: Any, sb: Any, orders: Any, n: int, h: Any, hv: Any
+) -> None:  # fmt: skip
+    """``h = (1/pi) int H_+`` and ``h_v = (1/pi) int (tau - a) H_+`` over ``[a, a + length]``, both (L,).
+
+    ``ca, sa`` and ``cb, sb`` hold ``cos k t, sin k t`` (from k = 1) at the start and the end.
+    """
+    h[0] = 0.5 * length / pi
+    hv[0] = 0.25 * length * length / pi
+    for j in range(n):
+        m = orders[j]
+        k = int(m) - 1
+        p = 1.0 / (pi * m)
+        h[2 * j + 1] = p * (sb[k] - sa[k])
+        h[2 * j + 2] = p * (ca[k] - cb[k])
+        hv[2 * j + 1] = p * (length * sb[k] + (cb[k] - ca[k]) / m)
+        hv[2 * j + 2] = p * ((sb[k] - sa[k]) / m - length * cb[k])
+
+
+@njit(cache=True)
+def _interval(a: float, b: float, orders: Any, n: int, top: int) -> tuple[Any, Any, Any]:
+    room = top + 4
+    ca, sa, cb, sb = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
+    C, S = np.zeros(room), np.zeros(room)
+    powers(a, top, ca, sa)
+    powers(b, top, cb, sb)
+    add_boundary(-1.0, ca, sa, C, S, top)
+    add_boundary(1.0, cb, sb, C, S, top)
+    for k in range(top):
+        C[k] /= k + 1.0
+        S[k] /= k + 1.0
+    W, h, hv = np.empty((2 * n + 1, 2 * n + 1)), np.empty(2 * n + 1), np.empty(2 * n + 1)
+    fill_matrix(b - a, C, S, orders, n, W)
+    fill_vectors(b - a, ca, sa, cb, sb, orders, n, h, hv)
+    return W, h, hv
+
+
+def interval_integrals(harmonics: Harmonics, a: float, b: float) -> tuple[Array, Array, Array]:
+    """``W = (1/pi) int H_+ H_-^T``, ``h = (1/pi) int H_+``, ``h_v = (1/pi) int (tau - a) H_+`` over ``[a, b]``.
+
+    Shapes (L, L), (L,), (L,) [Eqs. 22, 23].
+
+    >>> W, h, hv = interval_integrals(Harmonics([0, 1]), 0.0, 2 * np.pi)
+    >>> bool(np.allclose(W, np.eye(3))), h.round(12).tolist()
+    (True, [1.0, 0.0, 0.0])
+    """
+    orders = grid(harmonics).orders
+    W, h, hv = _interval(float(a), float(b), orders, harmonics.n, 2 * max(harmonics.highest, 1))
+    return W, h, hv

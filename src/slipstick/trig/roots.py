@@ -1,0 +1,333 @@
+"""All roots of a trigonometric polynomial in one period, with certainty (THEORY.md section 3).
+
+A cell of half-width ``h`` with middle values ``p, p', p''`` and ``B3 = sum m^3 |c_m| >= max |p'''|``
+
+- holds no root if ``|p| > |p'| h + |p''| h^2/2 + B3 h^3/6``;
+- is monotone, hence holds at most one, if ``|p'| > |p''| h + B3 h^2/2``;
+- is halved otherwise.
+
+Only crossings are reported: a touching double root changes no sign.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import pi
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+FAST = {"reassoc", "contract", "nsz", "arcp"}
+"""Floating-point freedoms of the compiled code: sums may be reordered, infinities and NaN stay honest."""
+
+TWO_PI = 2.0 * pi
+CELLS_PER_ORDER = 10
+STACK = 128
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Tables of one harmonic set: cell middles of the root search and padded orders."""
+
+    orders: Array
+    """Nonzero orders as floats, padded by zeros to a multiple of four, (n4,)."""
+    cos: Array
+    """``cos(m_j t_i)`` at the cell middles, (n4, cells)."""
+    sin: Array
+    consecutive: bool
+    """Whether the orders are 1, 2, ..., n, so that powers of ``exp(i t)`` serve."""
+
+    @property
+    def cells(self) -> int:
+        """Number of cells in the period."""
+        return int(self.cos.shape[1])
+
+
+@lru_cache(maxsize=64)
+def grid(harmonics: Harmonics) -> Grid:
+    """Tables for a harmonic set, computed once."""
+    n = harmonics.n
+    padded = -(-max(n, 1) // 4) * 4
+    orders = np.zeros(padded)
+    orders[:n] = harmonics.m
+    cells = CELLS_PER_ORDER * max(harmonics.highest, 1)
+    middle = (np.arange(cells) + 0.5) * (TWO_PI / cells)
+    angle = orders[:, None] * middle
+    return Grid(orders, np.cos(angle), np.sin(angle), harmonics.orders == tuple(range(n + 1)))
+
+
+@njit(cache=True, fastmath=FAST)
+def powers(t: float, n: int, c: Any, s: Any) -> None:
+    """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
+    c1, s1 = np.cos(t), np.sin(t)
+    c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
+    c4, s4 = c2 * c2 - s2 * s2, 2.0 * c2 * s2
+    c[0], s[0] = c1, s1
+    c[1], s[1] = c2, s2
+    c[2], s[2] = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
+    c[3], s[3] = c4, s4
+    for k in range(4, n, 4):
+        for i in range(k, k + 4):
+            a, b = c[i - 4], s[i - 4]
+            c[i] = a * c4 - b * s4
+            s[i] = b * c4 + a * s4
+
+
+@njit(cache=True, fastmath=FAST)
+def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
+    """``cos m_j t`` and ``sin m_j t`` of every kept order."""
+    if consecutive:
+        powers(t, orders.size, c, s)
+    else:
+        for j in range(orders.size):
+            c[j] = np.cos(orders[j] * t)
+            s[j] = np.sin(orders[j] * t)
+
+
+@njit(cache=True, fastmath=FAST)
+def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
+    """``p`` at the time whose basis is ``c, s``."""
+    total = 0.0
+    for j in range(pc.size):
+        total += pc[j] * c[j] + ps[j] * s[j]
+    return p0 + total
+
+
+@njit(cache=True, fastmath=FAST)
+def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
+    """``p, p', p''`` at the time whose basis is ``c, s``."""
+    v0, v1, v2 = 0.0, 0.0, 0.0
+    for j in range(pc.size):
+        a = pc[j] * c[j] + ps[j] * s[j]
+        b = ps[j] * c[j] - pc[j] * s[j]
+        v0 += a
+        v1 += m[j] * b
+        v2 += m[j] * m[j] * a
+    return p0 + v0, v1, -v2
+
+
+@njit(cache=True, fastmath=FAST)
+def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
+    """``B3 = sum m^3 |c_m|`` and ``sum |c_m|``."""
+    bound, size = 0.0, 0.0
+    for j in range(pc.size):
+        amplitude = np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
+        size += amplitude
+        bound += m[j] * m[j] * m[j] * amplitude
+    return bound, size
+
+
+@njit(cache=True, fastmath=FAST)
+def polish(
+    left: float, right: float, rising: bool, t: float, start: Any, p0: float, pc: Any, ps: Any, m: Any,
+    consecutive: bool, bound: float, c: Any, s: Any,
+) -> float:  # fmt: skip
+    """The only root in ``[left, right]``: Chebyshev's third-order step, halving where it would leave the bracket.
+
+    ``start`` holds ``p, p', p''`` at the first guess ``t``.
+    """
+    v0, v1, v2 = start
+    for _ in range(100):
+        if v0 == 0.0:
+            return t
+        if (v0 < 0.0) == rising:
+            left = t
+        else:
+            right = t
+        inside = False
+        if v1 != 0.0:
+            d = -v0 / v1
+            q = 0.5 * v2 / v1 * d
+            d -= q * d
+            inside = left <= t + d <= right
+        if not inside:
+            d = 0.5 * (left + right) - t
+            q = 1.0
+        t += d
+        e = abs(d)
+        if (e * q * q < 1e-17 and e * e * e * bound < 6e-17 * abs(v1)) or right - left < 1e-15:
+            return t
+        basis(t, m, consecutive, c, s)
+        v0, v1, v2 = values(p0, pc, ps, m, c, s)
+    return t
+
+
+@njit(cache=True, fastmath=FAST)
+def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
+    consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
+    """Sign of ``p`` at a cell edge, 0 where it is zero to rounding; ``taylor`` is right within ``doubt``."""
+    if abs(taylor) <= doubt + floor:
+        basis(t, m, consecutive, c, s)
+        taylor = value(p0, pc, ps, c, s)
+        if abs(taylor) <= floor:
+            return 0
+    return 1 if taylor > 0.0 else -1
+
+
+@njit(cache=True, fastmath=FAST)
+def search_cell(
+    left: float, right: float, middle: Any, before: Any, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
+    bound: float, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
+) -> tuple[int, int, float, int, float]:  # fmt: skip
+    """Append the crossings in one cell, halving it until each piece is decided.
+
+    ``middle`` holds ``p, p', p''`` at the cell's middle. ``before`` is the last certain sign and its time: a crossing
+    lies between two neighbouring certain signs that differ, so values at rounding level make no roots.
+    Returns the new count, the last certain sign and its time, and the first certain sign met here and its time.
+    """
+    sign, since = before
+    first, first_time = 0, 0.0
+    top = 0
+    known = True
+    v0, v1, v2 = middle
+    while True:
+        t = 0.5 * (left + right)
+        h = 0.5 * (right - left)
+        if not known:
+            basis(t, m, consecutive, c, s)
+            v0, v1, v2 = values(p0, pc, ps, m, c, s)
+        known = False
+        a1, a2 = abs(v1) * h, 0.5 * abs(v2) * h * h
+        rest = bound * h * h * h / 6.0
+        none = abs(v0) > a1 + a2 + rest + floor
+        monotone = a1 > 2.0 * a2 + 3.0 * rest + floor
+        flat = abs(v0) + a1 + a2 <= floor and rest <= 1e3 * floor
+        if not (none or monotone or flat or h < 1e-15):
+            stack[top, 0], stack[top, 1] = t, right
+            top += 1
+            right = t
+            continue
+        for end in range(2):
+            d = h if end else -h
+            new = edge_sign(t + d, v0 + d * (v1 + 0.5 * d * v2), rest, floor, p0, pc, ps, m, consecutive, c, s)
+            if new != 0:
+                if sign != 0 and new != sign and count < roots.size:
+                    a, guess, start = left, t, (v0, v1, v2)
+                    if not end:
+                        a, guess = since, 0.5 * (since + left)
+                        basis(guess, m, consecutive, c, s)
+                        start = values(p0, pc, ps, m, c, s)
+                    roots[count] = polish(a, t + d, new > 0, guess, start, p0, pc, ps, m, consecutive, bound, c, s)
+                    rising[count] = new > 0
+                    count += 1
+                if first == 0:
+                    first, first_time = new, t + d
+                sign, since = new, t + d
+        if top == 0:
+            return count, sign, since, first, first_time
+        top -= 1
+        left, right = stack[top, 0], stack[top, 1]
+
+
+@njit(cache=True, fastmath=FAST)
+def close_period(
+    count: int, sign: int, since: float, first: int, first_time: float, p0: float, pc: Any, ps: Any, m: Any,
+    consecutive: bool, bound: float, c: Any, s: Any, roots: Any, rising: Any,
+) -> int:  # fmt: skip
+    """Add the crossing between the last certain sign of the period and the first one of the next, if they differ."""
+    if sign == first or count >= roots.size:
+        return count
+    t = 0.5 * (since + first_time + TWO_PI)
+    basis(t, m, consecutive, c, s)
+    t = polish(since, first_time + TWO_PI, first > 0, t, values(p0, pc, ps, m, c, s), p0, pc, ps, m, consecutive,
+               bound, c, s)  # fmt: skip
+    at = count
+    if t >= TWO_PI:
+        t -= TWO_PI
+        for i in range(count, 0, -1):
+            roots[i], rising[i] = roots[i - 1], rising[i - 1]
+        at = 0
+    roots[at], rising[at] = t, first > 0
+    return count + 1
+
+
+@njit(cache=True, fastmath=FAST)
+def isolate(
+    p0: float, pc: Any, ps: Any, g0: Any, g1: Any, g2: Any, skip: Any, m: Any, consecutive: bool,
+    c: Any, s: Any, stack: Any, roots: Any, rising: Any,
+) -> tuple[int, int]:  # fmt: skip
+    """All crossings of one polynomial, ascending; returns their number and the first certain sign.
+
+    ``g0, g1, g2`` hold ``p, p', p''`` at the cell middles. Crossings in cells with ``skip`` are not all found, but
+    where their number is odd one of them is, so that the directions of the others are right.
+    """
+    bound, size = third_bound(pc, ps, m)
+    floor = 2e-15 * (size + abs(p0))
+    if size <= floor:
+        return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
+    cells = g0.size
+    h = 0.5 * TWO_PI / cells
+    half, rest = 0.5 * h * h, bound * h * h * h / 6.0 + floor
+    count, sign, since, first, first_time = 0, 0, 0.0, 0, 0.0
+    decided = -1
+    for i in range(cells):
+        if skip[i]:
+            continue
+        if abs(g0[i]) > abs(g1[i]) * h + abs(g2[i]) * half + rest:
+            if first == 0:
+                first, first_time = (1 if g0[i] > 0.0 else -1), 2.0 * h * (i + 0.5)
+                sign, since = first, first_time
+            decided = i
+            continue
+        if decided == i - 1 and i > 0:
+            sign, since = (1 if g0[i - 1] > 0.0 else -1), 2.0 * h * i
+        count, sign, since, new, new_time = search_cell(
+            2.0 * h * i, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i]), (sign, since), p0, pc, ps, m, consecutive,
+            bound, floor, c, s, stack, roots, rising, count,
+        )  # fmt: skip
+        if first == 0:
+            first, first_time = new, new_time
+    if decided == cells - 1:
+        sign, since = (1 if g0[decided] > 0.0 else -1), TWO_PI
+    count = close_period(count, sign, since, first, first_time, p0, pc, ps, m, consecutive, bound, c, s, roots, rising)
+    return count, first
+
+
+@njit(cache=True, fastmath=FAST)
+def _roots(p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool) -> tuple[Any, Any]:
+    cells, n = cos.shape[1], m.size
+    g = np.zeros((3, cells))
+    for i in range(cells):
+        g[0, i], g[1, i], g[2, i] = values(p0, pc, ps, m, cos[:, i], sin[:, i])
+    c, s = np.empty(n), np.empty(n)
+    highest = int(m.max())
+    found, rising = np.empty(2 * highest + 2), np.empty(2 * highest + 2, np.bool_)
+    skip = np.zeros(cells, np.bool_)
+    count, _ = isolate(p0, pc, ps, g[0], g[1], g[2], skip, m, consecutive, c, s, np.empty((STACK, 2)), found, rising)
+    return found[:count], rising[:count]
+
+
+def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+    """All sign changes of ``p(tau) = H_minus(tau) @ coefficients`` in ``[0, 2 pi)``.
+
+    Parameters
+    ----------
+    harmonics
+        The harmonic set.
+    coefficients
+        Shape (L,).
+
+    Returns
+    -------
+    times, rising
+        Ascending times (k,) in rad, and whether the sign goes from minus to plus there (k,).
+
+    Examples
+    --------
+    >>> times, rising = roots(Harmonics([0, 1]), [0.0, 1.0, 0.0])      # cos tau
+    >>> (times / np.pi).round(12).tolist(), rising.tolist()
+    ([0.5, 1.5], [False, True])
+    """
+    p = np.ascontiguousarray(coefficients, dtype=float)
+    table = grid(harmonics)
+    pc, ps = np.zeros(table.orders.size), np.zeros(table.orders.size)
+    pc[: harmonics.n], ps[: harmonics.n] = p[1::2], p[2::2]
+    times, rising = _roots(p[0], pc, ps, table.orders, table.cos, table.sin, table.consecutive)
+    return np.asarray(times), np.asarray(rising)
