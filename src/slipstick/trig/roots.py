@@ -160,6 +160,16 @@ def polish(
 
 
 @njit(cache=True, fastmath=FAST)
+def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
+    bound: float, c: Any, s: Any) -> float:  # fmt: skip
+    """A crossing between two times with certain signs, ``sign`` at the right one."""
+    t = 0.5 * (left + right)
+    basis(t, m, consecutive, c, s)
+    start = values(p0, pc, ps, m, c, s)
+    return polish(left, right, sign > 0, t, start, p0, pc, ps, m, consecutive, bound, c, s)
+
+
+@njit(cache=True, fastmath=FAST)
 def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
     """Sign of ``p`` at a cell edge, 0 where it is zero to rounding; ``taylor`` is right within ``doubt``."""
@@ -209,12 +219,12 @@ def search_cell(
             new = edge_sign(t + d, v0 + d * (v1 + 0.5 * d * v2), rest, floor, p0, pc, ps, m, consecutive, c, s)
             if new != 0:
                 if sign != 0 and new != sign and count < roots.size:
-                    a, guess, start = left, t, (v0, v1, v2)
-                    if not end:
-                        a, guess = since, 0.5 * (since + left)
-                        basis(guess, m, consecutive, c, s)
-                        start = values(p0, pc, ps, m, c, s)
-                    roots[count] = polish(a, t + d, new > 0, guess, start, p0, pc, ps, m, consecutive, bound, c, s)
+                    if end:
+                        roots[count] = polish(
+                            left, right, new > 0, t, (v0, v1, v2), p0, pc, ps, m, consecutive, bound, c, s
+                        )
+                    else:
+                        roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, bound, c, s)
                     rising[count] = new > 0
                     count += 1
                 if first == 0:
@@ -234,10 +244,7 @@ def close_period(
     """Add the crossing between the last certain sign of the period and the first one of the next, if they differ."""
     if sign == first or count >= roots.size:
         return count
-    t = 0.5 * (since + first_time + TWO_PI)
-    basis(t, m, consecutive, c, s)
-    t = polish(since, first_time + TWO_PI, first > 0, t, values(p0, pc, ps, m, c, s), p0, pc, ps, m, consecutive,
-               bound, c, s)  # fmt: skip
+    t = between(since, first_time + TWO_PI, first, p0, pc, ps, m, consecutive, bound, c, s)
     at = count
     if t >= TWO_PI:
         t -= TWO_PI
@@ -271,9 +278,15 @@ def isolate(
         if skip[i]:
             continue
         if abs(g0[i]) > abs(g1[i]) * h + abs(g2[i]) * half + rest:
-            if first == 0:
-                first, first_time = (1 if g0[i] > 0.0 else -1), 2.0 * h * (i + 0.5)
-                sign, since = first, first_time
+            if decided != i - 1 or i == 0:
+                new, t = (1 if g0[i] > 0.0 else -1), 2.0 * h * (i + 0.5)
+                if first == 0:
+                    first, first_time = new, t
+                if sign != 0 and new != sign and count < roots.size:
+                    roots[count] = between(since, t, new, p0, pc, ps, m, consecutive, bound, c, s)
+                    rising[count] = new > 0
+                    count += 1
+                sign, since = new, t
             decided = i
             continue
         if decided == i - 1 and i > 0:
