@@ -1,0 +1,152 @@
+"""The solid elements and their faces.
+
+Node order is the one of VTK and of CalculiX/Abaqus (C3D8, C3D20, C3D6, C3D15, C3D4, C3D10), which agree: corners of the
+bottom, corners of the top, then the middles of the bottom edges, of the top edges, of the vertical edges; the middles of
+a tetrahedron lie on edges 12, 23, 31, 14, 24, 34; a pyramid has its base first, its apex fifth. In a positive element
+the bottom runs counter-clockwise seen from the top. Faces are numbered as CalculiX does (S1, S2, ...) and run
+counter-clockwise seen from outside, so that their normals point outwards.
+
+Integration: full (hex8 2x2x2, hex20 3x3x3, wedge15 9, tet10 4 points); mass with the rule that is exact on
+straight-sided elements (hex20 27, wedge15 21, tet10 15 points). The linear elements lock in bending: use the quadratic
+ones for stress and vibration (``quadratic`` in refine.py turns a linear mesh into a quadratic one).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.fem.quadrature import Rule, gauss, prism, pyramid, tetrahedron, triangle
+from slipstick.fem.shapes import NodalBasis, serendipity, total_degree, wedge
+
+Array = NDArray[np.float64]
+Tuples = tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """A solid element (dimension 3) or a face (dimension 2): shape functions, rules, edges and faces.
+
+    ``faces`` holds (face type, local nodes) in CalculiX order; ``edges`` the corner pairs in the order of their
+    middles.
+    """
+
+    name: str
+    basis: NodalBasis
+    n_corners: int
+    edges: Tuples
+    faces: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    rule: Rule
+    mass_rule: Rule
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.basis.nodes)
+
+    @cached_property
+    def at_rule(self) -> tuple[Array, Array]:
+        """Shape functions and gradients at the points of ``rule``."""
+        return self.basis(self.rule.points)
+
+    @cached_property
+    def at_mass_rule(self) -> tuple[Array, Array]:
+        """Shape functions and gradients at the points of ``mass_rule``."""
+        return self.basis(self.mass_rule.points)
+
+    @cached_property
+    def at_nodes(self) -> tuple[Array, Array]:
+        """Shape functions and gradients at the element's own nodes (pyramids: slightly below the apex)."""
+        points = self.basis.nodes
+        return self.basis(
+            points * np.where(points[:, -1:] > 1 - 1e-9, 1 - 1e-9, 1.0) if self.basis.rational else points
+        )
+
+
+_TRIANGLE = ((0, 0), (1, 0), (0, 1))
+_SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+_CORNERS = {
+    "tri": _TRIANGLE,
+    "quad": _SQUARE,
+    "tet": ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "hex": tuple((*p, z) for z in (-1, 1) for p in _SQUARE),
+    "wedge": tuple((*p, z) for z in (-1, 1) for p in _TRIANGLE),
+    "pyramid": (*((*p, 0) for p in _SQUARE), (0, 0, 1)),
+}
+_EDGES: dict[str, Tuples] = {
+    "tri": ((0, 1), (1, 2), (2, 0)),
+    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tet": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    "hex": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+    "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    "pyramid": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)),
+}
+_FACES: dict[str, Tuples] = {
+    "tri": (),
+    "quad": (),
+    "tet": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+    "hex": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+}
+
+
+def _with_middles(family: str, face: tuple[int, ...]) -> tuple[int, ...]:
+    numbers = {frozenset(edge): len(_CORNERS[family]) + i for i, edge in enumerate(_EDGES[family])}
+    around = zip(face, face[1:] + face[:1], strict=True)
+    return face + tuple(numbers[frozenset(edge)] for edge in around)
+
+
+def _element(
+    name: str, family: str, degree: int, basis: tuple[tuple[tuple[int, ...], ...], ...], rules: tuple[Rule, Rule]
+) -> Element:
+    nodes = np.array(_CORNERS[family], dtype=float)
+    faces = _FACES[family]
+    if degree == 2:
+        nodes = np.vstack([nodes, [nodes[list(edge)].mean(axis=0) for edge in _EDGES[family]]])
+        faces = tuple(_with_middles(family, face) for face in faces)
+    kinds = {3: "tri3", 4: "quad4", 6: "tri6", 8: "quad8"}
+    return Element(
+        name=name,
+        basis=NodalBasis(nodes=nodes, exponents=basis[0], rational=basis[1] if len(basis) > 1 else ()),
+        n_corners=len(_CORNERS[family]),
+        edges=_EDGES[family],
+        faces=tuple((kinds[len(face)], face) for face in faces),
+        rule=rules[0],
+        mass_rule=rules[1],
+    )
+
+
+ELEMENTS: dict[str, Element] = {
+    e.name: e
+    for e in (
+        _element("hex8", "hex", 1, (serendipity(3, 1),), (gauss(2, 3), gauss(2, 3))),
+        _element("hex20", "hex", 2, (serendipity(3, 2),), (gauss(3, 3), gauss(3, 3))),
+        _element("tet4", "tet", 1, (total_degree(3, 1),), (tetrahedron(1), tetrahedron(4))),
+        _element("tet10", "tet", 2, (total_degree(3, 2),), (tetrahedron(4), tetrahedron(15))),
+        _element("wedge6", "wedge", 1, (wedge(1),), (prism(3, 2), prism(3, 2))),
+        _element("wedge15", "wedge", 2, (wedge(2),), (prism(3, 3), prism(7, 3))),
+        _element("pyramid5", "pyramid", 1, (total_degree(3, 1), ((0, 0, 0),)), (pyramid(2), pyramid(3))),
+        _element(
+            "pyramid13", "pyramid", 2, (total_degree(3, 2), ((0, 0, 0), (1, 0, 0), (0, 1, 0))), (pyramid(3), pyramid(4))
+        ),
+    )
+}
+"""Solid elements by name."""
+
+FACES: dict[str, Element] = {
+    e.name: e
+    for e in (
+        _element("tri3", "tri", 1, (total_degree(2, 1),), (triangle(3), triangle(3))),
+        _element("tri6", "tri", 2, (total_degree(2, 2),), (triangle(7), triangle(7))),
+        _element("quad4", "quad", 1, (serendipity(2, 1),), (gauss(2, 2), gauss(2, 2))),
+        _element("quad8", "quad", 2, (serendipity(2, 2),), (gauss(3, 2), gauss(3, 2))),
+    )
+}
+"""Faces by name."""
+
+LINEAR_TO_QUADRATIC = {"hex8": "hex20", "tet4": "tet10", "wedge6": "wedge15", "pyramid5": "pyramid13"}
+"""Names of the linear elements and of the quadratic ones with the same corners."""

@@ -1,0 +1,92 @@
+"""Isotropic materials, one for the whole mesh or one for each named element set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.mesh import Mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Isotropic solid in one consistent system of units (SI: Pa, kg/m3, W/(m K)).
+
+    Raises
+    ------
+    InputError
+        Unless young > 0, -1 < poisson < 0.5, density >= 0, conductivity >= 0, all finite.
+
+    Examples
+    --------
+    >>> Material(young=200e9, poisson=0.3, density=7850.0).shear_modulus / 1e9
+    76.92307692307692
+    """
+
+    young: float
+    poisson: float
+    density: float = 0.0
+    conductivity: float = 0.0
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not (np.isfinite(self.young) and self.young > 0.0):
+            problems.append(f"material: young = {self.young}; expected a finite modulus > 0")
+        if not -1.0 < self.poisson < 0.5:
+            problems.append(f"material: poisson = {self.poisson}; expected a ratio between -1 and 0.5, both excluded")
+        for name in ("density", "conductivity"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0.0):
+                problems.append(f"material: {name} = {value}; expected a finite value >= 0")
+        if problems:
+            raise InputError(problems)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Second Lame parameter, mu = E / (2 (1 + nu))."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def lame(self) -> float:
+        """First Lame parameter, lambda = E nu / ((1 + nu) (1 - 2 nu))."""
+        return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+
+Materials = Material | Mapping[str, Material]
+"""One material, or one for each element set (sets that together hold every element once)."""
+
+
+def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material], float]) -> dict[str, Array]:
+    """Value of a property for each element, by type.
+
+    Raises
+    ------
+    InputError
+        If an element set is unknown, or an element has no material or two.
+    """
+    if isinstance(materials, Material):
+        return {kind: np.full(len(block), value(materials)) for kind, block in mesh.blocks.items()}
+    unknown = sorted(set(materials) - set(mesh.element_sets))
+    if unknown:
+        raise InputError(
+            f"materials: no element set {unknown}; the mesh has: {', '.join(sorted(mesh.element_sets)) or 'none'}"
+        )
+    values = {kind: np.zeros(len(block)) for kind, block in mesh.blocks.items()}
+    count = {kind: np.zeros(len(block), dtype=int) for kind, block in mesh.blocks.items()}
+    for name, material in materials.items():
+        for kind, members in mesh.element_sets[name].items():
+            values[kind][members] = value(material)
+            count[kind][members] += 1
+    for kind, found in count.items():
+        if np.any(found != 1):
+            label = mesh.element_label(kind, int(np.flatnonzero(found != 1)[0]))
+            raise InputError(
+                f"materials: {kind} element {label} has {'no' if found.min() == 0 else 'more than one'} material"
+            )
+    return values

@@ -1,0 +1,166 @@
+"""A mesh: nodes, blocks of elements of one type, named node sets, element sets and surfaces; checked when made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.elements import ELEMENTS, FACES, Element
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface:
+    """Faces by type, ``{"quad8": (n_faces, 8)}``: node indices from 0, counter-clockwise seen from outside the body."""
+
+    faces: Mapping[str, IntArray]
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """Indices of the nodes on the surface, ascending."""
+        parts = [np.ravel(faces) for faces in self.faces.values()]
+        return np.unique(np.concatenate(parts)) if parts else np.empty(0, dtype=np.int64)
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces."""
+        return sum(len(faces) for faces in self.faces.values())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Solid mesh in one consistent length unit; indices count from 0.
+
+    Parameters
+    ----------
+    nodes
+        Coordinates, (n_nodes, 3).
+    blocks
+        Connectivity by element type (``slipstick.fem.elements.ELEMENTS``), (n_elements, nodes of the type).
+    node_sets, element_sets, surfaces
+        Named groups: node indices; element indices by type; faces.
+    node_labels, element_labels
+        Numbers the nodes and elements carry outside (an imported file); 1, 2, ... when not given.
+
+    Raises
+    ------
+    InputError
+        For unknown element types, wrong shapes, indices out of range, repeated nodes, labels that are not unique.
+
+    Examples
+    --------
+    >>> from slipstick.fem.box import box
+    >>> mesh = box((1.0, 1.0, 1.0), (2, 1, 1), "hex20")
+    >>> mesh.n_nodes, mesh.n_elements, sorted(mesh.surfaces)
+    (32, 2, ['x0', 'x1', 'y0', 'y1', 'z0', 'z1'])
+    """
+
+    nodes: Array
+    blocks: Mapping[str, IntArray]
+    node_sets: Mapping[str, IntArray] = field(default_factory=dict)
+    element_sets: Mapping[str, Mapping[str, IntArray]] = field(default_factory=dict)
+    surfaces: Mapping[str, Surface] = field(default_factory=dict)
+    node_labels: IntArray | None = None
+    element_labels: Mapping[str, IntArray] | None = None
+
+    def __post_init__(self) -> None:
+        problems = list(_problems(self))
+        if problems:
+            raise InputError(problems)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.nodes)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return sum(len(block) for block in self.blocks.values())
+
+    @cached_property
+    def labels(self) -> IntArray:
+        """Label of each node, (n_nodes,)."""
+        return np.arange(1, self.n_nodes + 1) if self.node_labels is None else np.asarray(self.node_labels)
+
+    @cached_property
+    def used_nodes(self) -> IntArray:
+        """Indices of nodes which belong to an element, ascending."""
+        return np.unique(np.concatenate([block.ravel() for block in self.blocks.values()]))
+
+    def element_label(self, kind: str, index: int) -> int:
+        """Label of one element."""
+        return index + 1 if self.element_labels is None else int(self.element_labels[kind][index])
+
+    def items(self) -> Iterator[tuple[Element, IntArray]]:
+        """Element and connectivity of each block which is not empty."""
+        for kind, block in self.blocks.items():
+            if len(block):
+                yield ELEMENTS[kind], block
+
+    def surface(self, name: str) -> Surface:
+        """The surface of that name; InputError says which there are."""
+        return _named(self.surfaces, name, "surface")
+
+    def node_set(self, name: str) -> IntArray:
+        """Nodes of the node set of that name, or of the surface of that name."""
+        if name not in self.node_sets and name in self.surfaces:
+            return self.surfaces[name].nodes
+        return _named(self.node_sets, name, "node set")
+
+
+def _named(group: Mapping[str, T], name: str, what: str) -> T:
+    if name not in group:
+        raise InputError(f"{what} '{name}' is not in the mesh; it has: {', '.join(sorted(group)) or 'none'}")
+    return group[name]
+
+
+def _problems(mesh: Mesh) -> Iterator[str]:
+    nodes = np.asarray(mesh.nodes)
+    if nodes.ndim != 2 or nodes.shape[1] != 3 or not len(nodes):
+        yield f"mesh nodes have shape {nodes.shape}; expected (n_nodes, 3)"
+        return
+    if not np.all(np.isfinite(nodes)):
+        yield f"node {int(np.flatnonzero(~np.isfinite(nodes).all(axis=1))[0]) + 1} has coordinates that are not finite"
+    if not any(len(block) for block in mesh.blocks.values()):
+        yield "the mesh has no elements"
+    for kind, block in mesh.blocks.items():
+        yield from _connectivity_problems(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
+    for name, surface in mesh.surfaces.items():
+        for kind, faces in surface.faces.items():
+            yield from _connectivity_problems(
+                f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes)
+            )
+    for name, group in mesh.node_sets.items():
+        if len(group) and (np.min(group) < 0 or np.max(group) >= len(nodes)):
+            yield f"node set '{name}' holds an index outside 0..{len(nodes) - 1}"
+    if mesh.node_labels is not None and (
+        len(mesh.node_labels) != len(nodes) or len(np.unique(mesh.node_labels)) != len(nodes)
+    ):
+        yield f"node labels: expected {len(nodes)} different numbers, one a node"
+
+
+def _connectivity_problems(what: str, element: Element | None, block: IntArray, n_nodes: int) -> Iterator[str]:
+    if element is None:
+        yield f"{what}: this type is not known; known are {', '.join([*ELEMENTS, *FACES])}"
+    elif block.ndim != 2 or block.shape[1] != element.n_nodes:
+        yield f"{what}: connectivity has shape {block.shape}; expected (n, {element.n_nodes})"
+    elif not np.issubdtype(block.dtype, np.integer):
+        yield f"{what}: connectivity is of type {block.dtype}; expected integers"
+    elif len(block) and (block.min() < 0 or block.max() >= n_nodes):
+        row = int(np.flatnonzero(((block < 0) | (block >= n_nodes)).any(axis=1))[0])
+        yield f"{what}: number {row + 1} refers to a node outside 0..{n_nodes - 1}"
+    elif len(block):
+        ordered = np.sort(block, axis=1)
+        repeated = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+        if len(repeated):
+            yield f"{what}: number {int(repeated[0]) + 1} uses a node twice ({len(repeated)} such in all)"

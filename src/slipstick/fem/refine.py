@@ -1,0 +1,72 @@
+"""From linear to quadratic elements: a node in the middle of every edge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC
+from slipstick.fem.mesh import Mesh, Surface
+
+IntArray = NDArray[np.int64]
+_QUADRATIC_FACE = {"tri3": "tri6", "quad4": "quad8"}
+
+
+def quadratic(mesh: Mesh) -> Mesh:
+    """The same mesh with straight quadratic elements in place of the linear ones.
+
+    Node sets gain the middle of every edge whose two ends are in the set; surfaces become quadratic. New nodes come
+    last and are labelled after the highest label.
+    """
+    edges = [
+        block[:, pair] for e, block in mesh.items() if e.name in LINEAR_TO_QUADRATIC for pair in map(list, e.edges)
+    ]
+    if not edges:
+        return mesh
+    n = np.int64(mesh.n_nodes)
+    keys = np.unique(_keys(np.concatenate(edges), n))
+    ends = np.stack([keys // n, keys % n], axis=1)
+    labels = None
+    if mesh.node_labels is not None:
+        labels = np.concatenate([mesh.node_labels, mesh.labels.max() + 1 + np.arange(len(keys))])
+    return replace(
+        mesh,
+        nodes=np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)]),
+        blocks={
+            LINEAR_TO_QUADRATIC.get(k, k): _extended(b, ELEMENTS[k].edges, k, keys, n) for k, b in mesh.blocks.items()
+        },
+        node_sets={name: _extended_set(nodes, ends, n) for name, nodes in mesh.node_sets.items()},
+        element_sets={
+            name: {LINEAR_TO_QUADRATIC.get(k, k): members for k, members in by_kind.items()}
+            for name, by_kind in mesh.element_sets.items()
+        },
+        surfaces={name: _extended_surface(surface, keys, n) for name, surface in mesh.surfaces.items()},
+        node_labels=labels,
+        element_labels=mesh.element_labels
+        and {LINEAR_TO_QUADRATIC.get(k, k): numbers for k, numbers in mesh.element_labels.items()},
+    )
+
+
+def _keys(pairs: IntArray, n: np.int64) -> IntArray:
+    return pairs.min(axis=-1) * n + pairs.max(axis=-1)
+
+
+def _extended(block: IntArray, edges: tuple[tuple[int, ...], ...], kind: str, keys: IntArray, n: np.int64) -> IntArray:
+    if kind not in LINEAR_TO_QUADRATIC and kind not in _QUADRATIC_FACE:
+        return block
+    middles = [n + np.searchsorted(keys, _keys(block[:, list(pair)], n)) for pair in edges]
+    return np.column_stack([block, *middles])
+
+
+def _extended_set(nodes: IntArray, ends: IntArray, n: np.int64) -> IntArray:
+    inside = np.zeros(int(n), dtype=bool)
+    inside[nodes] = True
+    return np.concatenate([nodes, n + np.flatnonzero(inside[ends].all(axis=1))])
+
+
+def _extended_surface(surface: Surface, keys: IntArray, n: np.int64) -> Surface:
+    return Surface(
+        faces={_QUADRATIC_FACE.get(k, k): _extended(f, FACES[k].edges, k, keys, n) for k, f in surface.faces.items()}
+    )
