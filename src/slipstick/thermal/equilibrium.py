@@ -1,0 +1,293 @@
+"""Contact temperature at which friction heats and the body cools alike [Eqs. 42-45; THEORY.md section 8].
+
+``T = T_0 + R Edot(b(T))``: the contact parameters b follow the temperature, the power Edot follows the parameters. The
+solution taken is the one that the body itself would reach when it is let go at the start temperature, following
+``dT/dt ~ T_0 + R Edot - T``: from cold where no start is given, near the neighbouring solution where one is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+Evaluate = Callable[[Array], tuple[Array, Array]]
+"""Temperatures (n,) to powers (n,) and their derivatives by the own temperature (n,)."""
+
+_LONGEST_STEP = 1 / 24  # of the table's range: no equilibrium with a basin wider than this is stepped over
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equilibrium:
+    """Temperatures in equilibrium with the friction power they bring about, n elements.
+
+    ``jumped`` says that the equilibrium near the start temperature had vanished and another one was taken. Beyond the
+    tables the parameters are held at the last row, so that a solver can pass through; such a temperature is no result:
+    ``outside`` marks it and ``problem`` says so.
+    """
+
+    temperature: Array
+    power: Array
+    dpower_dT: Array
+    resistance: Array
+    limits: tuple[Array, Array]
+    converged: bool
+    jumped: bool
+    evaluations: int
+
+    @property
+    def outside(self) -> BoolArray:
+        """Elements whose temperature has left the tables, (n,)."""
+        return np.clip(self.temperature, *self.limits) != self.temperature
+
+    @property
+    def stable(self) -> bool:
+        """Whether the body stays there: every eigenvalue of ``R dEdot/dT`` is below 1."""
+        return is_stable(self.resistance, self.dpower_dT)
+
+    @property
+    def problem(self) -> str | None:
+        """What is wrong with this equilibrium, one sentence, or None."""
+        if not self.converged:
+            return "no thermal equilibrium was found: lower the power or the thermal resistance, or smooth the tables"
+        if not np.any(self.outside):
+            return None
+        i = int(np.flatnonzero(self.outside)[0])
+        low, high = self.limits[0][i], self.limits[1][i]
+        return (
+            f"the temperature of contact element {i} leaves its table, {low:g} to {high:g}: the equilibrium lies near "
+            f"{self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or lower the "
+            "thermal resistance, the normal load or the velocity"
+        )
+
+
+def equilibrium(
+    evaluate: Evaluate,
+    background: ArrayLike,
+    resistance: ArrayLike,
+    *,
+    limits: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf),
+    start: ArrayLike | None = None,
+    tolerance: float = 1e-12,
+) -> Equilibrium:
+    """Solve ``T = background + resistance Edot(T)`` for n elements at once.
+
+    Parameters
+    ----------
+    evaluate
+        Power and its derivative by temperature, ``(n,) -> (n,), (n,)``, where each element's power depends on its own
+        temperature; it is only called within the limits.
+    background
+        Temperature without friction, (n,).
+    resistance
+        Temperature per power: scalar or (n,) for elements that do not heat each other, or the influence matrix (n, n)
+        of a surface, whose entry (i, j) is the rise at i by unit power at j.
+    limits
+        Lowest and highest temperature the parameters are known for, scalars or (n,): ``FrictionCurve.limits``.
+    start
+        Where to start, (n,): the neighbouring solution. Cold (the background) where it is not given.
+    tolerance
+        Of the temperature, relative to its size.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, values are not finite, or the background lies outside the limits.
+
+    Examples
+    --------
+    >>> found = equilibrium(lambda T: (10.0 - 0.01 * T, np.full_like(T, -0.01)), [20.0], 8.0)
+    >>> found.temperature.round(6)  # (20 + 80) / 1.08
+    array([92.592593])
+    """
+    T0, R, bounds = checked(background, resistance, limits)
+    T = T0 if start is None else np.clip(np.broadcast_to(np.asarray(start, dtype=float), T0.shape), *bounds)
+    clipped = _Clipped(evaluate, bounds)
+    solve = _element_wise if R.ndim == 1 else _coupled
+    T, power, slope, converged, jumped = solve(clipped, T0, R, T.copy(), start is None, tolerance)
+    return Equilibrium(
+        temperature=T,
+        power=power,
+        dpower_dT=slope,
+        resistance=R,
+        limits=bounds,
+        converged=converged,
+        jumped=jumped and start is not None,
+        evaluations=clipped.count,
+    )
+
+
+def is_stable(resistance: Array, dpower_dT: Array) -> bool:
+    """Whether every eigenvalue of ``R dEdot/dT`` is below 1, for R (n,) or (n, n)."""
+    if resistance.ndim == 1:
+        return bool(np.all(resistance * dpower_dT < 1.0))
+    return bool(np.linalg.eigvals(resistance * dpower_dT).real.max(initial=0.0) < 1.0)
+
+
+def checked(
+    background: ArrayLike, resistance: ArrayLike, limits: tuple[ArrayLike, ArrayLike]
+) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Background (n,), resistance (n,) or (n, n) and limits (n,), (n,), validated; a diagonal matrix becomes (n,)."""
+    T0 = np.atleast_1d(np.asarray(background, dtype=float))
+    R = np.asarray(resistance, dtype=float)
+    n, problems = T0.size, []
+    if T0.ndim != 1 or not np.all(np.isfinite(T0)):
+        raise InputError(f"background temperature: found {T0}; expected one finite number for each element")
+    if R.shape not in ((), (n,), (n, n)):
+        raise InputError(f"thermal resistance: found shape {R.shape}; expected a number, ({n},) or ({n}, {n})")
+    if R.ndim < 2:
+        R = np.full(n, R)
+    elif not np.any(R[~np.eye(n, dtype=bool)]):
+        R = R.diagonal().copy()
+    if not np.all(np.isfinite(R)) or np.any((R if R.ndim == 1 else R.diagonal()) < 0):
+        problems.append("thermal resistance: found a negative or non-finite value; expected temperature per power >= 0")
+    low, high = (np.broadcast_to(np.asarray(limit, dtype=float), n) for limit in limits)
+    for i in np.flatnonzero(np.clip(T0, low, high) != T0)[:1]:
+        problems.append(
+            f"background temperature: {T0[i]:g} of contact element {i} lies outside its table, {low[i]:g} to "
+            f"{high[i]:g}; extend the table to the background temperature"
+        )
+    if problems:
+        raise InputError(problems)
+    return T0, R, (low, high)
+
+
+class _Clipped:
+    """The power with parameters held beyond the limits, where its derivative is zero; counts evaluations."""
+
+    def __init__(self, evaluate: Evaluate, limits: tuple[Array, Array]) -> None:
+        self.evaluate, self.limits, self.count = evaluate, limits, 0
+        with np.errstate(invalid="ignore"):
+            self.longest_step = np.nan_to_num((limits[1] - limits[0]) * _LONGEST_STEP, nan=np.inf, posinf=np.inf)
+
+    def __call__(self, T: Array) -> tuple[Array, Array]:
+        self.count += 1
+        inside = np.clip(T, *self.limits)
+        power, slope = self.evaluate(inside)
+        return power, np.where(inside == T, slope, 0.0)
+
+    def inside(self, T: Array) -> BoolArray:
+        return np.clip(T, *self.limits) == T
+
+    def excess(self, T: Array, step: Array) -> float:
+        """Largest step over the longest one allowed; steps outside the limits are free."""
+        return float(np.where(self.inside(T), np.abs(step) / self.longest_step, 0.0).max())
+
+
+def _element_wise(
+    power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float
+) -> tuple[Array, Array, Array, bool, bool]:
+    """Bracketed Newton in every element; before the bracket is closed it walks downhill in limited steps."""
+    below, above = np.full_like(T, -np.inf), np.full_like(T, np.inf)
+    jumped, last = False, np.full_like(T, np.inf)
+    for _ in range(300):
+        power, slope = power_of(T)
+        G, dG = T - T0 - R * power, 1.0 - R * slope
+        below, above = np.where(G <= 0, T, below), np.where(G >= 0, T, above)
+        newton = -G / np.where(dG > 0, dG, 0.5)
+        small = tolerance * np.maximum(np.abs(T), np.abs(T - T0)) + np.finfo(float).tiny
+        done = (G == 0) | ((dG > 0) & (np.abs(newton) <= small)) | (above - below <= small)
+        if done.all():
+            return T, power, slope, True, jumped
+        jumped |= bool(np.any(~done & (dG <= 0)))
+        good = (dG > 0) & (np.abs(G) <= 0.5 * last)
+        T, last = np.where(done, T, _next(T, newton, good, below, above, power_of)), np.abs(G)
+    return T, power, slope, False, jumped
+
+
+def _next(T: Array, newton: Array, good: BoolArray, below: Array, above: Array, power_of: _Clipped) -> Array:
+    """In a closed bracket Newton where it is good (else the middle), before that limited steps to the open side."""
+    closed = np.isfinite(below) & np.isfinite(above)
+    longest = np.where(power_of.inside(T), power_of.longest_step, np.inf)
+    walked = T + np.clip(newton, -longest, longest)
+    middle = np.where(closed, 0.5 * (np.where(closed, below, 0.0) + np.where(closed, above, 0.0)), 0.0)
+    target = T + newton
+    fits = good & (target > below) & (target < above)
+    return np.where(closed, np.where(fits, target, middle), walked)
+
+
+def _coupled(
+    power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float
+) -> tuple[Array, Array, Array, bool, bool]:
+    """Damped Newton near the start; where that fails, and from cold, the body's own way in implicit steps."""
+    if not cold:
+        near = _damped_newton(power_of, T0, R, T, tolerance)
+        if near is not None:
+            return *near, True, False
+    return *_heating(power_of, T0, R, T, tolerance), True
+
+
+def _damped_newton(
+    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
+) -> tuple[Array, Array, Array] | None:
+    """Newton with halved steps for all elements together; None where it does not lead to a stable equilibrium."""
+    power, slope = power_of(T)
+    G = T - T0 - R @ power
+    for _ in range(25):
+        step = _solve(np.eye(T.size) - R * slope, -G)
+        if step is None:
+            return None
+        if np.all(np.abs(step) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))):
+            return (T, power, slope) if is_stable(R, slope) else None
+        factor = 1.0 / max(1.0, power_of.excess(T, step))
+        while factor > 1e-3:
+            trial = T + factor * step
+            power, slope = power_of(trial)
+            residual = trial - T0 - R @ power
+            # rounding alone keeps the last residuals from falling
+            if np.linalg.norm(residual) <= (1.0 - 0.1 * factor) * np.linalg.norm(G) + tolerance * np.linalg.norm(T):
+                break
+            factor *= 0.5
+        else:
+            return None
+        T, G = trial, residual
+    return None
+
+
+def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float) -> tuple[Array, Array, Array, bool]:
+    """Implicit steps along ``dT/dt = -G``, their length from the error of the linear prediction.
+
+    For a symmetric positive influence matrix this is the descent of an energy, so it ends at a stable equilibrium.
+    """
+    duration = 1.0
+    power, slope = power_of(T)
+    G = T - T0 - R @ power
+    for _ in range(500):
+        J = np.eye(T.size) - R * slope
+        fastest = -np.linalg.eigvals(J).real.min(initial=1.0)
+        if fastest > 0:
+            duration = min(duration, 0.5 / fastest)
+        elif (newton := _solve(J, -G)) is not None and np.all(
+            np.abs(newton) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))
+        ):
+            return T, power, slope, True
+        step = np.asarray(np.linalg.solve(J + np.eye(T.size) / duration, -G), dtype=float)
+        too_long = power_of.excess(T, step)
+        if too_long > 1.0 and duration > 1e-9:
+            duration /= 2.0 * too_long
+            continue
+        new_power, new_slope = power_of(T + step)
+        residual = T + step - T0 - R @ new_power
+        error = np.abs(residual - (G + J @ step)).max() / max(np.abs(G).max(), np.finfo(float).tiny)
+        rounding = np.abs(residual).max() <= tolerance * np.abs(T).max()
+        if error > 0.5 and not rounding and duration > 1e-9:
+            duration /= 4.0
+            continue
+        T, power, slope, G = T + step, new_power, new_slope, residual
+        duration = min(duration * (10.0 if error < 0.1 else 2.0), 1e12)
+    return T, power, slope, False
+
+
+def _solve(matrix: Array, right: Array) -> Array | None:
+    try:
+        solution = np.asarray(np.linalg.solve(matrix, right), dtype=float)
+    except np.linalg.LinAlgError:
+        return None
+    return solution if np.all(np.isfinite(solution)) else None

@@ -1,0 +1,213 @@
+"""All thermal equilibria in a range of temperatures, for contacts whose friction falls steeply with heat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.thermal.equilibrium import Evaluate, checked, equilibrium, is_stable
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Scalar = Callable[[float], tuple[float, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementEquilibria:
+    """Every equilibrium of one element, ascending: temperatures (k,) and which ones are stable (k,)."""
+
+    temperature: Array
+    stable: BoolArray
+
+    @property
+    def several(self) -> bool:
+        """Whether the result depends on the history."""
+        return self.temperature.size > 1
+
+
+def element_equilibria(
+    evaluate: Evaluate,
+    background: ArrayLike,
+    resistance: ArrayLike,
+    *,
+    limits: tuple[ArrayLike, ArrayLike],
+    knots: ArrayLike | None = None,
+    divisions: int = 96,
+) -> list[ElementEquilibria]:
+    """All equilibria of each element that does not heat the others, within the limits.
+
+    The range is cut at ``knots`` (the rows of the tables) and into ``divisions``; a cell is cut again until the values
+    and slopes at its ends leave room for no further root. Arguments as in ``equilibrium``.
+
+    Examples
+    --------
+    >>> def power(T):  # rises steeply at 100
+    ...     grown = 1.0 / (1.0 + np.exp((100.0 - T) / 5.0))
+    ...     return 2.0 + 20.0 * grown, 4.0 * grown * (1.0 - grown)
+    >>> [found] = element_equilibria(power, [20.0], 8.0, limits=(20.0, 300.0))
+    >>> found.temperature.round(1), found.stable
+    (array([ 36. ,  97.7, 196. ]), array([ True, False,  True]))
+    """
+    T0, R, (low, high) = checked(background, resistance, limits)
+    if R.ndim == 2:
+        R = R.diagonal()
+    cuts = np.linspace(0.0, 1.0, divisions + 1)
+    inner = np.empty(0) if knots is None else np.asarray(knots, dtype=float)
+    grid = low + (high - low) * cuts[:, None]
+    grid = np.sort(
+        np.concatenate([grid, np.clip(np.broadcast_to(inner[:, None], (inner.size, T0.size)), low, high)]), 0
+    )
+    sampled = [_balance(evaluate, T0, R, level) for level in grid]
+    found = []
+    for i in range(T0.size):
+        balance = _one(evaluate, T0, R, grid[0], i)
+        samples = [(float(grid[k, i]), float(G[i]), float(dG[i])) for k, (G, dG) in enumerate(sampled)]
+        found.append(_roots(balance, samples))
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceEquilibria:
+    """Equilibria found for elements that heat each other: temperatures (k, n), which ones are stable (k,)."""
+
+    temperature: Array
+    stable: BoolArray
+
+    @property
+    def several(self) -> bool:
+        """Whether the result depends on the history."""
+        return len(self.temperature) > 1
+
+
+def surface_equilibria(
+    evaluate: Evaluate,
+    background: ArrayLike,
+    resistance: ArrayLike,
+    *,
+    limits: tuple[ArrayLike, ArrayLike],
+    starts: int = 40,
+) -> SurfaceEquilibria:
+    """The equilibria of a coupled surface that are found from many starts, within the limits; ascending in the mean.
+
+    Starts are uniform and scattered temperatures; then, from each equilibrium found, those of each single
+    element in the heat of the others, until nothing new appears. Nothing guarantees that none is missed (where nothing
+    couples, ``element_equilibria`` misses none).
+    """
+    T0, R, (low, high) = checked(background, resistance, limits)
+    R = np.diag(R) if R.ndim == 1 else R
+    scattered = np.random.default_rng(0).uniform(0.0, 1.0, (starts, T0.size))
+    levels = np.concatenate([np.linspace(0.0, 1.0, 13)[:, None] * np.ones(T0.size), scattered])
+    pending = list(low + (high - low) * levels)
+    found: list[Array] = []
+    while pending and len(found) < _MOST_FOUND:
+        start = pending.pop()
+        reached = equilibrium(evaluate, T0, R, limits=(low, high), start=start)
+        candidates = [reached.temperature] if reached.converged else []
+        candidates += _plain_newton(evaluate, T0, R, start, low, high)
+        for T in candidates:
+            new = all(np.abs(T - old).max() > 1e-7 * np.abs(T).max() for old in found)
+            if new and np.array_equal(np.clip(T, low, high), T):
+                found.append(T)
+                pending += _one_changed(evaluate, T0, R, T, low, high)
+    found.sort(key=lambda T: float(T.mean()))
+    stable = [is_stable(R, evaluate(T)[1]) for T in found]
+    return SurfaceEquilibria(temperature=np.array(found).reshape(-1, T0.size), stable=np.array(stable, dtype=bool))
+
+
+_MOST_FOUND = 200
+
+
+def _one_changed(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
+    """Starts with one element at another equilibrium of its own while the others heat it as they are."""
+    own = R.diagonal()
+    heated = np.clip(T0 + R @ evaluate(T)[0] - own * evaluate(T)[0], low, high)
+    starts = []
+    for i, roots in enumerate(element_equilibria(evaluate, heated, own, limits=(low, high), divisions=48)):
+        for root in roots.temperature:
+            start = T.copy()
+            start[i] = root
+            starts.append(start)
+    return starts
+
+
+def _plain_newton(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
+    """The temperatures plain Newton settles at, [] where it does not."""
+    for _ in range(30):
+        power, slope = evaluate(T)
+        try:
+            step = np.linalg.solve(np.eye(T.size) - R * slope, T0 + R @ power - T)
+        except np.linalg.LinAlgError:
+            return []
+        if np.all(np.abs(step) <= 1e-11 * np.abs(T).max()):
+            return [T]
+        T = np.clip(T + step, low, high)
+    return []
+
+
+def _balance(evaluate: Evaluate, T0: Array, R: Array, T: Array) -> tuple[Array, Array]:
+    """``G = T - T0 - R Edot`` and its derivative, element-wise."""
+    power, slope = evaluate(T)
+    return T - T0 - R * power, 1.0 - R * slope
+
+
+def _one(evaluate: Evaluate, T0: Array, R: Array, others: Array, i: int) -> Scalar:
+    def balance(t: float) -> tuple[float, float]:
+        T = others.copy()
+        T[i] = t
+        G, dG = _balance(evaluate, T0, R, T)
+        return float(G[i]), float(dG[i])
+
+    return balance
+
+
+def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> ElementEquilibria:
+    span = samples[-1][0] - samples[0][0]
+    roots: list[float] = [samples[0][0]] if samples[0][1] == 0 else []
+    cells = list(pairwise(samples))[::-1]
+    while cells:
+        left, right = cells.pop()
+        if right[0] - left[0] > 1e-9 * span and _may_hide_more(left, right):
+            middle = 0.5 * (left[0] + right[0])
+            between = (middle, *balance(middle))
+            cells += [(between, right), (left, between)]
+        elif right[1] == 0:
+            roots.append(right[0])
+        elif left[1] * right[1] < 0:
+            roots.append(_bracketed(balance, left, right))
+    temperature = np.array(roots)
+    return ElementEquilibria(
+        temperature=temperature, stable=np.array([balance(t)[1] > 0 for t in temperature], dtype=bool)
+    )
+
+
+def _may_hide_more(left: tuple[float, float, float], right: tuple[float, float, float]) -> bool:
+    """Whether the cell can hold more roots than the signs at its ends say, from the slopes there."""
+    (a, Ga, da), (b, Gb, db) = left, right
+    if Ga * Gb < 0:
+        return da * (Gb - Ga) < 0 or db * (Gb - Ga) < 0
+    sign = 1.0 if Ga + Gb > 0 else -1.0
+    if sign * da >= 0 or sign * db <= 0:
+        return False
+    turning = (Gb - Ga + da * a - db * b) / (da - db)  # where the tangents at the ends meet
+    return sign * (Ga + da * (turning - a)) <= 0
+
+
+def _bracketed(balance: Scalar, left: tuple[float, float, float], right: tuple[float, float, float]) -> float:
+    """Newton kept inside a bracket with a change of sign."""
+    (a, Ga, _), (b, _, _) = left, right
+    t, last = 0.5 * (a + b), np.inf
+    for _ in range(200):
+        G, dG = balance(t)
+        if G == 0 or b - a <= 4e-16 * max(abs(a), abs(b)):
+            break
+        a, b = (t, b) if (G < 0) == (Ga < 0) else (a, t)
+        step = -G / dG if dG != 0 else np.inf
+        if abs(step) <= 2e-16 * abs(t):
+            break
+        t = t + step if a < t + step < b and abs(G) <= 0.5 * last else 0.5 * (a + b)
+        last = abs(G)
+    return t

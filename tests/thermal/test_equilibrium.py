@@ -1,0 +1,218 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.special import lambertw
+
+from slipstick.errors import InputError
+from slipstick.thermal.equilibrium import equilibrium
+from slipstick.thermal.friction_curve import FrictionCurve
+from slipstick.thermal.search import element_equilibria, surface_equilibria
+
+Array = np.ndarray
+LOAD, VELOCITY, T0, R = 20.0, 5.0, 25.0, 8.0
+
+
+def permanent_slip(mu: Callable[[Array], Array], dmu: Callable[[Array], Array], heat: Array) -> Callable:
+    return lambda T: (heat * mu(T), heat * dmu(T))
+
+
+def test_falling_friction_has_the_root_of_a_quadratic() -> None:
+    """T - T0 = R mu N v with mu = mu0 / (1 + a (T - T0)): a theta^2 + theta - R mu0 N v = 0."""
+    mu0, a = 0.3, np.array([0.0001, 0.002, 0.05, 1.0])
+    heat = LOAD * VELOCITY
+    found = equilibrium(
+        permanent_slip(
+            lambda T: mu0 / (1 + a * (T - T0)), lambda T: -a * mu0 / (1 + a * (T - T0)) ** 2, np.full(4, heat)
+        ),
+        np.full(4, T0),
+        R,
+    )
+    theta = 2 * R * mu0 * heat / (1 + np.sqrt(1 + 4 * a * R * mu0 * heat))
+    np.testing.assert_allclose(found.temperature - T0, theta, rtol=1e-12)
+    assert found.converged
+    assert found.stable
+    assert found.problem is None
+    np.testing.assert_allclose(found.power * R, theta, rtol=1e-12)
+
+
+def test_exponential_friction_is_a_lambert_w() -> None:
+    """theta = R mu0 N v exp(-b theta): theta = W(b R mu0 N v) / b."""
+    mu0, b, heat = 0.3, np.array([1e-4, 1e-2, 0.1, 1.0]), LOAD * VELOCITY
+    found = equilibrium(
+        permanent_slip(
+            lambda T: mu0 * np.exp(-b * (T - T0)), lambda T: -b * mu0 * np.exp(-b * (T - T0)), np.full(4, heat)
+        ),
+        np.full(4, T0),
+        np.full(4, R),
+    )
+    np.testing.assert_allclose(found.temperature - T0, lambertw(b * R * mu0 * heat).real / b, rtol=1e-12)
+
+
+def steep(rng: np.random.Generator, n: int) -> tuple[Callable, Array]:
+    """Power that rises steeply somewhere, as where a hot contact starts to slip; n elements."""
+    at, width = rng.uniform(60, 300, n), rng.uniform(2, 40, n)
+    base, gain = rng.uniform(0.5, 8, n), rng.uniform(2, 40, n)
+    fall = rng.uniform(0, 0.004, n)
+
+    def power(T: Array) -> tuple[Array, Array]:
+        grown = 1 / (1 + np.exp(-(T - at) / width))
+        decay = np.exp(-fall * (T - 20))
+        value = (base + gain * grown) * decay
+        return value, gain * grown * (1 - grown) / width * decay - fall * value
+
+    return power, np.full(n, 20.0)
+
+
+def brute_roots(power: Callable, background: Array, r: float, limits: tuple[float, float]) -> list[Array]:
+    """Sign changes on a fine grid, all elements at once."""
+    grid = np.linspace(*limits, 40001)
+    G = np.array([t - background - r * power(np.full_like(background, t))[0] for t in grid])
+    return [grid[np.flatnonzero(np.diff(np.sign(G[:, i])) != 0)] for i in range(background.size)]
+
+
+def test_every_equilibrium_is_found() -> None:
+    """All roots of a fine scan are found in 300 random cases, of which many have three."""
+    n, limits = 300, (20.0, 800.0)
+    power, background = steep(np.random.default_rng(3), n)
+    found = element_equilibria(power, background, 8.0, limits=limits)
+    brute = brute_roots(power, background, 8.0, limits)
+    step = (limits[1] - limits[0]) / 40000
+    for got, expected in zip(found, brute, strict=True):
+        assert got.temperature.size == expected.size
+        assert np.all(np.abs(got.temperature - expected) <= step * (1 + 1e-9))
+    several = [got for got in found if got.several]
+    assert len(several) > 10
+    assert all(list(got.stable) == [True, False, True] for got in several)
+    for i, got in enumerate(found):
+        for T in got.temperature:
+            at = np.where(np.arange(n) == i, T, background)
+            assert abs(T - 20.0 - 8.0 * power(at)[0][i]) < 1e-10
+
+
+def test_cold_start_takes_the_lowest_and_a_warm_one_stays() -> None:
+    n, limits = 300, (20.0, 800.0)
+    power, background = steep(np.random.default_rng(3), n)
+    roots = element_equilibria(power, background, 8.0, limits=limits)
+    inside = np.array([root.temperature.size > 0 for root in roots])
+    lowest = np.array([root.temperature[0] if root.temperature.size else np.nan for root in roots])
+    highest = np.array([root.temperature[-1] if root.temperature.size else 800.0 for root in roots])
+    cold = equilibrium(power, background, 8.0, limits=limits)
+    assert cold.converged
+    np.testing.assert_allclose(cold.temperature[inside], lowest[inside], rtol=1e-11)
+    warm = equilibrium(power, background, 8.0, limits=limits, start=highest + 0.5)
+    np.testing.assert_allclose(warm.temperature[inside], highest[inside], rtol=1e-11)
+    assert warm.evaluations <= 8
+    assert not warm.jumped
+
+
+def test_a_vanished_equilibrium_is_flagged() -> None:
+    """Raise the power past the fold: the low equilibrium is gone, the high one is taken and said to be another."""
+    power, background = steep(np.random.default_rng(3), 300)
+    roots = element_equilibria(power, background, 8.0, limits=(20.0, 800.0))
+    i = next(k for k, root in enumerate(roots) if root.several)
+    low = roots[i].temperature[0]
+    for factor in np.linspace(1, 20, 200):
+
+        def stronger(T: Array, factor: float = factor) -> tuple[Array, Array]:
+            full = np.where(np.arange(300) == i, T[0], background)
+            value, slope = power(full)
+            return factor * value[[i]], factor * slope[[i]]
+
+        found = equilibrium(stronger, [20.0], 8.0, limits=(20.0, 5000.0), start=[low])
+        if found.jumped:
+            break
+        assert found.temperature[0] - low < 60.0
+        low = found.temperature[0]
+    assert found.jumped
+    assert found.temperature[0] > low + 20.0
+
+
+def test_leaving_the_table_is_said() -> None:
+    curve = FrictionCurve(temperature=[25, 200, 400], mu=[0.5, 0.45, 0.4])
+    found = equilibrium(
+        lambda T: (100.0 * curve.mu(T), 100.0 * curve.dmu(T)), [25.0, 25.0], [1.0, 20.0], limits=curve.limits
+    )
+    assert list(found.outside) == [False, True]
+    assert found.temperature[1] == pytest.approx(25.0 + 20.0 * 40.0)
+    assert "contact element 1 leaves its table, 25 to 400" in (found.problem or "")
+
+
+def surface(rng: np.random.Generator, n: int, coupling: float) -> Array:
+    """A symmetric positive influence matrix with positive entries, as conduction gives."""
+    at = rng.uniform(0, 1, (n, 2))
+    distance = np.linalg.norm(at[:, None] - at[None], axis=-1)
+    return 8.0 * (np.eye(n) + coupling * np.exp(-3 * distance) * (1 - np.eye(n)))
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_coupled_surface_balances_heat(seed: int) -> None:
+    """Cold and warm starts: residual at rounding, a stable state, and none with every element colder."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 9))
+    power, background = steep(rng, n)
+    matrix = surface(rng, n, rng.uniform(0.02, 0.3))
+    cold = equilibrium(power, background, matrix, limits=(20.0, 3000.0))
+    assert cold.converged
+    assert cold.stable
+    residual = cold.temperature - background - matrix @ power(cold.temperature)[0]
+    assert np.abs(residual).max() <= 1e-11 * cold.temperature.max()
+    warm = equilibrium(power, background, matrix, limits=(20.0, 3000.0), start=cold.temperature + 0.3)
+    np.testing.assert_allclose(warm.temperature, cold.temperature, rtol=1e-10)
+    assert warm.evaluations <= 8
+
+
+def test_diagonal_influence_matrix_is_the_element_wise_problem() -> None:
+    power, background = steep(np.random.default_rng(5), 6)
+    resistances = np.linspace(4, 9, 6)
+    apart = equilibrium(power, background, resistances, limits=(20.0, 3000.0))
+    nearly = equilibrium(power, background, np.diag(resistances) + 1e-14, limits=(20.0, 3000.0))
+    np.testing.assert_allclose(nearly.temperature, apart.temperature, rtol=1e-11)
+    diagonal = equilibrium(power, background, np.diag(resistances), limits=(20.0, 3000.0))
+    np.testing.assert_array_equal(diagonal.temperature, apart.temperature)
+
+
+def test_rising_friction_from_cold_is_the_least_solution() -> None:
+    """Where every power rises with temperature the plain fixed-point iteration climbs to the least equilibrium."""
+    rng = np.random.default_rng(8)
+    n = 5
+    at, width, gain = rng.uniform(80, 200, n), rng.uniform(5, 20, n), rng.uniform(5, 20, n)
+
+    def power(T: Array) -> tuple[Array, Array]:
+        grown = 1 / (1 + np.exp(-(T - at) / width))
+        return 3.0 + gain * grown, gain * grown * (1 - grown) / width
+
+    matrix, T = surface(rng, n, 0.2), np.full(n, 20.0)
+    for _ in range(20000):
+        T = 20.0 + matrix @ power(T)[0]
+    found = equilibrium(power, np.full(n, 20.0), matrix, limits=(20.0, 2000.0))
+    np.testing.assert_allclose(found.temperature, T, rtol=1e-10)
+
+
+def test_all_equilibria_of_a_weakly_coupled_surface() -> None:
+    """Two elements with three equilibria each give nine while the coupling is weak, four of them stable."""
+
+    def power(T: Array) -> tuple[Array, Array]:
+        grown = 1 / (1 + np.exp((100.0 - T) / 5.0))
+        return 2.0 + 20.0 * grown, 4.0 * grown * (1.0 - grown)
+
+    found = surface_equilibria(power, [20.0, 20.0], 8.0 * np.array([[1, 1e-3], [1e-3, 1]]), limits=(20.0, 300.0))
+    assert found.temperature.shape == (9, 2)
+    assert found.stable.sum() == 4
+    assert found.several
+
+
+@pytest.mark.parametrize(
+    ("background", "resistance", "sentence"),
+    [
+        ([20.0, np.nan], 8.0, "background temperature"),
+        ([20.0, 20.0], np.ones(3), r"found shape \(3,\); expected a number, \(2,\) or \(2, 2\)"),
+        ([20.0, 20.0], -8.0, "negative or non-finite"),
+        ([20.0, 5.0], 8.0, "5 of contact element 1 lies outside its table, 10 to 100"),
+    ],
+)
+def test_bad_input(background: list[float], resistance: object, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        equilibrium(lambda T: (T, T), background, resistance, limits=(10.0, 100.0))
