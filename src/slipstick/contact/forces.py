@@ -192,7 +192,8 @@ def contact_forces(
     harmonics
         The harmonic set, L coefficients.
     X, Y
-        Coefficients of the relative tangential and normal motion (node 1 minus node 2), (L,) or (n_elements, L), length.
+        Coefficients of the relative tangential and normal motion (node 1 minus node 2), length;
+        (L,) or (n_elements, L).
     omega
         Principal frequency, rad/s, > 0.
     rubbing
@@ -214,7 +215,8 @@ def contact_forces(
 
     >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
     >>> h = Harmonics(range(4))
-    >>> f = contact_forces(contact, h, [0, 0, 1, 0, 0, 0, 0], np.zeros(7), omega=2.0, rubbing=RubbingMotion(velocity=9.0))
+    >>> rub = RubbingMotion(velocity=9.0)
+    >>> f = contact_forces(contact, h, [0, 0, 1, 0, 0, 0, 0], np.zeros(7), omega=2.0, rubbing=rub)
     >>> f.Fx.round(12).tolist(), f.states, float(f.power.round(9))
     ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
     """

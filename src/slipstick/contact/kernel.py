@@ -41,7 +41,7 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 def tabulate(
     XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, cos: Any, sin: Any, varying: bool, g: Any
 ) -> None:  # fmt: skip
-    """Fill ``g`` (9, cells): ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'`` at the cell middles."""
+    """Fill ``g`` (9, cells) at the cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
     cells = cos.shape[1]
     for k in range(7):
         for i in range(cells):

@@ -100,8 +100,8 @@ def interval_integrals(harmonics: Harmonics, a: float, b: float) -> tuple[Array,
     Shapes (L, L), (L,), (L,) [Eqs. 22, 23].
 
     >>> W, h, hv = interval_integrals(Harmonics([0, 1]), 0.0, 2 * np.pi)
-    >>> bool(np.allclose(W, np.eye(3))), h.round(12).tolist()
-    (True, [1.0, 0.0, 0.0])
+    >>> bool(np.allclose(W, np.eye(3))), bool(np.allclose(h, [1, 0, 0]))
+    (True, True)
     """
     orders = grid(harmonics).orders
     W, h, hv = _interval(float(a), float(b), orders, harmonics.n, 2 * max(harmonics.highest, 1))
