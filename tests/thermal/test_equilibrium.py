@@ -34,7 +34,7 @@ def test_falling_friction_has_the_root_of_a_quadratic() -> None:
     np.testing.assert_allclose(found.temperature - T0, theta, rtol=1e-12)
     assert found.converged
     assert found.stable
-    assert found.problem is None
+    assert found.problem() is None
     np.testing.assert_allclose(found.power * R, theta, rtol=1e-12)
 
 
@@ -137,7 +137,7 @@ def test_leaving_the_table_is_said() -> None:
     )
     assert list(found.outside) == [False, True]
     assert found.temperature[1] == pytest.approx(25.0 + 20.0 * 40.0)
-    assert "contact element 1 leaves its table, 25 to 400" in (found.problem or "")
+    assert "contact element 1 leaves its table, 25 to 400" in (found.problem() or "")
 
 
 def surface(rng: np.random.Generator, n: int, coupling: float) -> Array:

@@ -7,7 +7,7 @@ solution taken is the one that the body itself would reach when it is let go at 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,9 +52,8 @@ class Equilibrium:
         """Whether the body stays there: every eigenvalue of ``R dEdot/dT`` is below 1."""
         return is_stable(self.resistance, self.dpower_dT)
 
-    @property
-    def problem(self) -> str | None:
-        """What is wrong with this equilibrium, one sentence, or None."""
+    def problem(self, names: Sequence[str] | None = None) -> str | None:
+        """What is wrong with this equilibrium, one sentence, or None; ``names`` are those of the contacts."""
         if not self.converged:
             return "no thermal equilibrium was found: lower the power or the thermal resistance, or smooth the tables"
         if not np.any(self.outside):
@@ -62,8 +61,8 @@ class Equilibrium:
         i = int(np.flatnonzero(self.outside)[0])
         low, high = self.limits[0][i], self.limits[1][i]
         return (
-            f"the temperature of contact element {i} leaves its table, {low:g} to {high:g}: the equilibrium lies near "
-            f"{self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or lower the "
+            f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}: the equilibrium lies "
+            f"near {self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or lower the "
             "thermal resistance, the normal load or the velocity"
         )
 
@@ -132,9 +131,13 @@ def is_stable(resistance: Array, dpower_dT: Array) -> bool:
 
 
 def checked(
-    background: ArrayLike, resistance: ArrayLike, limits: tuple[ArrayLike, ArrayLike]
+    background: ArrayLike,
+    resistance: ArrayLike,
+    limits: tuple[ArrayLike, ArrayLike],
+    names: Sequence[str] | None = None,
 ) -> tuple[Array, Array, tuple[Array, Array]]:
-    """Background (n,), resistance (n,) or (n, n) and limits (n,), (n,), validated; a diagonal matrix becomes (n,)."""
+    """Background (n,), resistance (n,) or (n, n) and limits (n,), (n,), validated; a diagonal matrix becomes
+    (n,)."""
     T0 = np.atleast_1d(np.asarray(background, dtype=float))
     R = np.asarray(resistance, dtype=float)
     n, problems = T0.size, []
@@ -151,12 +154,16 @@ def checked(
     low, high = (np.broadcast_to(np.asarray(limit, dtype=float), n) for limit in limits)
     for i in np.flatnonzero(np.clip(T0, low, high) != T0)[:1]:
         problems.append(
-            f"background temperature: {T0[i]:g} of contact element {i} lies outside its table, {low[i]:g} to "
-            f"{high[i]:g}; extend the table to the background temperature"
+            f"background temperature: {T0[i]:g} of contact {_named(i, names)} lies outside its table, "
+            f"{low[i]:g} to {high[i]:g}; extend the table to the background temperature"
         )
     if problems:
         raise InputError(problems)
     return T0, R, (low, high)
+
+
+def _named(i: int, names: Sequence[str] | None) -> str:
+    return names[i] if names else f"element {i}"
 
 
 class _Clipped:

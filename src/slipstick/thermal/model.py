@@ -1,0 +1,243 @@
+"""Contacts heated by their own friction: what a problem holds, and forces at the temperature they bring about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.errors import InputError
+from slipstick.thermal.equilibrium import Equilibrium, checked, equilibrium
+from slipstick.thermal.friction_curve import FrictionCurve, Sampled
+from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
+from slipstick.thermal.tangent import (
+    PowerDerivatives,
+    ThermalTangent,
+    parameter_power,
+    power_by_temperature,
+    power_derivatives,
+    thermal_tangent,
+)
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThermalModel:
+    """How the contacts of a problem heat up and what that does to them.
+
+    Parameters
+    ----------
+    curve
+        Parameters of temperature: one curve for all contacts, or curves by contact name. A contact without a curve
+        keeps its parameters, but still heats the others.
+    background
+        Temperature without friction: for all, or by contact name.
+    resistance
+        Temperature per power (force x length / time, in the units of the problem): one number for every contact,
+        numbers by contact name (missing: not heated), or an influence matrix (n, n) in the order of ``contacts``.
+    contacts
+        Names in the order of the influence matrix; by default the contacts of the problem in their order.
+
+    Examples
+    --------
+    >>> curve = FrictionCurve(temperature=[25, 400], mu=[0.5, 0.38])
+    >>> model = ThermalModel(curve=curve, background=25.0, resistance=8.0)
+    >>> model.elements(["tip", "shroud"]).resistance
+    array([8., 8.])
+    """
+
+    curve: FrictionCurve | Mapping[str, FrictionCurve]
+    background: float | Mapping[str, float]
+    resistance: ArrayLike | Mapping[str, float]
+    contacts: Sequence[str] | None = None
+
+    def elements(self, names: Sequence[str]) -> HeatedContacts:
+        """The model for these contacts, in this order; raises InputError with every fault."""
+        problems = self._unknown(names)
+        background = _by_name("background", self.background, names, problems)
+        resistance = self._resistance(names, problems)
+        curves = [self.curve.get(name) if isinstance(self.curve, Mapping) else self.curve for name in names]
+        if problems:
+            raise InputError(problems)
+        limits = np.array([curve.limits if curve is not None else (-np.inf, np.inf) for curve in curves]).reshape(-1, 2)
+        T0, R, bounds = checked(background, resistance, (limits[:, 0], limits[:, 1]), names)
+        distinct = {id(curve): curve for curve in curves if curve is not None}
+        groups = tuple(
+            (curve, np.array([i for i, own in enumerate(curves) if own is curve])) for curve in distinct.values()
+        )
+        return HeatedContacts(names=tuple(names), background=T0, resistance=R, limits=bounds, curves=groups)
+
+    def _unknown(self, names: Sequence[str]) -> list[str]:
+        tables = {"curve": self.curve, "background": self.background, "resistance": self.resistance}
+        given = [(what, name) for what, table in tables.items() if isinstance(table, Mapping) for name in table]
+        given += [("contacts", name) for name in self.contacts or ()]
+        return [
+            f"thermal {what}: there is no contact '{name}'; the contacts are {', '.join(names)}"
+            for what, name in given
+            if name not in names
+        ]
+
+    def _resistance(self, names: Sequence[str], problems: list[str]) -> Array:
+        if isinstance(self.resistance, Mapping):
+            return np.array([float(self.resistance.get(name, 0.0)) for name in names])
+        matrix = np.asarray(self.resistance, dtype=float)
+        if matrix.ndim < 2 or problems:
+            return matrix
+        order = list(self.contacts or names)
+        if matrix.shape != (len(order), len(order)) or len(set(order)) != len(order):
+            problems.append(
+                f"thermal influence: found a matrix of shape {matrix.shape} for {len(order)} contacts; "
+                "expected one row and one column for each contact"
+            )
+            return np.zeros(len(names))
+        full = np.zeros((len(names), len(names)))
+        at = [names.index(name) for name in order]
+        full[np.ix_(at, at)] = matrix
+        return full
+
+
+def _by_name(what: str, value: float | Mapping[str, float], names: Sequence[str], problems: list[str]) -> Array:
+    if not isinstance(value, Mapping):
+        return np.full(len(names), float(value))
+    missing = [name for name in names if name not in value]
+    if missing:
+        problems.append(f"thermal {what}: nothing is given for contact {', '.join(missing)}; give it for every contact")
+    return np.array([float(value.get(name, 0.0)) for name in names])
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeatedForces:
+    """Contact forces at the equilibrium temperatures, and everything their consistent tangent needs, n elements."""
+
+    forces: ContactForces
+    equilibrium: Equilibrium
+    tangent: ThermalTangent
+    power: PowerDerivatives
+    mu: Array
+    kt: Array
+    kn: Array
+
+    @property
+    def temperature(self) -> Array:
+        """Contact temperatures (n,)."""
+        return self.equilibrium.temperature
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeatedContacts:
+    """A thermal model bound to n contact elements: validated arrays; ``curves`` with the elements each is for."""
+
+    names: tuple[str, ...]
+    background: Array
+    resistance: Array
+    limits: tuple[Array, Array]
+    curves: tuple[tuple[FrictionCurve, NDArray[np.intp]], ...]
+
+    def parameters(self, T: Array, constant: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Sampled]]:
+        """All of mu, kt, kn at T (n,), and those that some curve gives with their slopes; held beyond the limits."""
+        inside = np.clip(T, *self.limits)
+        sampled: dict[str, Sampled] = {}
+        for curve, rows in self.curves:
+            for name, (value, slope) in curve.at(inside[rows]).items():
+                if name not in sampled:
+                    sampled[name] = Sampled(np.array(constant[name], dtype=float), np.zeros(T.size))
+                sampled[name].value[rows] = value
+                sampled[name].derivative[rows] = np.where(inside[rows] == T[rows], slope, 0.0)
+        return {**constant, **{name: parameter.value for name, parameter in sampled.items()}}, sampled
+
+    def forces(
+        self,
+        harmonics: Harmonics,
+        W: Array,
+        Y: Array,
+        *,
+        v: Array,
+        omega: float,
+        kt: Array,
+        mu: Array,
+        kn: Array,
+        gap: Array,
+        start: Array | None = None,
+    ) -> HeatedForces:
+        """Forces at the temperatures that balance their own power.
+
+        ``W`` (n, L) is ``X + U``, ``v`` (n,) is velocity/omega; mu, kt, kn (n,) serve where no curve gives them.
+        ``start`` (n,) is the neighbouring solution; cold without it. A temperature outside the tables does not raise:
+        see ``Equilibrium.problem``.
+        """
+        element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
+        found = equilibrium(element, self.background, self.resistance, limits=self.limits, start=start)
+        forces, parameters, sampled = element.at(found.temperature)
+        return HeatedForces(
+            forces=forces,
+            equilibrium=found,
+            tangent=thermal_tangent(self.resistance, found.dpower_dT, forces, sampled),
+            power=power_derivatives(harmonics, W, forces, v=v, omega=omega),
+            **parameters,
+        )
+
+    def all_equilibria(
+        self,
+        harmonics: Harmonics,
+        W: Array,
+        Y: Array,
+        *,
+        v: Array,
+        omega: float,
+        kt: Array,
+        mu: Array,
+        kn: Array,
+        gap: Array,
+    ) -> list[ElementEquilibria] | SurfaceEquilibria:
+        """Every equilibrium at this motion: for each element, or for the surface where the elements heat each other."""
+        element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
+        # an element without a curve has one temperature, wherever it lies
+        low, high = np.minimum(self.limits[0], self.background), self.limits[1].copy()
+        free = ~np.isfinite(high)
+        low[free] = self.background[free]
+        high[free] = (self.background + 2.0 * np.abs(self._rise(element)) + 1.0)[free]
+        if self.resistance.ndim == 2:
+            return surface_equilibria(element, self.background, self.resistance, limits=(low, high))
+        knots = np.unique(np.concatenate([np.empty(0), *(curve.knots for curve, _ in self.curves)]))
+        return element_equilibria(element, self.background, self.resistance, limits=(low, high), knots=knots)
+
+    def _rise(self, element: _Element) -> Array:
+        power = element(self.background)[0]
+        return self.resistance * power if self.resistance.ndim == 1 else self.resistance @ power
+
+
+class _Element:
+    """Power of temperature at one motion, remembering the forces of the last temperatures."""
+
+    def __init__(
+        self,
+        heated: HeatedContacts,
+        harmonics: Harmonics,
+        W: Array,
+        Y: Array,
+        v: Array,
+        omega: float,
+        constant: dict[str, Array],
+        gap: Array,
+    ) -> None:
+        self.heated, self.harmonics, self.W, self.Y = heated, harmonics, W, Y
+        self.v, self.omega, self.constant, self.gap = v, omega, constant, gap
+        self.LW = harmonics.derivative(W)
+        self.last: tuple[Array, ContactForces, dict[str, Array], dict[str, Sampled]] | None = None
+
+    def at(self, T: Array) -> tuple[ContactForces, dict[str, Array], dict[str, Sampled]]:
+        if self.last is None or not np.array_equal(self.last[0], T):
+            parameters, sampled = self.heated.parameters(T, self.constant)
+            forces = element_forces(self.harmonics, self.W, self.Y, v=self.v, gap=self.gap, **parameters)
+            self.last = (T, forces, parameters, sampled)
+        return self.last[1:]
+
+    def __call__(self, T: Array) -> tuple[Array, Array]:
+        forces, _, sampled = self.at(T)
+        by = {name: parameter_power(self.LW, forces, name, v=self.v, omega=self.omega) for name in sampled}
+        return self.omega * forces.work, power_by_temperature(T.size, by, sampled)
