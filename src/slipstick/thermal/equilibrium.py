@@ -61,9 +61,9 @@ class Equilibrium:
         i = int(np.flatnonzero(self.outside)[0])
         low, high = self.limits[0][i], self.limits[1][i]
         return (
-            f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}: the equilibrium lies "
-            f"near {self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or lower the "
-            "thermal resistance, the normal load or the velocity"
+            f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}: the equilibrium "
+            f"lies near {self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or "
+            "lower the thermal resistance, the normal load or the velocity"
         )
 
 
