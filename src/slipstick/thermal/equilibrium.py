@@ -107,8 +107,21 @@ def equilibrium(
     array([92.592593])
     """
     T0, R, bounds = checked(background, resistance, limits)
-    T = T0 if start is None else np.clip(np.broadcast_to(np.asarray(start, dtype=float), T0.shape), *bounds)
-    clipped = _Clipped(evaluate, bounds)
+    first = None if start is None else np.broadcast_to(np.asarray(start, dtype=float), T0.shape)
+    return settled(evaluate, T0, R, bounds, first, tolerance)
+
+
+def settled(
+    evaluate: Evaluate,
+    T0: Array,
+    R: Array,
+    limits: tuple[Array, Array],
+    start: Array | None = None,
+    tolerance: float = 1e-12,
+) -> Equilibrium:
+    """``equilibrium`` for arguments that have been ``checked``."""
+    T = T0 if start is None else np.clip(start, *limits)
+    clipped = _Clipped(evaluate, limits)
     solve = _element_wise if R.ndim == 1 else _coupled
     T, power, slope, converged, jumped = solve(clipped, T0, R, T.copy(), start is None, tolerance)
     return Equilibrium(
@@ -116,7 +129,7 @@ def equilibrium(
         power=power,
         dpower_dT=slope,
         resistance=R,
-        limits=bounds,
+        limits=limits,
         converged=converged,
         jumped=jumped and start is not None,
         evaluations=clipped.count,

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.errors import InputError
-from slipstick.thermal.equilibrium import Equilibrium, checked, equilibrium
+from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
 from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
 from slipstick.thermal.tangent import (
@@ -171,7 +171,7 @@ class HeatedContacts:
         see ``Equilibrium.problem``.
         """
         element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
-        found = equilibrium(element, self.background, self.resistance, limits=self.limits, start=start)
+        found = settled(element, self.background, self.resistance, self.limits, start)
         forces, parameters, sampled = element.at(found.temperature)
         return HeatedForces(
             forces=forces,

@@ -48,15 +48,19 @@ def power_derivatives(
     def by_motion(force: Array) -> Array:
         return omega * (v[:, None] * force[:, 0] + 0.5 * np.einsum("el,elk->ek", LW, force))
 
-    work_v = forces.Fx[:, 0] + parameter_power(LW, forces, "v", v=v, omega=1.0)
-    by = {name: parameter_power(LW, forces, name, v=v, omega=omega) for name in ("mu", "kt", "kn", "gap")}
+    parameters = np.stack([forces.dFx_dv, forces.dFx_dmu, forces.dFx_dkt, forces.dFx_dkn, forces.dFx_dgap])
+    work_v, mu, kt, kn, gap = v * parameters[:, :, 0] + 0.5 * np.einsum("el,pel->pe", LW, parameters)
+    work_v = work_v + forces.Fx[:, 0]
     return PowerDerivatives(
         power=omega * forces.work,
         X=by_motion(forces.dFx_dX) - 0.5 * omega * harmonics.derivative(forces.Fx),
         Y=by_motion(forces.dFx_dY),
         omega=forces.work - v * work_v,
         velocity=work_v,
-        **by,
+        mu=omega * mu,
+        kt=omega * kt,
+        kn=omega * kn,
+        gap=omega * gap,
     )
 
 
