@@ -1,0 +1,348 @@
+"""Lowest modes of sparse symmetric ``K phi = lambda M phi`` by shift-invert block Lanczos with a proof of completeness.
+
+The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues, full
+reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 228,
+1994), and thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Matrix Anal. Appl. 22, 602, 2000). The number of
+eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError, SlipstickError
+from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise
+
+Array = NDArray[np.float64]
+
+
+class EigenError(SlipstickError, RuntimeError):
+    """Modes that did not converge or could not be proven complete."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """One sign of life of a long computation: ``done`` of ``total`` in the stage named."""
+
+    stage: str
+    done: int
+    total: int
+
+
+Listener = Callable[[Progress], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EigenOptions:
+    """``tolerance`` is on ``|(K - s M)^-1 M phi - theta phi| / theta`` in the M norm: eigenvalue errors are its square."""
+
+    block: int = 16
+    tolerance: float = 1e-8
+    subspace: int | None = None
+    """Largest basis before a restart; by default three times the modes wanted and 16 blocks."""
+    restarts: int = 20
+    check_completeness: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modes:
+    """Mass-normalised modes in ascending order, of which none is missing when ``complete`` is True.
+
+    ``eigenvalues`` (n_modes,) are squared angular frequencies; ``shapes`` is (n, n_modes), the largest entry of each
+    positive; ``residuals`` (n_modes,) are componentwise backward errors of ``K phi = lambda M phi``; ``complete`` is
+    None where the solver gives no inertia.
+    """
+
+    eigenvalues: Array
+    shapes: Array
+    residuals: Array
+    complete: bool | None
+    solver: str
+
+    @property
+    def omega(self) -> Array:
+        """Angular frequencies (n_modes,); a rigid body's rounding below zero counts as zero."""
+        return np.sqrt(np.maximum(self.eigenvalues, 0.0))
+
+
+def modes(
+    K: Any,
+    M: Any,
+    n_modes: int,
+    *,
+    shift: float = 0.0,
+    solver: str | None = None,
+    options: EigenOptions | None = None,
+    start: Array | None = None,
+    listener: Listener | None = None,
+) -> Modes:
+    """The ``n_modes`` lowest modes of sparse symmetric K, M (n, n), M positive definite.
+
+    ``shift`` must lie below the lowest eigenvalue; zero asks for a K without free motions, a negative one serves free
+    bodies. ``start`` (n, block) overrides the random first block. Raises InputError for a singular ``K - shift M`` or
+    an impossible number, EigenError without convergence.
+
+    >>> from scipy import sparse
+    >>> modes(sparse.diags_array([4.0, 1.0, 9.0]), sparse.eye_array(3), 2).omega
+    array([1., 2.])
+    """
+    iteration = BlockLanczos(K, M, shift=shift, solver=solver, options=options, start=start, listener=listener)
+    return iteration.modes(n_modes)
+
+
+def factorise_shifted(K: Any, M: Any, shift: float, *, solver: str | None = None) -> Factorisation:
+    """Factors of ``K - shift M``; a singular K is explained."""
+    try:
+        return factorise(K if shift == 0.0 else K - shift * M, solver=solver)
+    except SingularMatrixError as error:
+        size = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
+        remedy = f"constrain the body or, for its free modes, give a negative shift such as {size:.0e}"
+        what = "the stiffness matrix is singular (a mechanism or an unconstrained body)"
+        if shift != 0.0:
+            what, remedy = f"K - {shift:g} M is singular", "the shift is an eigenvalue: move it"
+        raise SingularMatrixError(f"{what}: {remedy}", error.null_vector) from error
+
+
+class BlockLanczos:
+    """The iteration and its basis: ask for modes, then for more; the work already done is kept.
+
+    Columns ``V`` (n, m) are M-orthonormal, ``H = V^T M (K - s M)^-1 M V``; ``next`` is the block that comes after them.
+    """
+
+    def __init__(
+        self,
+        K: Any,
+        M: Any,
+        *,
+        shift: float = 0.0,
+        solver: str | None = None,
+        options: EigenOptions | None = None,
+        start: Array | None = None,
+        listener: Listener | None = None,
+    ) -> None:
+        self.K, self.M, self.shift = K.tocsr(), M.tocsr(), shift
+        self.options = options or EigenOptions()
+        self.listener = listener
+        self.n = K.shape[0]
+        self._report("factorising", 0, 1)
+        self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver)
+        self.solver = self._factors.name
+        self.random = np.random.default_rng(20120101)
+        self.V = np.zeros((self.n, 0), order="F")
+        self.H = np.zeros((0, 0))
+        self.m = 0
+        width = min(self.options.block, self.n)
+        first = self.random.standard_normal((self.n, width)) if start is None else np.array(start, dtype=float)
+        # one application of the operator damps what the high modes put into the first block
+        first = self.solve(self.M @ first) if start is None else first
+        self.next, _ = self._orthonormalise(first)
+        self.coupling = np.zeros((width, width))
+
+    def solve(self, B: Array) -> Array:
+        """``(K - s M)^-1 B``, B (n, n_columns); factors dropped to save memory are made again."""
+        if self._factors is None:
+            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver)
+        return self._factors.solve(B)
+
+    def modes(self, n_modes: int) -> Modes:
+        """The lowest ``n_modes``, converged; counted by inertia if the solver can and the options say so."""
+        if not 1 <= n_modes <= self.n:
+            raise InputError(
+                f"n_modes = {n_modes} cannot be had from {self.n} degrees of freedom; ask for 1 to {self.n}"
+            )
+        complete: bool | None = None
+        for _ in range(4):
+            self._converge(n_modes)
+            if not self.options.check_completeness:
+                break
+            complete, missing = self._count(n_modes)
+            if complete is not False:
+                break
+            self._report("modes were missing, searching on", n_modes - missing, n_modes)
+            self._append_random()
+        if complete is False:
+            raise EigenError(f"{missing} modes stay missing; give a larger block than {self.options.block}")
+        return self._result(n_modes, complete)
+
+    def _converge(self, n_modes: int) -> None:
+        limit = self._limit(n_modes)
+        restarts = 0
+        while True:
+            converged = self._converged(n_modes)
+            self._report("modes", converged, n_modes)
+            if converged >= n_modes or self.m == self.n:
+                return
+            if self.m + self.next.shape[1] > limit:
+                restarts += 1
+                if restarts > self.options.restarts:
+                    raise EigenError(
+                        f"only {converged} of {n_modes} modes converged after {restarts - 1} restarts with a basis of "
+                        f"{limit} vectors; allow a larger subspace, a looser tolerance or a shift nearer to the modes"
+                    )
+                self._restart(n_modes)
+            self._step()
+
+    def _limit(self, n_modes: int) -> int:
+        default = 3 * n_modes + 16 * self.options.block
+        wanted = self.options.subspace or default
+        return min(self.n, max(wanted, n_modes + 4 * self.options.block))
+
+    def _step(self) -> None:
+        """Take the next block into the basis and make the one after it."""
+        Q, m, width = self.next, self.m, self.next.shape[1]
+        self._reserve(m + width)
+        self.V[:, m : m + width] = Q
+        self.m = m + width
+        W = self.solve(self.M @ Q)
+        C = self._remove(W)
+        self.next, self.coupling = self._orthonormalise(W)
+        H = np.zeros((self.m, self.m))
+        H[:m, :m] = self.H
+        H[:, m:] = C
+        H[m:, :m] = C[:m].T
+        H[m:, m:] = 0.5 * (C[m:] + C[m:].T)
+        self.H = H
+
+    def _reserve(self, m: int) -> None:
+        if m > self.V.shape[1]:
+            grown = np.zeros((self.n, min(self.n, m + 8 * self.options.block)), order="F")
+            grown[:, : self.m] = self.V[:, : self.m]
+            self.V = grown
+
+    def _remove(self, W: Array) -> Array:
+        """Take the basis out of W (n, width) in place; the coefficients (m, width)."""
+        V = self.V[:, : self.m]
+        C = V.T @ (self.M @ W)
+        W -= V @ C
+        return np.asarray(C)
+
+    def _orthonormalise(self, W: Array) -> tuple[Array, Array]:
+        """M-orthonormal block Q outside the basis and R with ``W = Q R``; dead directions become random ones.
+
+        The basis is taken out again after each scaling: small vectors carry the rounding of large ones.
+        """
+        room = min(W.shape[1], self.n - self.m)
+        if room == 0:
+            return np.zeros((self.n, 0)), np.zeros((0, W.shape[1]))
+        R, Q = np.eye(W.shape[1]), W
+        worst = np.inf
+        while worst > 1e4:
+            values, vectors = self._gram(Q)
+            keep = values > 1e-20 * self._scale(values)
+            keep[: max(0, len(values) - room)] = False
+            root = np.sqrt(values[keep])
+            worst = float(root[-1] / root[0]) if len(root) else 0.0
+            Q = Q @ (vectors[:, keep] / root)
+            R = (root[:, None] * vectors[:, keep].T) @ R
+            self._remove(Q)
+        Q = self._fill(Q, room - Q.shape[1])
+        return Q, np.vstack([R, np.zeros((room - R.shape[0], R.shape[1]))])
+
+    def _scale(self, values: Array) -> float:
+        """What counts as zero: relative to the block and to the largest Ritz value, both squared."""
+        ritz = float(np.abs(self.H).max()) ** 2 if self.m else 0.0
+        return max(float(values[-1]), ritz * 1e-8, np.finfo(float).tiny)
+
+    def _gram(self, Q: Array) -> tuple[Array, Array]:
+        G = Q.T @ (self.M @ Q)
+        values, vectors = np.linalg.eigh(0.5 * (G + G.T))
+        if values[0] < -1e-8 * max(values[-1], np.finfo(float).tiny):
+            raise InputError("the mass matrix is indefinite: a motion has negative kinetic energy")
+        return values, vectors
+
+    def _fill(self, Q: Array, lacking: int) -> Array:
+        """Q with ``lacking`` random columns appended, M-orthonormal to it and to the basis."""
+        if lacking == 0:
+            return Q
+        fresh = self.random.standard_normal((self.n, lacking))
+        for _ in range(3):
+            self._remove(fresh)
+            fresh -= Q @ (Q.T @ (self.M @ fresh))
+            values, vectors = self._gram(fresh)
+            fresh = fresh @ (vectors / np.sqrt(np.maximum(values, np.finfo(float).tiny)))
+        return np.hstack([Q, fresh])
+
+    def _ritz(self) -> tuple[Array, Array, Array]:
+        """Ritz values (largest first), vectors in the basis, and relative residuals."""
+        theta, Y = np.linalg.eigh(self.H)
+        theta, Y = theta[::-1], Y[:, ::-1]
+        last = self.coupling.shape[1]
+        error = np.linalg.norm(self.coupling @ Y[self.m - last :], axis=0) if self.m < self.n else np.zeros(self.m)
+        return theta, Y, error / np.maximum(np.abs(theta), np.finfo(float).tiny)
+
+    def _converged(self, n_modes: int) -> int:
+        if self.m == 0:
+            return 0
+        error = self._ritz()[2][:n_modes] <= self.options.tolerance
+        return int(len(error) if error.all() else np.argmin(error))
+
+    def _restart(self, n_modes: int) -> None:
+        """Keep the best Ritz vectors and the next block: the invariants of the iteration still hold."""
+        theta, Y, _ = self._ritz()
+        keep = min(n_modes + 2 * self.options.block, self.m - self.options.block)
+        for rows in np.array_split(np.arange(self.n), max(1, self.n // 8192)):
+            part = slice(rows[0], rows[-1] + 1)
+            self.V[part, :keep] = self.V[part, : self.m] @ Y[:, :keep]
+        self.m, self.H = keep, np.diag(theta[:keep])
+
+    def _append_random(self) -> None:
+        """Go on with random directions instead of the Krylov ones: for modes the start had no part of."""
+        width = min(self.options.block, self.n - self.m)
+        fresh = self.random.standard_normal((self.n, width))
+        fresh = self.solve(self.M @ fresh)
+        self._remove(fresh)
+        self.next, _ = self._orthonormalise(fresh)
+        self.coupling = np.ones((width, self.coupling.shape[1]))
+
+    def _count(self, n_modes: int) -> tuple[bool | None, int]:
+        """Compare the modes below a shift just above the last one wanted with the inertia there."""
+        theta = self._ritz()[0]
+        positive = theta[theta > 0.0]
+        if len(positive) <= n_modes:
+            return (True if self.m == self.n else None), 0
+        eigenvalues = self.shift + 1.0 / positive[: n_modes + 5]
+        gaps = np.diff(eigenvalues[n_modes - 1 :]) / np.abs(eigenvalues[n_modes - 1 : -1])
+        known = n_modes + int(np.argmax(gaps > min(1e-4, gaps.max() / 2)))
+        at = 0.5 * (eigenvalues[known - 1] + eigenvalues[known])
+        self._report("counting modes", n_modes, n_modes)
+        self._factors = None  # two sets of factors would double the memory
+        inertia = factorise(self.K - at * self.M, solver=self.solver, check=False).inertia
+        if inertia is None:
+            return None, 0
+        return inertia.negative <= known, inertia.negative - known
+
+    def _result(self, n_modes: int, complete: bool | None) -> Modes:
+        theta, Y, _ = self._ritz()
+        eigenvalues = self.shift + 1.0 / theta[:n_modes]
+        shapes = np.asfortranarray(self.V[:, : self.m] @ Y[:, :n_modes])
+        rows = np.argmax(np.abs(shapes) > (1.0 - 1e-6) * np.abs(shapes).max(axis=0), axis=0)
+        shapes *= np.sign(shapes[rows, np.arange(n_modes)])
+        return Modes(
+            eigenvalues=eigenvalues,
+            shapes=shapes,
+            residuals=backward_errors(self.K, self.M, eigenvalues, shapes),
+            complete=complete,
+            solver=self.solver,
+        )
+
+    def _report(self, stage: str, done: int, total: int) -> None:
+        if self.listener is not None:
+            self.listener(Progress(stage=stage, done=done, total=total))
+
+
+def backward_errors(K: Any, M: Any, eigenvalues: Array, shapes: Array) -> Array:
+    """``max |K phi - lambda M phi| / max (|K| |phi| + |lambda| |M| |phi|)`` of each column, (n_modes,)."""
+    errors = np.empty(len(eigenvalues))
+    size_K, size_M = abs(K), abs(M)
+    for first in range(0, len(eigenvalues), 16):
+        part = slice(first, first + 16)
+        values, phi = eigenvalues[part], np.ascontiguousarray(shapes[:, part])
+        residual = np.abs(K @ phi - (M @ phi) * values).max(axis=0)
+        size = (size_K @ np.abs(phi) + (size_M @ np.abs(phi)) * np.abs(values)).max(axis=0)
+        errors[part] = residual / size
+    return errors
