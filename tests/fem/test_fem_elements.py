@@ -129,7 +129,7 @@ def test_faults_name_the_element():
     block[1] = block[1][[4, 5, 6, 7, 0, 1, 2, 3]]
     with pytest.raises(InputError, match="hex8 element 2 is inside out"):
         assemble(Mesh(nodes=mesh.nodes, blocks={"hex8": block}), STEEL)
-    with pytest.raises(InputError, match="outside 0..11"):
+    with pytest.raises(InputError, match=r"outside 0\.\.11"):
         Mesh(nodes=mesh.nodes, blocks={"hex8": mesh.blocks["hex8"] + 1})
     with pytest.raises(InputError, match="not known") as fault:
         Mesh(nodes=mesh.nodes, blocks={"hex9": mesh.blocks["hex8"], "hex20": mesh.blocks["hex8"]})

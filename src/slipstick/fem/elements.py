@@ -1,7 +1,7 @@
 """The solid elements and their faces.
 
 Node order is the one of VTK and of CalculiX/Abaqus (C3D8, C3D20, C3D6, C3D15, C3D4, C3D10), which agree: corners of the
-bottom, corners of the top, then the middles of the bottom edges, of the top edges, of the vertical edges; the middles of
+bottom, corners of the top, then the middles of the bottom, of the top, of the vertical edges; the middles of
 a tetrahedron lie on edges 12, 23, 31, 14, 24, 34; a pyramid has its base first, its apex fifth. In a positive element
 the bottom runs counter-clockwise seen from the top. Faces are numbered as CalculiX does (S1, S2, ...) and run
 counter-clockwise seen from outside, so that their normals point outwards.

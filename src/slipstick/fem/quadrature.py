@@ -26,11 +26,9 @@ class Rule:
 def gauss(n: int, dimension: int) -> Rule:
     """Tensor Gauss-Legendre rule with ``n`` points each way, exact to degree 2 n - 1."""
     x, w = np.polynomial.legendre.leggauss(n)
-    grids = np.meshgrid(*[x] * dimension, indexing="ij")
-    weights = np.meshgrid(*[w] * dimension, indexing="ij")
-    return Rule(
-        points=np.stack([g.ravel() for g in grids], axis=1), weights=np.stack([g.ravel() for g in weights]).prod(axis=0)
-    )
+    points = np.stack(np.meshgrid(*[x] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
+    factors = np.stack(np.meshgrid(*[w] * dimension, indexing="ij"), axis=-1).reshape(-1, dimension)
+    return Rule(points=points, weights=factors.prod(axis=1))
 
 
 def triangle(n: int) -> Rule:
@@ -70,7 +68,7 @@ def prism(n_triangle: int, n_height: int) -> Rule:
     """Triangle rule times Gauss rule along the height."""
     flat, tall = triangle(n_triangle), gauss(n_height, 1)
     points = np.hstack([np.tile(flat.points, (n_height, 1)), np.repeat(tall.points, n_triangle, axis=0)])
-    return Rule(points=points, weights=np.kron(tall.weights, flat.weights))
+    return Rule(points=points, weights=np.outer(tall.weights, flat.weights).ravel())
 
 
 def pyramid(n: int) -> Rule:
@@ -81,7 +79,7 @@ def pyramid(n: int) -> Rule:
     s, w = roots_jacobi(n, 2.0, 0.0)
     z = (1.0 + np.repeat(s, n * n)) / 2.0
     across = np.tile(flat.points, (n, 1)) * (1.0 - z)[:, None]
-    return Rule(points=np.hstack([across, z[:, None]]), weights=np.kron(w / 8.0, flat.weights))
+    return Rule(points=np.hstack([across, z[:, None]]), weights=np.outer(w / 8.0, flat.weights).ravel())
 
 
 def _vertex_orbit(a: float) -> list[list[float]]:

@@ -1,0 +1,90 @@
+"""Surface integrals: pressure, traction, heat flux, convection film, nodal areas and normals.
+
+Load vectors are consistent (they integrate the shape functions): uniform pressure pulls on the corners of 8-node faces.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.geometry import face_geometry
+from slipstick.fem.mesh import Mesh, Surface
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+
+def area(mesh: Mesh, surface: Surface) -> float:
+    """Area of a surface."""
+    return float(sum(weights.sum() for _, _, weights, _ in face_geometry(mesh, surface)))
+
+
+def heat_load(mesh: Mesh, surface: Surface, flux: float = 1.0) -> Array:
+    """Nodal heat (n_nodes,) of a uniform flux into the body, ``flux int N dS``, W for W/m2."""
+    load = np.zeros(mesh.n_nodes)
+    for faces, values, weights, _ in face_geometry(mesh, surface):
+        np.add.at(load, faces, weights @ values)
+    return flux * load
+
+
+def pressure_load(mesh: Mesh, surface: Surface, pressure: float = 1.0) -> Array:
+    """Nodal forces (3 n_nodes,) of a uniform pressure, ``-p int N n dS``: a positive pressure pushes into the body."""
+    load = np.zeros((mesh.n_nodes, 3))
+    for faces, values, weights, normals in face_geometry(mesh, surface):
+        np.add.at(load, faces, np.einsum("mq,mqa,qn->mna", weights, normals, values))
+    return -pressure * load.ravel()
+
+
+def traction_load(mesh: Mesh, surface: Surface, traction: ArrayLike) -> Array:
+    """Nodal forces (3 n_nodes,) of a uniform traction (3,), force per area."""
+    return np.outer(heat_load(mesh, surface), np.asarray(traction, dtype=float)).ravel()
+
+
+def film_matrix(mesh: Mesh, surface: Surface, coefficient: float) -> csr_array:
+    """Convection matrix ``h int N_i N_j dS``, (n_nodes, n_nodes), W/K for h in W/(m2 K).
+
+    Raises
+    ------
+    InputError
+        If the coefficient is negative or not finite.
+    """
+    from scipy.sparse import coo_array
+
+    if not (np.isfinite(coefficient) and coefficient >= 0.0):
+        raise InputError(f"convection coefficient {coefficient}: expected a finite value >= 0")
+    rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    for faces, values, weights, _ in face_geometry(mesh, surface):
+        outer = (values[:, :, None] * values[:, None, :]).reshape(len(values), -1)
+        rows.append(np.repeat(faces, faces.shape[1], axis=1).ravel())
+        columns.append(np.tile(faces, (1, faces.shape[1])).ravel())
+        entries.append((coefficient * weights @ outer).ravel())
+    shape = (mesh.n_nodes, mesh.n_nodes)
+    return coo_array((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=shape).tocsr()
+
+
+def area_weights(mesh: Mesh, surface: Surface) -> Array:
+    """Positive share of the area for each node, (n_nodes,), zero off the surface, their sum is the area.
+
+    Each face's area is shared in proportion to ``int N_i^2 dS`` (the lumping of Hinton, Rock and Zienkiewicz 1976): the
+    consistent shares of 8-node faces are negative at the corners.
+    """
+    shares = np.zeros(mesh.n_nodes)
+    for faces, values, weights, _ in face_geometry(mesh, surface):
+        squares = weights @ values**2
+        np.add.at(shares, faces, squares * (weights.sum(axis=1) / squares.sum(axis=1))[:, None])
+    return shares
+
+
+def nodal_normals(mesh: Mesh, surface: Surface) -> Array:
+    """Outward unit normals (n_nodes, 3), averaged over the faces at each node by area; zero off the surface."""
+    normals = np.zeros((mesh.n_nodes, 3))
+    for faces, values, weights, unit in face_geometry(mesh, surface):
+        np.add.at(normals, faces, np.einsum("mq,mqa,qn->mna", weights, unit, values**2))
+    size = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.where(size > 0.0, size, 1.0)

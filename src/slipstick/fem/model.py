@@ -1,0 +1,115 @@
+"""A constrained elastic model: sparse matrices of the free degrees of freedom and their names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.assembly import SolidMatrices, assemble
+from slipstick.fem.materials import Materials
+from slipstick.fem.mesh import Mesh
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElasticModel:
+    """Stiffness and mass without the constrained degrees of freedom.
+
+    Attributes
+    ----------
+    mesh
+        The mesh.
+    K, M
+        Sparse symmetric (n_free, n_free).
+    free
+        Index (n_free,) of each kept degree of freedom in the node-major list ``3 node + axis``.
+    conduction
+        Conduction matrix of all nodes, (n_nodes, n_nodes).
+    """
+
+    mesh: Mesh
+    K: csr_array
+    M: csr_array
+    free: IntArray
+    conduction: csr_array
+
+    @cached_property
+    def dofs(self) -> tuple[str, ...]:
+        """Names "n<label><axis>", as in "n123y", with the node labels of the mesh."""
+        labels = self.mesh.labels[self.free // 3].tolist()
+        return tuple(f"n{label}{'xyz'[axis]}" for label, axis in zip(labels, (self.free % 3).tolist(), strict=True))
+
+    @cached_property
+    def _position(self) -> IntArray:
+        position = np.full(3 * self.mesh.n_nodes, -1, dtype=np.int64)
+        position[self.free] = np.arange(len(self.free))
+        return position
+
+    def restrict(self, full: Any) -> Any:
+        """Rows of the free degrees of freedom of a vector (3 n_nodes,) or of columns, dense or sparse."""
+        return full.tocsr()[self.free] if hasattr(full, "tocsr") else full[self.free]
+
+    def expand(self, vectors: Array) -> Array:
+        """Displacements of all nodes (n_nodes, 3, ...) from values at the free degrees of freedom (n_free, ...)."""
+        full = np.zeros((3 * self.mesh.n_nodes, *vectors.shape[1:]), dtype=vectors.dtype)
+        full[self.free] = vectors
+        return full.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
+
+    def indices(self, nodes: IntArray) -> IntArray:
+        """Positions (n, 3) of the x, y, z degrees of freedom of nodes among the free ones.
+
+        Raises
+        ------
+        InputError
+            If one of them is constrained.
+        """
+        position = self._position[3 * np.asarray(nodes)[:, None] + np.arange(3)]
+        if position.min() < 0:
+            label = self.mesh.labels[np.asarray(nodes)[(position < 0).any(axis=1)][0]]
+            raise InputError(f"node {label} is fixed; it can carry no contact, load or output")
+        return position
+
+
+def elastic_model(
+    mesh: Mesh, materials: Materials, fixed: str | Sequence[str] | IntArray, matrices: SolidMatrices | None = None
+) -> ElasticModel:
+    """Assemble a mesh and take out the fixed nodes: a node set or surface by name, several, or node indices.
+
+    Raises
+    ------
+    InputError
+        If a set is unknown, empty or holds every node, or the material has no density.
+    """
+    nodes = _fixed_nodes(mesh, fixed)
+    whole = matrices or assemble(mesh, materials)
+    kept = np.zeros(mesh.n_nodes, dtype=bool)
+    kept[mesh.used_nodes] = True
+    kept[nodes] = False
+    free = np.flatnonzero(np.repeat(kept, 3))
+    if not len(free):
+        raise InputError("every node is fixed; fix fewer")
+    M = whole.mass[free][:, free]
+    if not M.diagonal().min() > 0.0:
+        raise InputError("the mass matrix is zero somewhere; give every material a density > 0")
+    return ElasticModel(mesh=mesh, K=whole.stiffness[free][:, free], M=M, free=free, conduction=whole.conduction)
+
+
+def _fixed_nodes(mesh: Mesh, fixed: str | Sequence[str] | IntArray) -> IntArray:
+    if isinstance(fixed, str):
+        fixed = [fixed]
+    if not isinstance(fixed, np.ndarray):
+        fixed = np.concatenate([mesh.node_set(name) for name in fixed]) if len(fixed) else np.empty(0, dtype=np.int64)
+    if not len(fixed):
+        raise InputError("no node is fixed; the structure would float: name a node set or surface to fix")
+    return np.unique(fixed)

@@ -1,0 +1,219 @@
+"""Contacts on a surface: which nodes, which directions, and the patch over which force and heat are spread.
+
+The displacement (and the temperature) under a force (a heat source) at a single node grows without limit as the mesh is
+refined. A contact therefore acts on a *patch*: weights ``w_i = int N_i g dS / int g dS`` with ``g = 1 - (d/r)^2``
+inside the radius r around the contact point. The force is ``f w``, the motion of the contact is ``w^T u``: the two are
+conjugate, the compliance ``w^T K^-1 w`` is symmetric and converges with the mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.elements import FACES
+from slipstick.fem.loads import area_weights
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.quadrature import Rule, gauss
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+_PATCH_POINTS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPatches:
+    """Contacts on one surface.
+
+    Attributes
+    ----------
+    nodes
+        Contact node of each, (n_contacts,).
+    positions, normals
+        Its coordinates and the outward unit normal averaged over the patch, (n_contacts, 3).
+    weights
+        Sparse (n_nodes, n_contacts), each column sums to 1.
+    areas
+        Share of the surface nearest to each contact, (n_contacts,); they sum to the surface's area.
+    radii
+        Radius of each patch, (n_contacts,).
+    """
+
+    nodes: IntArray
+    positions: Array
+    normals: Array
+    weights: csc_array
+    areas: Array
+    radii: Array
+
+    def tangents(self, direction: ArrayLike) -> Array:
+        """Unit vectors (n_contacts, 3): a direction (3,), as of rubbing, projected on the surface at each contact.
+
+        Raises
+        ------
+        InputError
+            If the direction is zero or normal to the surface at a contact.
+        """
+        wanted = np.asarray(direction, dtype=float)
+        flat = wanted - (self.normals @ wanted)[:, None] * self.normals
+        size = np.linalg.norm(flat, axis=1)
+        if wanted.shape != (3,) or not np.all(size > 1e-3 * np.linalg.norm(wanted)):
+            raise InputError(
+                f"rubbing direction {wanted.tolist()}: expected a vector (3,) that is not normal to the surface"
+            )
+        return flat / size[:, None]
+
+    def directions(self, vectors: Array) -> csc_array:
+        """Columns (3 n_nodes, n_contacts): motion of each contact along its unit vector, (n_contacts, 3)."""
+        from scipy.sparse import csc_array
+
+        along = [csc_array(self.weights * vectors[:, axis]) for axis in range(3)]
+        coo = [part.tocoo() for part in along]
+        rows = np.concatenate([3 * part.row + axis for axis, part in enumerate(coo)])
+        columns = np.concatenate([part.col for part in coo])
+        values = np.concatenate([part.data for part in coo])
+        return csc_array((values, (rows, columns)), shape=(3 * self.weights.shape[0], self.weights.shape[1]))
+
+    def share(self, total: float) -> Array:
+        """A total (normal load, stiffness) shared among the contacts by area, (n_contacts,)."""
+        return total * self.areas / self.areas.sum()
+
+
+def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
+    """``count`` nodes spread uniformly over a surface, the same ones on every run.
+
+    Farthest points first, then Lloyd's iteration with area weights: each node ends nearest to the centroid of its own
+    part of the surface. Distances are straight lines.
+
+    Raises
+    ------
+    InputError
+        If the surface has fewer nodes than asked.
+    """
+    nodes = surface.nodes
+    if not 1 <= count <= len(nodes):
+        raise InputError(f"contacts: {count} nodes asked on a surface of {len(nodes)}; ask for 1 to {len(nodes)}")
+    points, shares = mesh.nodes[nodes], area_weights(mesh, surface)[nodes]
+    centres = points[_farthest(points, shares, count)]
+    for _ in range(100):
+        owner = _distances(points, centres).argmin(axis=1)
+        moved = np.stack([np.average(points[owner == k], axis=0, weights=shares[owner == k]) for k in range(count)])
+        change = np.abs(moved - centres).max()
+        centres = moved
+        if change < 1e-9 * np.ptp(points):
+            break
+    return nodes[_nearest_different(points, centres)]
+
+
+def _farthest(points: Array, shares: Array, count: int) -> list[int]:
+    middle = np.average(points, axis=0, weights=shares)
+    chosen = [int(np.linalg.norm(points - middle, axis=1).argmax())]
+    distance = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < count:
+        chosen.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return chosen
+
+
+def _distances(points: Array, centres: Array) -> Array:
+    return np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
+
+
+def _nearest_different(points: Array, centres: Array) -> IntArray:
+    distance = _distances(points, centres)
+    chosen: list[int] = []
+    for k in range(len(centres)):
+        distance[chosen, k] = np.inf
+        chosen.append(int(distance[:, k].argmin()))
+    return np.array(chosen, dtype=np.int64)
+
+
+def contact_patches(mesh: Mesh, surface: Surface, nodes: ArrayLike, radius: float | None = None) -> ContactPatches:
+    """Patches around contact nodes (indices) of a surface.
+
+    ``radius`` is one length for all; by default each patch is a disc with half the area nearest to its contact,
+    ``r = sqrt(area / (2 pi))``, so that neighbouring patches do not overlap.
+
+    Raises
+    ------
+    InputError
+        If a node is not on the surface, is given twice, or the radius is too small for the mesh.
+    """
+    from scipy.sparse import csc_array
+
+    chosen = np.atleast_1d(np.asarray(nodes, dtype=np.int64))
+    _require_on_surface(mesh, surface, chosen)
+    positions = mesh.nodes[chosen]
+    owned = np.zeros(len(chosen))
+    for _, _, points, weights, _ in _samples(mesh, surface):
+        owner = _distances(points.reshape(-1, 3), positions).argmin(axis=1)
+        owned += np.bincount(owner, weights.ravel(), minlength=len(chosen))
+    radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(chosen), float(radius))
+    weights = np.zeros((mesh.n_nodes, len(chosen)))
+    normals = np.zeros((len(chosen), 3))
+    for k, (position, r) in enumerate(zip(positions, radii, strict=True)):
+        weights[:, k], normals[k] = _patch(mesh, surface, position, r)
+    return ContactPatches(
+        nodes=chosen, positions=positions, normals=normals, weights=csc_array(weights), areas=owned, radii=radii
+    )
+
+
+def _require_on_surface(mesh: Mesh, surface: Surface, nodes: IntArray) -> None:
+    outside = nodes[~np.isin(nodes, surface.nodes)]
+    if len(outside):
+        named = [mesh.labels[i] if 0 <= i < mesh.n_nodes else f"index {i}" for i in outside]
+        raise InputError(
+            f"contacts: node {named[0]} is not on the surface ({len(outside)} such); it has {len(surface.nodes)} others"
+        )
+    if len(np.unique(nodes)) != len(nodes):
+        raise InputError("contacts: a contact node is given twice; name each node once")
+
+
+def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tuple[Array, Array]:
+    weights, normal, total = np.zeros(mesh.n_nodes), np.zeros(3), 0.0
+    for faces, values, points, areas, normals in _samples(mesh, surface):
+        near = np.linalg.norm(points - position, axis=2)
+        density = areas * np.maximum(1.0 - (near / radius) ** 2, 0.0)
+        np.add.at(weights, faces, density @ values)
+        normal += np.einsum("mq,mqa->a", density, normals)
+        total += density.sum()
+    if not total > 0.05 * radius**2:
+        raise InputError(
+            f"contact patch at {position.tolist()}: radius {radius:.3g} is too small for the faces there; enlarge it"
+        )
+    return weights / total, normal / np.linalg.norm(normal)
+
+
+def _samples(mesh: Mesh, surface: Surface) -> Iterator[tuple[IntArray, Array, Array, Array, Array]]:
+    """Faces, shape values, points (m, q, 3), areas (m, q) and unit normals (m, q, 3) at a dense rule."""
+    for kind, faces in surface.faces.items():
+        if len(faces):
+            rule = _dense_rule(kind)
+            values, gradients = FACES[kind].basis(rule.points)
+            corners = mesh.nodes[faces]
+            across = np.einsum("mna,qnd->mqad", corners, gradients)
+            normal = np.cross(across[..., 0], across[..., 1])
+            size = np.linalg.norm(normal, axis=2)
+            yield (
+                faces,
+                values,
+                np.einsum("qn,mna->mqa", values, corners),
+                size * rule.weights,
+                normal / size[..., None],
+            )
+
+
+def _dense_rule(kind: str) -> Rule:
+    square = gauss(_PATCH_POINTS, 2)
+    if kind.startswith("quad"):
+        return square
+    x, y = (1.0 + square.points.T) / 2.0
+    return Rule(points=np.stack([x * (1.0 - y), y], axis=1), weights=square.weights / 4.0 * (1.0 - y))
