@@ -1,0 +1,1 @@
+"""Generic numerics: damped Newton, pseudo-arclength continuation with located events. Knows no vibration."""

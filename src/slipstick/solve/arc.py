@@ -1,0 +1,138 @@
+"""Geometry of a branch: how its length is measured, and the cubic between two neighbouring points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.solve.newton import norm
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArclengthScaling:
+    """How the arclength of a branch in (x, parameter) is measured.
+
+    ``ds^2 = sum (weight dx_i / size_i)^2 + (dparameter / parameter)^2`` with ``size_i = x_i`` times, when ``adaptive``,
+    the present magnitude ``norm(solution / x)``, renewed from step to step: near a lightly damped resonance the
+    solution grows a thousandfold, and a step is then a fraction of what the solution is, not of what it once was.
+
+    Parameters
+    ----------
+    x
+        Typical size of the unknowns, scalar or (N,), positive. None: 1, or, when not adaptive, the magnitude of the
+        starting point. When adaptive only the ratios matter (and the value itself while the solution is zero).
+    parameter
+        Change of the parameter that counts as 1. None: the range followed, ``|stop - start|``.
+    adaptive
+        Whether the size follows the solution.
+    floor
+        Smallest magnitude used when adaptive, as a fraction of the largest met so far: a solution may pass zero.
+    weight
+        A change of the solution by its own size counts as much as this fraction of the parameter scale.
+
+    Raises
+    ------
+    InputError
+        If a value is not positive and finite.
+    """
+
+    x: ArrayLike | None = None
+    parameter: float | None = None
+    adaptive: bool = True
+    floor: float = 1e-3
+    weight: float = 0.1
+
+    def __post_init__(self) -> None:
+        faults = []
+        for name in ("x", "parameter", "floor", "weight"):
+            value = getattr(self, name)
+            if value is not None and not (np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0)):
+                faults.append(f"arclength scaling, {name}: found {value}; expected positive finite numbers")
+        if faults:
+            raise InputError(faults)
+
+
+class Metric:
+    """The scaling at work on states ``z = (x, parameter)`` (N + 1,).
+
+    ``weights`` (N + 1,) measure arclength, ``inverse`` (N + 1,) measures Newton corrections relative to the solution.
+    """
+
+    def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float) -> None:
+        magnitude = norm(x)
+        given = scaling.x if scaling.x is not None else (magnitude or 1.0) if not scaling.adaptive else 1.0
+        self._unit = np.broadcast_to(1.0 / np.asarray(given, dtype=float), x.shape)
+        self._adaptive, self._floor, self._weight = scaling.adaptive, scaling.floor, scaling.weight
+        self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
+        self._largest = 0.0
+        self.weights = self.inverse = np.empty(0)
+        self.renew(x)
+
+    def renew(self, x: Array) -> None:
+        """Follow the magnitude of the solution ``x`` (N,)."""
+        if self.weights.size and not self._adaptive:
+            return
+        size = 1.0
+        if self._adaptive:
+            magnitude = norm(x * self._unit)
+            self._largest = max(self._largest, magnitude)
+            size = max(magnitude, self._floor * self._largest) or 1.0
+        self.inverse = np.empty(x.size + 1)
+        np.divide(self._unit, size, out=self.inverse[:-1])
+        self.inverse[-1] = self._parameter
+        self.weights = self.inverse * self._weight
+        self.weights[-1] = self._parameter
+
+    def length(self, vector: Array) -> float:
+        """Scaled length of a vector (N + 1,)."""
+        return norm(vector * self.weights)
+
+    def cosine(self, a: Array, b: Array) -> float:
+        """Cosine of the scaled angle between two vectors."""
+        a, b = a * self.weights, b * self.weights
+        return float(a.dot(b)) / (norm(a) * norm(b) or np.inf)
+
+
+class Arc:
+    """Cubic Hermite curve through two states with tangents; ``u`` is 0 at the first and 1 at the second.
+
+    Extrapolated to ``u > 1`` it predicts the next point with an error of fourth order in the step.
+    """
+
+    def __init__(self, first: Array, first_tangent: Array, second: Array, second_tangent: Array, length: float) -> None:
+        self.length = length
+        self._nodes = np.array((first, second, length * first_tangent, length * second_tangent))
+
+    def point(self, u: float) -> Array:
+        """State (N + 1,) at ``u``."""
+        v = u - 1.0
+        value: Array = np.array(((1.0 + 2.0 * u) * v * v, u * u * (3.0 - 2.0 * u), u * v * v, u * u * v)) @ self._nodes
+        return value
+
+    def derivative(self, u: float) -> Array:
+        """Derivative by ``u`` (N + 1,)."""
+        v = u - 1.0
+        value: Array = np.array((6.0 * u * v, -6.0 * u * v, v * (3.0 * u - 1.0), u * (3.0 * u - 2.0))) @ self._nodes
+        return value
+
+    def parameter(self, u: float) -> float:
+        """Parameter (last entry of the state) at ``u``."""
+        v = u - 1.0
+        a, b, c, d = self._nodes[:, -1]
+        return float((1.0 + 2.0 * u) * v * v * a + u * u * (3.0 - 2.0 * u) * b + u * v * v * c + u * u * v * d)
+
+    def where(self, parameter: float, low: float, high: float) -> float:
+        """The ``u`` in [low, high] at which the cubic passes ``parameter`` (bisection; the ends must bracket it)."""
+        rising = self.parameter(high) > self.parameter(low)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if (self.parameter(middle) > parameter) == rising:
+                high = middle
+            else:
+                low = middle
+        return 0.5 * (low + high)

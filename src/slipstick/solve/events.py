@@ -1,0 +1,125 @@
+"""Events along a branch: sign changes of functions of the state, located by solving again on the arc between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Point(Protocol):
+    """What an event function may look at."""
+
+    @property
+    def x(self) -> Array:
+        """Unknowns (N,)."""
+        ...
+
+    @property
+    def parameter(self) -> float:
+        """Parameter."""
+        ...
+
+    @property
+    def tangent_x(self) -> Array:
+        """Derivative of the unknowns along the branch (N,)."""
+        ...
+
+    @property
+    def tangent_parameter(self) -> float:
+        """Derivative of the parameter along the branch."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """A sign change of ``function(step)`` along the branch, to be located by the solver.
+
+    A peak of an amplitude is ``function = d amplitude / ds = gradient @ step.tangent_x`` with ``direction = -1``.
+
+    Parameters
+    ----------
+    name, kind
+        Both are written on the located step; ``kind`` is for instance "peak".
+    function
+        Real function of a step (``x``, ``parameter``, ``tangent_x``, ``tangent_parameter``, ``evaluation``).
+    direction
+        -1: only from positive to negative along the branch; +1: only the other way; 0: both.
+    terminal
+        Whether the continuation ends there.
+    """
+
+    name: str
+    kind: str
+    function: Callable[..., float]
+    direction: int = 0
+    terminal: bool = False
+
+    def crossed(self, before: float, after: float) -> bool:
+        """Whether the values at two neighbouring points enclose such a sign change."""
+        if before < 0.0 <= after:
+            return self.direction >= 0
+        if after <= 0.0 < before or after < 0.0 == before:
+            return self.direction <= 0 and before > 0.0
+        return False
+
+
+def turning_parameter(step: Point) -> float:
+    """Zero where the parameter turns back."""
+    return step.tangent_parameter
+
+
+def turning_points(*, terminal: bool = False) -> Event:
+    """The event of the parameter turning back."""
+    return Event(name="turning point", kind="turning point", function=turning_parameter, terminal=terminal)
+
+
+class BracketedRoot:
+    """Root of a function known only by trials, bracketed; each trial may be expensive.
+
+    T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145: inverse quadratic interpolation where it is
+    safe, bisection elsewhere. Ask ``trial``, tell ``update``, until ``width`` is small.
+
+    >>> root = BracketedRoot(1.0, -1.0, 2.0, 2.0)
+    >>> while root.width > 1e-12:
+    ...     root.update(root.trial, root.trial**2 - 2.0)
+    >>> round(root.best, 12)
+    1.414213562373
+    """
+
+    def __init__(self, a: float, fa: float, b: float, fb: float) -> None:
+        self._a, self._fa, self._b, self._fb = a, fa, b, fb
+        self.trial = a - fa * (b - a) / (fb - fa) if fb != fa else 0.5 * (a + b)
+        self._first = True
+
+    @property
+    def best(self) -> float:
+        """The end with the smaller value."""
+        return self._a if abs(self._fa) < abs(self._fb) else self._b
+
+    @property
+    def width(self) -> float:
+        """Width of the bracket, 0 at an exact root."""
+        return 0.0 if self._fa == 0.0 or self._fb == 0.0 else abs(self._b - self._a)
+
+    def update(self, x: float, value: float, tolerance: float = 1e-15) -> None:
+        """Take in the value at the trial point and choose the next one."""
+        if (value > 0.0) == (self._fa > 0.0):
+            c, fc = self._a, self._fa
+        else:
+            c, fc = self._b, self._fb
+            self._b, self._fb = self._a, self._fa
+        self._a, self._fa = x, value
+        a, fa, b, fb = self._a, self._fa, self._b, self._fb
+        t = 0.5
+        if fa != fb and fc not in (fa, fb) and c != b:
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
+                t = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        near = min(0.5, 0.5 * tolerance / abs(b - a)) if a != b else 0.5
+        self.trial = a + min(1.0 - near, max(near, t)) * (b - a)

@@ -1,0 +1,334 @@
+"""Damped Newton for piecewise smooth systems.
+
+Globalised by the natural monotonicity test (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
+section 3.3): it measures the simplified correction, not the residual, so that it does not depend on how the equations
+are scaled. A decrease of the residual is accepted too, and a few steps may be non-monotone: both keep the iteration
+going across the kinks of stick and slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite, sqrt
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from slipstick.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+class Evaluation(NamedTuple):
+    """Residual (N,), Jacobian (N, N) and derivative of the residual by the parameter (N,) of a system at one state.
+
+    ``detail`` is handed through untouched: whatever the system wants to find again at a converged point.
+    """
+
+    residual: Array
+    jacobian: Array
+    parameter_derivative: Array | None = None
+    detail: Any = None
+
+
+class System(Protocol):
+    """``residual(x, parameter) = 0``, N equations for N unknowns."""
+
+    def evaluate(self, x: Array, parameter: float) -> Evaluation:
+        """Residual, Jacobian and parameter derivative at ``x`` (N,)."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewtonOptions:
+    """How the Newton iteration runs.
+
+    Parameters
+    ----------
+    tolerance
+        Largest scaled norm of the Newton correction at a converged point.
+    max_iterations
+        Largest number of corrections.
+    min_damping
+        Smallest step length of the line search.
+    non_monotone
+        How many full steps may be taken although neither test holds.
+    stagnation
+        Corrections below this which no longer shrink are rounding: accepted, and marked ``stagnated``.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    tolerance: float = 1e-10
+    max_iterations: int = 30
+    min_damping: float = 1e-3
+    non_monotone: int = 4
+    stagnation: float = 1e-8
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not 0 < self.tolerance < 1:
+            faults.append(f"Newton tolerance: found {self.tolerance}; expected a number between 0 and 1")
+        if self.max_iterations < 1:
+            faults.append(f"Newton max_iterations: found {self.max_iterations}; expected at least 1")
+        if not 0 < self.min_damping <= 1:
+            faults.append(f"Newton min_damping: found {self.min_damping}; expected a number in (0, 1]")
+        if self.non_monotone < 0:
+            faults.append(f"Newton non_monotone: found {self.non_monotone}; expected 0 or more")
+        if not 0 <= self.stagnation < 1:
+            faults.append(f"Newton stagnation: found {self.stagnation}; expected a number in [0, 1)")
+        if faults:
+            raise InputError(faults)
+
+
+class Factors(NamedTuple):
+    """LU factors of a square matrix (of its transpose: the rows of a C array are LAPACK's columns)."""
+
+    lu: Array
+    pivots: NDArray[np.int32]
+
+    def solve(self, right: Array) -> Array:
+        """Solution of ``matrix @ x = right``."""
+        x: Array = dgetrs(self.lu, self.pivots, right, trans=1)[0]
+        return x
+
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
+        negative = np.count_nonzero(self.lu.diagonal() < 0)
+        return -1 if (swaps + negative) % 2 else 1
+
+
+def factorise(matrix: Array) -> Factors | None:
+    """LU factors of ``matrix`` (n, n), or None if it is exactly singular."""
+    lu, pivots, info = dgetrf(matrix.T)
+    return None if info > 0 else Factors(lu, pivots)
+
+
+class NewtonResult:
+    """End of a Newton iteration.
+
+    Attributes
+    ----------
+    x, residual, jacobian
+        Last accepted state (N,), its residual (N,) and Jacobian (N, N).
+    residual_norm
+        Euclidean norm of the residual.
+    correction_norm
+        Scaled norm of the Newton correction at ``x``: an estimate of the error of ``x`` in units of the scale.
+    iterations, evaluations, solves
+        Corrections applied, evaluations of the system, linear solves (back substitutions).
+    converged, stagnated
+        Whether the tolerance was met; ``stagnated`` if only down to rounding level.
+    reason
+        Why it stopped, in words.
+    history, corrections
+        Residual norms and scaled correction norms at every accepted state, first to last.
+    contraction
+        Ratio of the first simplified correction to the first correction (0 if there was none): the rate of convergence.
+    evaluation
+        What the system returned at ``x``.
+    factors
+        LU factors of the Jacobian at ``x`` (None if singular).
+    """
+
+    __slots__ = (
+        "contraction",
+        "converged",
+        "correction_norm",
+        "corrections",
+        "evaluation",
+        "evaluations",
+        "factors",
+        "history",
+        "iterations",
+        "jacobian",
+        "reason",
+        "residual",
+        "residual_norm",
+        "solves",
+        "stagnated",
+        "x",
+    )
+
+    def __init__(self, x: Array) -> None:
+        self.x = x
+        self.residual = self.jacobian = np.empty(0)
+        self.residual_norm = self.correction_norm = np.inf
+        self.iterations = self.evaluations = self.solves = 0
+        self.converged = self.stagnated = False
+        self.reason = ""
+        self.history: list[float] = []
+        self.corrections: list[float] = []
+        self.contraction = 0.0
+        self.evaluation: Any = None
+        self.factors: Factors | None = None
+
+    def __repr__(self) -> str:
+        return f"NewtonResult({self.reason}, iterations={self.iterations}, residual_norm={self.residual_norm:.2e})"
+
+
+def newton(
+    system: Callable[[Array], Evaluation],
+    x0: ArrayLike,
+    *,
+    options: NewtonOptions | None = None,
+    scale: ArrayLike = 1.0,
+) -> NewtonResult:
+    """Solve ``system(x).residual = 0``.
+
+    Parameters
+    ----------
+    system
+        Function of ``x`` (N,) that returns ``residual`` (N,) and ``jacobian`` (N, N) as attributes.
+    x0
+        First guess (N,).
+    scale
+        Typical size of the unknowns, scalar or (N,), positive: corrections are measured relative to it.
+
+    Returns
+    -------
+    NewtonResult
+        Look at ``converged``; nothing is raised when the iteration fails.
+
+    Examples
+    --------
+    >>> result = newton(lambda x: Evaluation(x**3 - 8.0, np.diag(3.0 * x**2)), [5.0])
+    >>> result.converged, round(float(result.x[0]), 9)
+    (True, 2.0)
+    """
+    start = np.array(x0, dtype=float)
+    inverse = 1.0 / np.asarray(scale, dtype=float)
+    return iterate(_plain(system), start, inverse, options or NewtonOptions())
+
+
+def newton_at(
+    system: System, x0: ArrayLike, parameter: float, *, options: NewtonOptions | None = None, scale: ArrayLike = 1.0
+) -> NewtonResult:
+    """``newton`` for a parametrised system at a fixed parameter."""
+    return newton(lambda x: system.evaluate(x, parameter), x0, options=options, scale=scale)
+
+
+def _plain(system: Callable[[Array], Evaluation]) -> Callable[[Array], tuple[Array, Array, Any]]:
+    def evaluate(x: Array) -> tuple[Array, Array, Any]:
+        value = system(x)
+        return value.residual, value.jacobian, value
+
+    return evaluate
+
+
+def norm(vector: Array) -> float:
+    """Euclidean norm, quick for short vectors; inf if not finite."""
+    square = float(vector.dot(vector))
+    return sqrt(square) if isfinite(square) else np.inf
+
+
+def iterate(
+    evaluate: Callable[[Array], tuple[Array, Array, Any]], x: Array, inverse_scale: Array, options: NewtonOptions
+) -> NewtonResult:
+    """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them."""
+    result = NewtonResult(x)
+    result.residual, result.jacobian, result.evaluation = evaluate(x)
+    result.evaluations = 1
+    result.residual_norm = norm(result.residual)
+    allowance = options.non_monotone
+    while True:
+        step = _correction(result, inverse_scale)
+        if step is None or _finished(result, options):
+            return result
+        allowance = _line_search(evaluate, result, step, inverse_scale, options, allowance)
+        if result.reason:
+            return result
+        result.iterations += 1
+
+
+def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
+    """Newton correction at the current state; None (with the reason) when it cannot be had."""
+    result.history.append(result.residual_norm)
+    if not isfinite(result.residual_norm):
+        result.reason = "the residual is not finite"
+        return None
+    result.factors = factorise(result.jacobian)
+    if result.factors is None:
+        result.reason = "the Jacobian is singular"
+        return None
+    step = result.factors.solve(result.residual)
+    result.solves += 1
+    result.correction_norm = norm(step * inverse_scale)
+    result.corrections.append(result.correction_norm)
+    if not isfinite(result.correction_norm):
+        result.reason = "the Jacobian is singular"
+        return None
+    return step
+
+
+def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
+    size = result.correction_norm
+    if size <= options.tolerance:
+        result.converged, result.reason = True, "converged"
+    elif size <= options.stagnation and _no_longer_shrinks(result.corrections):
+        result.converged = result.stagnated = True
+        result.reason = "converged to rounding level"
+    elif result.iterations >= options.max_iterations:
+        result.reason = f"no convergence in {options.max_iterations} iterations"
+    return bool(result.reason)
+
+
+def _no_longer_shrinks(sizes: list[float]) -> bool:
+    return len(sizes) > 2 and sizes[-1] > 0.5 * sizes[-2] and sizes[-2] > 0.1 * sizes[-3]
+
+
+def _line_search(
+    evaluate: Callable[[Array], tuple[Array, Array, Any]],
+    result: NewtonResult,
+    step: Array,
+    inverse_scale: Array,
+    options: NewtonOptions,
+    allowance: int,
+) -> int:
+    """Take the longest step along the correction that one of the tests admits; return the allowance left."""
+    factors = result.factors
+    assert factors is not None
+    size, damping = result.correction_norm, 1.0
+    full: tuple[Array, Array, Array, Any, float] | None = None
+    while True:
+        x = result.x - step if damping == 1.0 else result.x - damping * step
+        residual, jacobian, value = evaluate(x)
+        result.evaluations += 1
+        length = norm(residual)
+        if isfinite(length):
+            simplified = factors.solve(residual)
+            result.solves += 1
+            natural = norm(simplified * inverse_scale)
+            if result.iterations == 0 and damping == 1.0:
+                result.contraction = natural / size
+            trial = (x, residual, jacobian, value, length)
+            if (
+                natural <= (1.0 - 0.25 * damping) * size
+                or length <= (1.0 - 0.25 * damping) * result.residual_norm
+                or size <= options.stagnation
+            ):
+                _accept(result, trial)
+                return allowance
+            if damping == 1.0 and natural < 10.0 * size:
+                full = trial
+            bend = norm((simplified - (1.0 - damping) * step) * inverse_scale)
+            damping = max(0.1 * damping, min(0.5 * damping, 0.5 * size * damping * damping / max(bend, 1e-300)))
+        else:
+            damping *= 0.25
+        if damping < options.min_damping:
+            if full is not None and allowance > 0:
+                _accept(result, full)
+                return allowance - 1
+            result.reason = "the line search found no step that brings the solution nearer"
+            return allowance
+
+
+def _accept(result: NewtonResult, trial: tuple[Array, Array, Array, Any, float]) -> None:
+    result.x, result.residual, result.jacobian, result.evaluation, result.residual_norm = trial
