@@ -135,7 +135,7 @@ def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> tuple[Arr
 def _threads() -> int:
     import numba
 
-    return int(numba.config.NUMBA_NUM_THREADS)
+    return int(numba.get_num_threads())
 
 
 @cache

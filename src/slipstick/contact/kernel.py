@@ -41,7 +41,7 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 def tabulate(
     XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, cos: Any, sin: Any, varying: bool, g: Any
 ) -> None:  # fmt: skip
-    """Fill ``g`` (9, cells) at the cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
+    """Fill ``g`` (9, cells) at cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
     cells = cos.shape[1]
     for k in range(7):
         for i in range(cells):
@@ -214,7 +214,7 @@ def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, l
             sums[k, i] *= r
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def product(W: Any, x: Any, out: Any) -> None:
     """``out = W @ x``."""
     for i in range(x.size):
@@ -224,7 +224,7 @@ def product(W: Any, x: Any, out: Any) -> None:
         out[i] = total
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def add_stick(
     h: Any, hv: Any, c0: float, dkt: float, dload: float, cx: float, cy: float, H: Any, kt: float, mu: float,
     kn: float, v: float, vec: Any, dX: Any, dY: Any,

@@ -15,7 +15,7 @@ from slipstick.trig.harmonics import Harmonics
 
 @dataclass(frozen=True, kw_only=True)
 class RubbingMotion:
-    """Prescribed tangential motion of the counter surface [Eq. 7]: ``u(t) = velocity t + sum cos_m cos(m omega t) + ...``
+    """Prescribed motion of the counter surface [Eq. 7]: ``u(t) = velocity t + sum cos_m cos(m omega t) + ...``
 
     The friction force pulls a soft structure towards ``x < 0`` where ``velocity > 0`` (THEORY.md section 2).
 

@@ -64,7 +64,7 @@ def segment_signs(count: int, kind: Any, up: Any, first: Any, contact: Any, plus
                 contact[i], plus[i], minus[i] = c, p, q
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, contact: Any) -> tuple[float, int, int]:
     """Send a start value at a bound once round the period: the end value, where and at which bound it clamped last."""
     where = 0
@@ -81,7 +81,7 @@ def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, conta
     return f, where, side
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def slip_time(
     left: float, right: float, xi: float, f: float, w_left: float, kt: float, v: float, mukn: float, origin: float,
     XU: Any, Y: Any, m: Any, consecutive: bool, c: Any, s: Any,
@@ -117,7 +117,7 @@ def slip_time(
     return t
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: Any, code: Any) -> int:
     """Append an interval, joining it to an equal neighbour; ``at`` rows are (start, end, force at start)."""
     if total > 0 and code[total - 1, 0] == state:

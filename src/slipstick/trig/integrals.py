@@ -19,7 +19,7 @@ from slipstick.trig.roots import FAST, grid, powers
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> None:
     """Add one interval end to ``k C_k`` and ``k S_k``, k = 1 .. top (stored from 0).
 
@@ -56,7 +56,7 @@ def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) ->
         out[ri, ri + 1], out[ri + 1, ri] = ss, ss
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def fill_vectors(
     length: float, ca: Any, sa: Any, cb: Any, sb: Any, orders: Any, n: int, h: Any, hv: Any
 ) -> None:  # fmt: skip

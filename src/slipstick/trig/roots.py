@@ -63,7 +63,7 @@ def grid(harmonics: Harmonics) -> Grid:
     return Grid(orders, np.cos(angle), np.sin(angle), harmonics.orders == tuple(range(n + 1)))
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def powers(t: float, n: int, c: Any, s: Any) -> None:
     """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
     c1, s1 = np.cos(t), np.sin(t)
@@ -80,7 +80,7 @@ def powers(t: float, n: int, c: Any, s: Any) -> None:
             s[i] = b * c4 + a * s4
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
     """``cos m_j t`` and ``sin m_j t`` of every kept order."""
     if consecutive:
@@ -91,7 +91,7 @@ def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
             s[j] = np.sin(orders[j] * t)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
     """``p`` at the time whose basis is ``c, s``."""
     total = 0.0
@@ -100,7 +100,7 @@ def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
     return p0 + total
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
     """``p, p', p''`` at the time whose basis is ``c, s``."""
     v0, v1, v2 = 0.0, 0.0, 0.0
@@ -113,7 +113,7 @@ def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, 
     return p0 + v0, v1, -v2
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
     """``B3 = sum m^3 |c_m|`` and ``sum |c_m|``."""
     bound, size = 0.0, 0.0
@@ -124,7 +124,7 @@ def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
     return bound, size
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def polish(
     left: float, right: float, rising: bool, t: float, start: Any, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, bound: float, c: Any, s: Any,
@@ -143,8 +143,9 @@ def polish(
             right = t
         inside = False
         if v1 != 0.0:
-            d = -v0 / v1
-            q = 0.5 * v2 / v1 * d
+            r = 1.0 / v1
+            d = -v0 * r
+            q = 0.5 * v2 * r * d
             d -= q * d
             inside = left <= t + d <= right
         if not inside:
@@ -169,7 +170,7 @@ def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m
     return polish(left, right, sign > 0, t, start, p0, pc, ps, m, consecutive, bound, c, s)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
     """Sign of ``p`` at a cell edge, 0 where it is zero to rounding; ``taylor`` is right within ``doubt``."""
@@ -181,7 +182,7 @@ def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc
     return 1 if taylor > 0.0 else -1
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def search_cell(
     left: float, right: float, middle: Any, before: Any, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
     bound: float, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
