@@ -39,7 +39,7 @@ Listener = Callable[[Progress], None]
 
 @dataclass(frozen=True, kw_only=True)
 class EigenOptions:
-    """``tolerance`` is on ``|(K - s M)^-1 M phi - theta phi| / theta`` in the M norm: eigenvalue errors are its square."""
+    """``tolerance`` bounds ``|(K - s M)^-1 M phi - theta phi|_M / theta``; eigenvalue errors are its square."""
 
     block: int = 16
     tolerance: float = 1e-8
@@ -140,7 +140,7 @@ class BlockLanczos:
         first = self.random.standard_normal((self.n, width)) if start is None else np.array(start, dtype=float)
         # one application of the operator damps what the high modes put into the first block
         first = self.solve(self.M @ first) if start is None else first
-        self.next, _ = self._orthonormalise(first)
+        self.next, self.M_next, _ = self._orthonormalise(first)
         self.coupling = np.zeros((width, width))
 
     def solve(self, B: Array) -> Array:
@@ -152,9 +152,7 @@ class BlockLanczos:
     def modes(self, n_modes: int) -> Modes:
         """The lowest ``n_modes``, converged; counted by inertia if the solver can and the options say so."""
         if not 1 <= n_modes <= self.n:
-            raise InputError(
-                f"n_modes = {n_modes} cannot be had from {self.n} degrees of freedom; ask for 1 to {self.n}"
-            )
+            raise InputError(f"n_modes = {n_modes} is not to be had from {self.n} dofs; ask for 1 to {self.n}")
         complete: bool | None = None
         for _ in range(4):
             self._converge(n_modes)
@@ -198,15 +196,15 @@ class BlockLanczos:
         self._reserve(m + width)
         self.V[:, m : m + width] = Q
         self.m = m + width
-        W = self.solve(self.M @ Q)
-        C = self._remove(W)
-        self.next, self.coupling = self._orthonormalise(W)
+        W = self.solve(self.M_next)
+        C = self._remove(W, self.M @ W)
         H = np.zeros((self.m, self.m))
         H[:m, :m] = self.H
         H[:, m:] = C
         H[m:, :m] = C[:m].T
         H[m:, m:] = 0.5 * (C[m:] + C[m:].T)
         self.H = H
+        self.next, self.M_next, self.coupling = self._orthonormalise(W)
 
     def _reserve(self, m: int) -> None:
         if m > self.V.shape[1]:
@@ -214,42 +212,45 @@ class BlockLanczos:
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
-    def _remove(self, W: Array) -> Array:
-        """Take the basis out of W (n, width) in place; the coefficients (m, width)."""
+    def _remove(self, W: Array, MW: Array) -> Array:
+        """Take the basis out of W (n, width) in place, ``MW`` being ``M W``; the coefficients (m, width)."""
         V = self.V[:, : self.m]
-        C = V.T @ (self.M @ W)
+        C = V.T @ MW
         W -= V @ C
         return np.asarray(C)
 
-    def _orthonormalise(self, W: Array) -> tuple[Array, Array]:
-        """M-orthonormal block Q outside the basis and R with ``W = Q R``; dead directions become random ones.
+    def _orthonormalise(self, W: Array) -> tuple[Array, Array, Array]:
+        """M-orthonormal block Q outside the basis, ``M Q``, and R with ``W = Q R``; dead directions become random ones.
 
-        The basis is taken out again after each scaling: small vectors carry the rounding of large ones.
+        The basis is taken out again after scaling: small vectors carry the rounding of large ones.
         """
         room = min(W.shape[1], self.n - self.m)
-        if room == 0:
-            return np.zeros((self.n, 0)), np.zeros((0, W.shape[1]))
-        R, Q = np.eye(W.shape[1]), W
-        worst = np.inf
-        while worst > 1e4:
-            values, vectors = self._gram(Q)
+        R, MW = np.eye(W.shape[1]), self.M @ W
+        for _ in range(4 if room else 0):
+            values, vectors = self._gram(W, MW)
             keep = values > 1e-20 * self._scale(values)
             keep[: max(0, len(values) - room)] = False
             root = np.sqrt(values[keep])
-            worst = float(root[-1] / root[0]) if len(root) else 0.0
-            Q = Q @ (vectors[:, keep] / root)
+            T = vectors[:, keep] / root
+            W, MW = W @ T, MW @ T
             R = (root[:, None] * vectors[:, keep].T) @ R
-            self._remove(Q)
-        Q = self._fill(Q, room - Q.shape[1])
-        return Q, np.vstack([R, np.zeros((room - R.shape[0], R.shape[1]))])
+            if not len(root) or root[-1] < 2.0 * root[0]:
+                break
+            self._remove(W, MW)
+            MW = self.M @ W
+        if R.shape[0] < room or not room:
+            W = self._fill(W[:, :room], room - min(R.shape[0], room))
+            MW = self.M @ W
+            R = np.vstack([R[:room], np.zeros((room - min(R.shape[0], room), R.shape[1]))])
+        return W, MW, R
 
     def _scale(self, values: Array) -> float:
         """What counts as zero: relative to the block and to the largest Ritz value, both squared."""
         ritz = float(np.abs(self.H).max()) ** 2 if self.m else 0.0
         return max(float(values[-1]), ritz * 1e-8, np.finfo(float).tiny)
 
-    def _gram(self, Q: Array) -> tuple[Array, Array]:
-        G = Q.T @ (self.M @ Q)
+    def _gram(self, Q: Array, MQ: Array) -> tuple[Array, Array]:
+        G = Q.T @ MQ
         values, vectors = np.linalg.eigh(0.5 * (G + G.T))
         if values[0] < -1e-8 * max(values[-1], np.finfo(float).tiny):
             raise InputError("the mass matrix is indefinite: a motion has negative kinetic energy")
@@ -261,9 +262,9 @@ class BlockLanczos:
             return Q
         fresh = self.random.standard_normal((self.n, lacking))
         for _ in range(3):
-            self._remove(fresh)
+            self._remove(fresh, self.M @ fresh)
             fresh -= Q @ (Q.T @ (self.M @ fresh))
-            values, vectors = self._gram(fresh)
+            values, vectors = self._gram(fresh, self.M @ fresh)
             fresh = fresh @ (vectors / np.sqrt(np.maximum(values, np.finfo(float).tiny)))
         return np.hstack([Q, fresh])
 
@@ -295,8 +296,8 @@ class BlockLanczos:
         width = min(self.options.block, self.n - self.m)
         fresh = self.random.standard_normal((self.n, width))
         fresh = self.solve(self.M @ fresh)
-        self._remove(fresh)
-        self.next, _ = self._orthonormalise(fresh)
+        self._remove(fresh, self.M @ fresh)
+        self.next, self.M_next, _ = self._orthonormalise(fresh)
         self.coupling = np.ones((width, self.coupling.shape[1]))
 
     def _count(self, n_modes: int) -> tuple[bool | None, int]:

@@ -138,7 +138,7 @@ def _choose(solver: str | None) -> str:
         raise InputError(f"solver '{solver}' is not known; choose one of {', '.join(_SOLVERS)} or leave it out")
     if solver not in available:
         raise InputError(
-            f"solver '{solver}' is not installed: pip install {_PACKAGES[solver]}, or choose from {', '.join(available)}"
+            f"solver '{solver}' is not installed: pip install {_PACKAGES[solver]}, or choose {' or '.join(available)}"
         )
     return solver
 
