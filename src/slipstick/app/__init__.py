@@ -1,0 +1,1 @@
+"""The application: case files, the command line and its progress display."""

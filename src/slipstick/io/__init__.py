@@ -1,0 +1,1 @@
+"""Files in and out: results (netCDF-4), arrays and matrices."""

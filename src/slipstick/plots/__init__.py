@@ -1,0 +1,25 @@
+"""Figures of branches: every function takes a branch (or its dataset) and returns matplotlib Axes."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_PUBLIC = {
+    "response": "slipstick.plots.curves",
+    "mean": "slipstick.plots.curves",
+    "power": "slipstick.plots.curves",
+    "fractions": "slipstick.plots.curves",
+    "friction": "slipstick.plots.curves",
+    "loop": "slipstick.plots.points",
+    "states": "slipstick.plots.points",
+    "save_figure": "slipstick.plots.style",
+}
+
+__all__ = sorted(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'slipstick.plots' has no attribute '{name}'")
+    return getattr(import_module(_PUBLIC[name]), name)

@@ -1,0 +1,139 @@
+"""A case file: read, checked as a whole, turned into the public objects (DESIGN.md section 5)."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.reading import Reading
+from slipstick.app.tables import ResponseTable, swept_value
+from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+    from slipstick.results.branch import Branch
+    from slipstick.structure.protocol import Structure
+
+LARGEST_FILE = 32 * 1024**2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A checked case: the objects it describes and what is to be followed.
+
+    Raises nothing itself; :meth:`from_file` and :meth:`from_text` raise InputError with all faults at once.
+    """
+
+    path: Path
+    text: str
+    title: str
+    structure: Structure
+    problem_: Problem = field(repr=False)
+    response: ResponseTable
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Case:
+        """Read a case file.
+
+        Raises
+        ------
+        InputError
+            One sentence for each fault in the file.
+        """
+        path = Path(path)
+        return cls.from_text(_read(path), path)
+
+    @classmethod
+    def from_text(cls, text: str, path: str | Path = "case.toml") -> Case:
+        """A case from its text; files it names are looked for in the folder of ``path``."""
+        path = Path(path)
+        raw = _parse(text, path.name)
+        reading = Reading(raw, path.resolve().parent)
+        reading.read()
+        if reading.faults:
+            raise InputError(list(dict.fromkeys(reading.faults)))
+        assert reading.structure is not None
+        assert reading.problem is not None
+        assert reading.response is not None
+        return cls(
+            path=path,
+            text=text,
+            title=reading.title or path.stem,
+            structure=reading.structure,
+            problem_=reading.problem,
+            response=reading.response,
+        )
+
+    def problem(self) -> Problem:
+        """The problem the case describes."""
+        return self.problem_
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return self.path.stem
+
+    @property
+    def parameter(self) -> str | None:
+        """The named parameter that is followed; None where it is the frequency."""
+        return self.response.parameter
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Start and stop of the followed quantity, rad/s or the parameter's own unit."""
+        swept = self.parameter is not None
+        return swept_value(self.response.start, swept), swept_value(self.response.stop, swept)
+
+    @property
+    def requested(self) -> tuple[float, ...]:
+        """Values at which exact points are wanted."""
+        return tuple(swept_value(v, self.parameter is not None) for v in self.response.at)
+
+    @property
+    def omega(self) -> tuple[float, float]:
+        """The frequencies met, rad/s: a range, or twice the fixed one."""
+        if self.parameter is None:
+            return self.span
+        assert self.response.omega is not None
+        return self.response.omega, self.response.omega
+
+    def options(self) -> Any:
+        """Continuation options given in ``[response]``, over the defaults."""
+        from slipstick.solve.continuation import ContinuationOptions
+
+        names = ("first_step", "max_step", "min_step", "max_points")
+        given = {name: value for name in names if (value := getattr(self.response, name)) is not None}
+        return ContinuationOptions(**given)
+
+    def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
+        """Follow what ``[response]`` asks for."""
+        from slipstick.analysis.response import forced_response, parameter_response
+
+        common: dict[str, Any] = {"options": self.options(), "requested": self.requested, "listeners": tuple(listeners)}
+        if self.parameter is None:
+            return forced_response(self.problem(), omega=self.span, **common)
+        return parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
+
+
+def _read(path: Path) -> str:
+    if path.is_dir():
+        raise InputError(f"{path}: found a folder; expected a case file such as case.toml")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file; check the name, or write an example with 'slipstick init'")
+    if path.stat().st_size > LARGEST_FILE:
+        raise InputError(f"{path}: larger than {LARGEST_FILE >> 20} MB; put large matrices into .npz or .mtx files")
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file; expected a case in TOML (UTF-8)") from None
+
+
+def _parse(text: str, name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
+        raise InputError(f"{name}: not valid TOML: {reason}; correct that line") from None

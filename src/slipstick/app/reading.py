@@ -1,0 +1,212 @@
+"""Reading of a case: every fault is collected, and as many of its objects are built as can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.sentences import model_faults, section_name, shown, suggestion
+from slipstick.app.structures import build_structure, named_dofs
+from slipstick.app.tables import ContactTable, LoadTable, OutputTable, ResponseTable, Table, TopTable
+from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import ContactPair, Load, Problem
+    from slipstick.structure.protocol import Structure
+
+MOST_TABLES = 10_000
+MOST_UNKNOWNS = 12_000
+_SECTIONS = ("structure", "load", "contact", "response", "output")
+
+
+class Reading:
+    """One pass over a case that collects every fault and as many objects as can be built."""
+
+    def __init__(self, raw: dict[str, Any], folder: Path) -> None:
+        self.raw, self.folder = raw, folder
+        self.faults: list[str] = []
+        self.title = ""
+        self.structure: Structure | None = None
+        self.response: ResponseTable | None = None
+        self.problem: Problem | None = None
+
+    def read(self) -> None:
+        """Go through the whole case."""
+        top = self._top()
+        self.structure, faults = self._structure()
+        self.faults += faults
+        loads = self._list("load", LoadTable)
+        contacts = self._list("contact", ContactTable)
+        self.response = self._one("response", ResponseTable)
+        output = self._one("output", OutputTable, optional=True)
+        self._references(loads, contacts, output)
+        pairs = [p for i, c in contacts if (p := self._built("contact", i, c, contact_pair))]
+        forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
+        if not self.faults and top is not None and self.structure is not None:
+            self.title = top.title
+            self._problem(top, pairs, forces, output)
+
+    def _top(self) -> Any:
+        flat = {key: value for key, value in self.raw.items() if key not in _SECTIONS}
+        known = (*(f.alias or n for n, f in TopTable.model_fields.items()), *_SECTIONS)
+        unknown = [key for key in flat if key not in TopTable.model_fields]
+        self.faults += [f"unknown key '{key}' in the case file; {suggestion(key, known)}" for key in unknown]
+        table, faults = model_faults(TopTable, {k: v for k, v in flat.items() if k not in unknown}, "")
+        self.faults += faults
+        return table
+
+    def _structure(self) -> tuple[Structure | None, list[str]]:
+        if "structure" not in self.raw:
+            return None, ["[structure] is missing; describe the structure by its matrices or its modes"]
+        return build_structure(self.raw["structure"], self.folder)
+
+    def _one(self, section: str, model: type[Table], *, optional: bool = False) -> Any:
+        raw = self.raw.get(section)
+        where = section_name(section)
+        if raw is None:
+            if not optional:
+                self.faults.append(f"{where} is missing; give it with the keys from and to")
+            return None
+        if not isinstance(raw, Mapping):
+            self.faults.append(f"{where}: found {shown(raw)}; expected one table {where}")
+            return None
+        return self._validated(model, raw, where)
+
+    def _list(self, section: str, model: type[Table]) -> list[tuple[int, Any]]:
+        raw = self.raw.get(section, [])
+        tables = isinstance(raw, list) and all(isinstance(t, Mapping) for t in raw)
+        if not tables or len(raw) > MOST_TABLES:
+            expected = f"at most {MOST_TABLES}" if tables else f"tables that begin with [[{section}]] (double brackets)"
+            self.faults.append(f"[[{section}]]: found {shown(raw)}; expected {expected}")
+            return []
+        found = ((i, self._validated(model, t, section_name(section, i, t))) for i, t in enumerate(raw))
+        return [(i, table) for i, table in found if table is not None]
+
+    def _validated(self, model: type[Table], raw: Mapping[str, Any], where: str) -> Any:
+        table, faults = model_faults(model, raw, where)
+        cross = [
+            f"{where} {fault}" if fault.startswith(("from", "to:", "at")) else f"{where}: {fault}"
+            for fault in model.cross_check(raw)
+        ]
+        self.faults += faults + cross
+        return None if faults or cross else table
+
+    def _references(self, loads: list[tuple[int, Any]], contacts: list[tuple[int, Any]], output: Any) -> None:
+        """Names used in one section and made in another."""
+        dofs = list(self.structure.dofs) if self.structure is not None else named_dofs(self.raw.get("structure"))
+        names = [c.get("name") for c in self.raw.get("contact", []) if isinstance(c, Mapping)] if contacts else []
+        twice = sorted({n for n in names if isinstance(n, str) and names.count(n) > 1})
+        self.faults += [
+            f"[[contact]] name: '{n}' is used more than once; give every contact its own name" for n in twice
+        ]
+        if dofs is None:
+            return
+        for where, dof in self._dof_uses(output):
+            if dof not in dofs:
+                self.faults.append(f"{where}: there is no dof '{dof}' in the structure; {suggestion(dof, dofs)}")
+        if self.structure is not None:
+            shapes = self.structure.load_shapes
+            for i, table in loads:
+                if table.shape is not None and table.shape not in shapes:
+                    where = section_name("load", i)
+                    hint = suggestion(table.shape, shapes)
+                    self.faults.append(f"{where} shape: there is no load shape '{table.shape}'; {hint}")
+
+    def _dof_uses(self, output: Any) -> list[tuple[str, str]]:
+        uses: list[tuple[str, Any]] = []
+        for i, t in enumerate(_tables(self.raw.get("load"))):
+            uses.append((f"{section_name('load', i, t)} dof", t.get("dof")))
+        for i, t in enumerate(_tables(self.raw.get("contact"))):
+            for key in ("tangential", "normal"):
+                where = f"{section_name('contact', i, t)} {key}"
+                used = t.get(key)
+                uses += [(where, dof) for dof in (used if isinstance(used, Mapping) else [used])]
+        uses += [("[output] dofs", dof) for dof in (output.dofs if output else [])]
+        peaks = self.response.peaks_of if self.response else None
+        uses += [("[response] peaks_of", dof) for dof in ([peaks] if isinstance(peaks, str) else peaks or [])]
+        return [(where, dof) for where, dof in uses if isinstance(dof, str)]
+
+    def _built(self, section: str, index: int, table: Any, build: Callable[[Any], Any]) -> Any:
+        try:
+            return build(table)
+        except InputError as error:
+            where = section_name(section, index, {"name": getattr(table, "name", None)})
+            self.faults += [f"{where} {problem}" for problem in error.problems]
+            return None
+
+    def _problem(self, top: TopTable, pairs: list[ContactPair], loads: list[Load], output: Any) -> None:
+        from slipstick.balance.problem import Problem
+        from slipstick.trig.harmonics import Harmonics
+
+        harmonics = Harmonics(top.harmonics)
+        unknowns = sum(1 + (pair.normal is not None) for pair in pairs) * harmonics.size
+        if unknowns > MOST_UNKNOWNS:
+            self.faults.append(
+                f"{len(pairs)} contacts with {harmonics.size} coefficients make {unknowns} unknowns; "
+                f"expected at most {MOST_UNKNOWNS}: keep fewer harmonics or contacts"
+            )
+            return
+        ratios = [r for r in (top.period_ratio, self.response.period_ratio if self.response else None) if r]
+        if len(ratios) == 2 and ratios[0] != ratios[1]:
+            self.faults.append("period_ratio is given at the top and in [response] with different values; keep one")
+            return
+        try:
+            self.problem = Problem(
+                self.structure,
+                contacts=pairs,
+                loads=loads,
+                harmonics=harmonics,
+                outputs=output.dofs if output else None,
+                period_ratio=ratios[0] if ratios else (1, 1),
+                title=top.title,
+            )
+            self._parameter()
+        except InputError as error:
+            self.faults += error.problems
+
+    def _parameter(self) -> None:
+        """The followed parameter exists and takes both ends of its range."""
+        name = self.response.parameter if self.response else None
+        if name is None or self.problem is None or self.response is None:
+            return
+        try:
+            self.problem.parameter(name)
+            for end in (self.response.start, self.response.stop):
+                self.problem.with_parameter(name, float(end))
+        except InputError as error:
+            self.faults += [f"[response] parameter: {problem}" for problem in error.problems]
+
+
+def _tables(raw: Any) -> list[Mapping[str, Any]]:
+    return [t for t in raw if isinstance(t, Mapping)] if isinstance(raw, list) else []
+
+
+def load(table: LoadTable) -> Load:
+    """The load of a ``[[load]]`` table: amplitude cos(m tau + phase) becomes its cosine and sine parts."""
+    from slipstick.balance.problem import Load
+
+    cos, sin = table.cos, table.sin
+    if table.amplitude is not None:
+        phase = table.phase or 0.0
+        cos, sin = table.amplitude * math.cos(phase), -table.amplitude * math.sin(phase)
+    return Load(dof=table.dof, shape=table.shape, harmonic=table.harmonic, cos=cos, sin=sin)
+
+
+def contact_pair(table: ContactTable) -> ContactPair:
+    """The contact of a ``[[contact]]`` table; a normal load N0 is the interference gap = -N0 / kn."""
+    from slipstick.balance.problem import ContactPair
+    from slipstick.contact.parameters import FrictionContact
+    from slipstick.contact.rubbing import RubbingMotion
+
+    kn = 1.0 if table.kn is None else table.kn
+    gap = table.gap if table.gap is not None else -(table.normal_load or 0.0) / (kn or 1.0)
+    rub = table.rubbing
+    return ContactPair(
+        name=table.name,
+        contact=FrictionContact(kt=table.kt, mu=table.mu, kn=kn, gap=gap),
+        tangential=table.tangential,
+        normal=table.normal,
+        rubbing=RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin) if rub is not None else None,
+    )

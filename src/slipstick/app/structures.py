@@ -1,0 +1,174 @@
+"""The structure a case describes, one builder for each ``kind``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.paths import inside
+from slipstick.app.sentences import model_faults, shown, suggestion
+from slipstick.app.tables import MatricesTable, ModalTable, Table
+from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.structure.protocol import Structure
+
+_SECTION = "[structure]"
+_AXES = "xyz"
+_MODAL = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
+_PRESSURE = {"load_participation": 1, "static_load_response": 1}
+
+
+def build_structure(raw: Any, folder: Path) -> tuple[Structure | None, list[str]]:
+    """The structure of a ``[structure]`` table, or the faults found in it."""
+    if not isinstance(raw, Mapping):
+        return None, [f"{_SECTION}: found {shown(raw)}; expected one table [structure]"]
+    kind = raw.get("kind")
+    if kind is None:
+        return None, [f"{_SECTION} kind is missing; give one of {_kinds()}"]
+    if not isinstance(kind, str) or kind not in _BUILDERS:
+        guess = suggestion(kind, _BUILDERS)
+        hint = f"; {guess}" if guess.startswith("did") else ""
+        return None, [f"{_SECTION} kind: found {shown(kind)}; this version knows {_kinds()}{hint}"]
+    model, build = _BUILDERS[kind]
+    table, faults = model_faults(model, raw, _SECTION)
+    faults += [f"{_SECTION}: {fault}" for fault in model.cross_check(raw)]
+    if table is None or faults:
+        return None, faults
+    try:
+        return build(table, folder), []
+    except InputError as error:
+        return None, [_prefixed(problem) for problem in error.problems]
+
+
+def named_dofs(raw: Any) -> list[str] | None:
+    """The dof names written in the file, for messages where the structure itself is faulty."""
+    names = raw.get("dofs") if isinstance(raw, Mapping) else None
+    return names if isinstance(names, list) and names and all(isinstance(n, str) for n in names) else None
+
+
+def _prefixed(problem: str) -> str:
+    return problem if problem.startswith("[") else f"{_SECTION} {problem}"
+
+
+def _kinds() -> str:
+    return " and ".join(f'"{kind}"' for kind in _BUILDERS)
+
+
+def _matrices(table: Any, folder: Path) -> Structure:
+    from slipstick.structure.matrices import MatrixStructure
+
+    matrices, faults = {}, []
+    for name in ("mass", "damping", "stiffness"):
+        try:
+            matrices[name] = _matrix(getattr(table, name), folder, name)
+        except InputError as error:
+            faults += error.problems
+    if faults:
+        raise InputError(faults)
+    size = matrices["stiffness"].shape[0]
+    faults = [
+        f"{name}: found {m.shape[0]} x {m.shape[1]}; expected {size} x {size} as the stiffness"
+        for name, m in matrices.items()
+        if m is not None and m.shape != (size, size)
+    ]
+    dofs = table.dofs if table.dofs is not None else [str(i + 1) for i in range(size)]
+    if table.dofs is not None and len(dofs) != size:
+        faults.append(f"dofs: found {len(dofs)} names; expected {size}, one for each row of the stiffness")
+    if table.count is not None and table.count != size:
+        faults.append(f"count: found {table.count}; expected {size}, the rows of the stiffness")
+    if faults:
+        raise InputError(faults)
+    return MatrixStructure(
+        M=matrices["mass"], C=matrices["damping"], K=matrices["stiffness"], dofs=dofs, loss_factor=table.loss_factor
+    )
+
+
+def _matrix(value: Any, folder: Path, key: str) -> Any:
+    import numpy as np
+
+    from slipstick.io.matrix_files import read_matrix
+
+    if value is None:
+        return None
+    if not isinstance(value, str):
+        return np.array(value, dtype=float)
+    return read_matrix(_file(value, folder, key))
+
+
+def _file(name: str, folder: Path, key: str) -> Path:
+    try:
+        return inside(folder, name)
+    except ValueError as error:
+        raise InputError(f"{key}: found {shown(name)}; {error}") from None
+
+
+def _modal(table: Any, folder: Path) -> Structure:
+    from slipstick.io.npz import read_arrays
+    from slipstick.structure.modal import ModalStructure
+    from slipstick.structure.protocol import LoadShape
+
+    path = _file(table.file, folder, "file")
+    arrays = read_arrays(path, _MODAL, (*_PRESSURE, "second_residual", "second_load_response"))
+    n_dofs, n_modes = arrays["mode_shapes"].shape
+    faults = _modal_faults(path.name, table, arrays)
+    if faults:
+        raise InputError(faults)
+    keep = slice(table.modes)
+    shapes = {}
+    if _PRESSURE.keys() <= arrays.keys():
+        shapes["pressure"] = LoadShape(
+            participation=arrays["load_participation"][keep],
+            static_response=arrays["static_load_response"],
+            second_response=arrays.get("second_load_response"),
+        )
+    return ModalStructure(
+        omega=arrays["omega"][keep],
+        mode_shapes=arrays["mode_shapes"][:, keep],
+        static_compliance=arrays["static_compliance"],
+        dofs=table.dofs or node_major_names(n_dofs),
+        loss_factor=table.loss_factor or 0.0,
+        damping_ratio=table.damping_ratio or 0.0,
+        second_residual=arrays.get("second_residual") if table.modes in (None, n_modes) else None,
+        load_shapes=shapes,
+    )
+
+
+def node_major_names(n_dofs: int) -> list[str]:
+    """Default names: three directions a node.
+
+    >>> node_major_names(6)
+    ['n1x', 'n1y', 'n1z', 'n2x', 'n2y', 'n2z']
+    """
+    return [f"n{i // 3 + 1}{_AXES[i % 3]}" for i in range(n_dofs)]
+
+
+def _modal_faults(file: str, table: Any, arrays: Mapping[str, Any]) -> list[str]:
+    n_dofs, n_modes = arrays["mode_shapes"].shape
+    expected = {
+        "omega": (n_modes,),
+        "static_compliance": (n_dofs, n_dofs),
+        "second_residual": (n_dofs, n_dofs),
+        "load_participation": (n_modes,),
+        "static_load_response": (n_dofs,),
+        "second_load_response": (n_dofs,),
+    }
+    faults = [
+        f"{file}: '{name}' has shape {arrays[name].shape}; expected {shape} to agree with mode_shapes {n_dofs, n_modes}"
+        for name, shape in expected.items()
+        if name in arrays and arrays[name].shape != shape
+    ]
+    if table.dofs is not None and len(table.dofs) != n_dofs:
+        faults.append(f"dofs: found {len(table.dofs)} names; expected {n_dofs}, one for each row of mode_shapes")
+    if table.dofs is None and n_dofs % 3:
+        faults.append(f"dofs is missing; {n_dofs} rows of mode_shapes are not whole nodes of x, y, z: give their names")
+    if table.modes is not None and table.modes > n_modes:
+        faults.append(f"modes: found {table.modes}; expected at most {n_modes}, the modes in {file}")
+    return faults
+
+
+_BUILDERS: dict[str, tuple[type[Table], Callable[[Any, Path], Any]]] = {
+    "matrices": (MatricesTable, _matrices),
+    "modal": (ModalTable, _modal),
+}

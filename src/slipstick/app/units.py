@@ -1,0 +1,97 @@
+"""The few texts that stand for numbers in a case file: frequencies, phases, harmonics, period ratios."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([A-Za-z/°]+)\s*")
+_FREQUENCY = {"rad/s": 1.0, "hz": 2 * math.pi, "khz": 2e3 * math.pi, "rpm": math.pi / 30}
+_ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
+_RANGE = re.compile(r"(\d{1,18})\s*(?:\.\.\s*(\d{1,18}))?")
+
+HIGHEST_HARMONIC = 10_000
+MOST_HARMONICS = 500
+
+
+def frequency(value: Any) -> float:
+    """A frequency in rad/s from a number (rad/s) or a text with its unit: Hz, kHz, rpm or rad/s.
+
+    >>> frequency(2), round(frequency("0.5 Hz"), 4), round(frequency("3000 rpm"), 3)
+    (2.0, 3.1416, 314.159)
+    """
+    return _quantity(value, _FREQUENCY, 'a number in rad/s, or text with a unit such as "0.32 Hz" or "3000 rpm"')
+
+
+def angle(value: Any) -> float:
+    """An angle in rad from a number (rad) or a text with its unit: deg or rad.
+
+    >>> round(angle("90 deg"), 4)
+    1.5708
+    """
+    return _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+
+
+def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        number, factor = float(value), 1.0
+    else:
+        match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+        known = factors.get(match[2].lower()) if match else None
+        if match is None or known is None:
+            raise ValueError(f"expected {expected}")
+        number, factor = float(match[1]), known
+    if not math.isfinite(number * factor):
+        raise ValueError(f"expected a finite number: {expected}")
+    return number * factor
+
+
+def harmonic_orders(value: Any) -> list[int]:
+    """The orders in ``"0..10"``, ``"0, 1, 3..7"`` or a list of whole numbers; refused before any large list is made.
+
+    >>> harmonic_orders("0, 1, 3..5"), harmonic_orders([0, 1, 3])
+    ([0, 1, 3, 4, 5], [0, 1, 3])
+    """
+    orders: list[int] = []
+    for first, last in _ranges(value):
+        if last > HIGHEST_HARMONIC:
+            raise ValueError(f"harmonic {last} is above the largest allowed, {HIGHEST_HARMONIC}; keep fewer harmonics")
+        if len(orders) + last - first + 1 > MOST_HARMONICS:
+            raise ValueError(f"more than {MOST_HARMONICS} harmonics; keep fewer, 5 to 40 are usual")
+        orders.extend(range(first, last + 1))
+    if not orders or orders[0] != 0 or any(a >= b for a, b in itertools.pairwise(orders)):
+        raise ValueError('expected increasing whole numbers starting at 0, such as "0..10" or [0, 1, 3, 5]')
+    return orders
+
+
+def _ranges(value: Any) -> Iterator[tuple[int, int]]:
+    items = value.split(",") if isinstance(value, str) else value
+    if not isinstance(items, list) or len(items) > MOST_HARMONICS:
+        raise ValueError('expected text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')
+    for item in items:
+        if isinstance(item, int) and not isinstance(item, bool) and item >= 0:
+            yield item, item
+            continue
+        match = _RANGE.fullmatch(item.strip()) if isinstance(value, str) else None
+        if match is None:
+            raise ValueError(f'{item!r} is not a whole number >= 0; expected such as "0..10" or [0, 1, 3, 5]')
+        yield int(match[1]), int(match[2] or match[1])
+
+
+def period_ratio(value: Any) -> tuple[int, int]:
+    """``T_p / T_u`` from ``"3/2"`` or ``[3, 2]``.
+
+    >>> period_ratio("3/2"), period_ratio([1, 1])
+    ((3, 2), (1, 1))
+    """
+    parts = value
+    if isinstance(value, str):
+        parts = [int(p) if re.fullmatch(r"\s*\d{1,6}\s*", p) else p for p in value.split("/")]
+    whole = isinstance(parts, list) and len(parts) == 2 and all(type(p) is int and 1 <= p <= 1000 for p in parts)
+    if not whole:
+        raise ValueError('expected two whole numbers from 1 to 1000, such as "3/2" or [3, 2] (period of load / of rub)')
+    return int(parts[0]), int(parts[1])

@@ -1,0 +1,144 @@
+"""An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
+
+Layout: one line of JSON (names, sizes, attributes), then records of fixed size: check sum (CRC-32, 4 bytes) and the
+numbers as little-endian float64. A record cut short by a kill or a full disk fails its check sum and ends the reading.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+
+_MAGIC = "slipstick journal 1"
+_LARGEST_HEADER = 64 * 1024**2
+_LARGEST_FILE = 16 * 1024**3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """What one point holds: labels of the fixed dimensions and, for each variable, its dimensions and meaning."""
+
+    labels: Mapping[str, tuple[str, ...]]
+    """Names along the dimensions other than ``point``, such as ``{"dof": ("x",)}``."""
+    variables: Mapping[str, tuple[str, ...]]
+    """Dimensions of each variable after ``point``."""
+    meanings: Mapping[str, tuple[str, str]]
+    """``units`` and ``long_name`` of each variable and each dimension."""
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Shape of one variable at one point."""
+        return tuple(len(self.labels[dim]) for dim in self.variables[name])
+
+    @property
+    def size(self) -> int:
+        """Numbers a point."""
+        return sum(int(np.prod(self.shape(name), dtype=int)) for name in self.variables)
+
+    def pack(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
+        """One point as a flat row; raises InputError where a variable is missing or of the wrong shape."""
+        parts = []
+        for name in self.variables:
+            value = np.asarray(point.get(name, np.nan), dtype="<f8")
+            if value.shape != self.shape(name) and value.ndim:
+                raise InputError(f"results: '{name}' has shape {value.shape}; expected {self.shape(name)}")
+            parts.append(np.broadcast_to(value, self.shape(name)).ravel())
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def unpack(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        """Variables (n_points, ...) from rows (n_points, size)."""
+        out, start = {}, 0
+        for name in self.variables:
+            shape = self.shape(name)
+            stop = start + int(np.prod(shape, dtype=int))
+            out[name] = rows[:, start:stop].reshape(len(rows), *shape)
+            start = stop
+        return out
+
+
+class Journal:
+    """The journal being written."""
+
+    def __init__(self, path: Path, layout: Layout) -> None:
+        self.path, self._layout = path, layout
+        header = json.dumps({"magic": _MAGIC, **asdict(layout)}) + "\n"
+        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+        self._end = 0
+        self._write(header.encode())
+
+    def append(self, row: NDArray[np.float64]) -> None:
+        """Write one point; on failure (a full disk) the journal keeps the points before it."""
+        payload = row.astype("<f8").tobytes()
+        self._write(zlib.crc32(payload).to_bytes(4, "little") + payload)
+
+    def _write(self, data: bytes) -> None:
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[os.write(self._file, view) :]
+        except OSError:
+            os.ftruncate(self._file, self._end)
+            os.lseek(self._file, self._end, os.SEEK_SET)
+            raise
+        self._end += len(data)
+
+    def close(self, *, remove: bool) -> None:
+        """Close, and remove the file where the results file holds everything."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+        if remove:
+            self.path.unlink(missing_ok=True)
+
+
+def journal_of(path: Path) -> Path:
+    """Where the journal of a results file lies."""
+    return path.with_name(path.name + ".journal")
+
+
+def read_journal(path: Path) -> tuple[Layout, NDArray[np.float64]]:
+    """Layout and rows (n_points, size) of every complete point.
+
+    Raises
+    ------
+    InputError
+        If the file is no journal.
+    """
+    if path.stat().st_size > _LARGEST_FILE:
+        raise InputError(f"{path}: larger than {_LARGEST_FILE >> 30} GB; expected the journal of a run")
+    with path.open("rb") as stream:
+        layout = _layout(stream.readline(_LARGEST_HEADER), path)
+        rows, length = [], 8 * layout.size
+        while len(record := stream.read(4 + length)) == 4 + length:
+            if zlib.crc32(record[4:]) != int.from_bytes(record[:4], "little"):
+                break
+            rows.append(np.frombuffer(record, dtype="<f8", offset=4))
+    return layout, np.array(rows, dtype=float).reshape(len(rows), layout.size)
+
+
+def _layout(line: bytes, path: Path) -> Layout:
+    try:
+        header = json.loads(line)
+        if header.pop("magic") != _MAGIC:
+            raise ValueError
+        layout = Layout(
+            labels={k: tuple(map(str, v)) for k, v in header["labels"].items()},
+            variables={k: tuple(map(str, v)) for k, v in header["variables"].items()},
+            meanings={k: (str(v[0]), str(v[1])) for k, v in header["meanings"].items()},
+            attributes={k: str(v) for k, v in header["attributes"].items()},
+        )
+        if 8 * layout.size > _LARGEST_FILE:
+            raise ValueError
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError):
+        raise InputError(f"{path}: not a journal of slipstick; expected one written by 'slipstick run'") from None
+    return layout

@@ -1,0 +1,77 @@
+"""One real matrix from a file: .npz (dense, or scipy's sparse format) or MatrixMarket .mtx."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.io.npz import LARGEST, array_shapes, read_arrays
+
+_SPARSE = {"format", "shape", "data", "indices", "indptr"}
+
+
+def read_matrix(path: Path, *, limit: int = LARGEST) -> Any:
+    """A matrix (n, m) as a dense array or a scipy sparse array.
+
+    Raises
+    ------
+    InputError
+        If the file is not one of the known formats, is too large, or holds more than one matrix.
+    """
+    readers = {".npz": _from_npz, ".mtx": _from_matrix_market}
+    if path.suffix.lower() not in readers:
+        raise InputError(f"{path.name}: found a file of type '{path.suffix}'; expected .npz or .mtx")
+    matrix = readers[path.suffix.lower()](path, limit)
+    values = matrix.data if hasattr(matrix, "tocsr") else matrix
+    if not np.all(np.isfinite(values)):
+        raise InputError(f"{path.name}: holds values that are not finite; expected finite real numbers")
+    return matrix
+
+
+def _from_npz(path: Path, limit: int) -> Any:
+    shapes = array_shapes(path, limit=limit)
+    if set(shapes) >= _SPARSE:
+        return _sparse_npz(path)
+    if len(shapes) != 1:
+        raise InputError(f"{path.name}: holds the arrays {', '.join(shapes) or '(none)'}; expected one matrix alone")
+    name = next(iter(shapes))
+    return read_arrays(path, {name: 2}, limit=limit)[name]
+
+
+def _sparse_npz(path: Path) -> Any:
+    from scipy.sparse import csr_array, load_npz
+
+    try:
+        matrix = csr_array(load_npz(path))
+        matrix.check_format(full_check=True)
+    except (ValueError, TypeError, NotImplementedError) as error:
+        raise InputError(f"{path.name}: not a sound sparse matrix ({error}); write it with scipy's save_npz") from None
+    return _real(path, matrix)
+
+
+def _from_matrix_market(path: Path, limit: int) -> Any:
+    from scipy.io import mminfo, mmread
+    from scipy.sparse import csr_array, issparse
+
+    try:
+        rows, columns, entries, layout, field, _ = mminfo(path)
+        size = 8 * rows * columns if layout == "array" else 48 * entries + 16 * rows
+        if size > limit:
+            raise InputError(f"{path.name}: needs more than {limit / 1e9:.3g} GB; reduce the model first")
+        if field not in ("real", "integer", "double", "unsigned-integer"):
+            raise InputError(f"{path.name}: holds {field} values; expected real numbers")
+        matrix = mmread(path)
+    except (ValueError, OverflowError, IndexError, TypeError, StopIteration, UnicodeDecodeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path.name}: not a readable MatrixMarket file ({error})") from None
+    return _real(path, csr_array(matrix) if issparse(matrix) else np.asarray(matrix))
+
+
+def _real(path: Path, matrix: Any) -> Any:
+    if matrix.dtype.kind not in "fiu":
+        raise InputError(f"{path.name}: holds values of type {matrix.dtype}; expected real numbers")
+    return matrix.astype(float)

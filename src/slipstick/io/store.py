@@ -1,0 +1,195 @@
+"""The results file, netCDF-4, written point by point.
+
+HDF5 files that are written in place are lost when the process dies in the middle of a change. So each point goes to a
+small append-only journal first (one write, nothing to corrupt), and the results file itself is always a complete file
+that replaces the one before in a single step. It is renewed as often as costs at most a tenth of the running time
+(points that take long: after every point) and at the end, when the journal is removed. After a kill the results file
+opens with any netCDF reader, and :func:`load` adds what the journal holds beyond it.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.io.journal import Journal, Layout, journal_of, read_journal
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.results.branch import Branch
+
+_SHARE = 10.0
+
+
+class ResultStore:
+    """Appends points to a results file; use it in a ``with`` block.
+
+    Parameters
+    ----------
+    path
+        The results file; its folder must exist.
+    layout
+        Variables, labels and attributes. The numbers of a point are given to :meth:`append` by variable name; those
+        left out are stored as nan.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written, already on opening, before anything is computed.
+    """
+
+    def __init__(self, path: str | Path, layout: Layout) -> None:
+        self.path = Path(path)
+        self.layout = layout
+        self.attributes: dict[str, str] = dict(layout.attributes)
+        self._rows: list[NDArray[np.float64]] = []
+        self._journal = Journal(journal_of(self.path), layout)
+        self._written, self._cost, self._when = -1, 0.0, 0.0
+        try:
+            self.write()
+        except BaseException:
+            self._journal.close(remove=True)
+            raise
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def append(self, point: Mapping[str, Any]) -> None:
+        """Add one point, ``{variable: value}``; it survives a kill from here on."""
+        row = self.layout.pack(point)
+        self._journal.append(row)
+        self._rows.append(row)
+        if time.perf_counter() - self._when > _SHARE * self._cost:
+            self.write()
+
+    def write(self) -> None:
+        """Bring the results file up to date, in one step."""
+        if self._written == len(self._rows):
+            return
+        begin = time.perf_counter()
+        with replacing(self.path) as temporary:
+            _write_netcdf(temporary, self.layout, self.rows(), self.attributes)
+        self._when = time.perf_counter()
+        self._cost, self._written = self._when - begin, len(self._rows)
+
+    def rows(self) -> NDArray[np.float64]:
+        """All points so far, (n_points, numbers a point)."""
+        return np.array(self._rows, dtype=float).reshape(len(self._rows), self.layout.size)
+
+    def close(self, attributes: Mapping[str, str] | None = None) -> None:
+        """Write everything, with final attributes, and remove the journal."""
+        self.attributes.update(attributes or {})
+        self._written = -1
+        try:
+            self.write()
+        except BaseException:
+            self._journal.close(remove=False)
+            raise
+        self._journal.close(remove=True)
+
+    def __enter__(self) -> ResultStore:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside ``path`` that takes its place at the end; on any failure ``path`` stays as it was."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _write_netcdf(path: Path, layout: Layout, rows: NDArray[np.float64], attributes: Mapping[str, str]) -> None:
+    import h5netcdf
+    import h5py
+
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = {"point": None, **{dim: len(names) for dim, names in layout.labels.items()}}
+        file.resize_dimension("point", len(rows))
+        for dim, names in layout.labels.items():
+            labels = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
+            labels[...] = np.array(names, dtype=object)
+            _describe(labels, layout, dim)
+        numbers = file.create_variable("point", ("point",), dtype="i8", data=np.arange(len(rows)))
+        _describe(numbers, layout, "point")
+        for name, values in layout.unpack(rows).items():
+            dims = ("point", *layout.variables[name])
+            variable = file.create_variable(name, dims, dtype="f8", chunks=(max(len(rows), 1), *layout.shape(name)))
+            if values.size:
+                variable[...] = values
+            _describe(variable, layout, name)
+        for name, text in attributes.items():
+            file.attrs[name] = text
+
+
+def _describe(variable: Any, layout: Layout, name: str) -> None:
+    units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
+    variable.attrs["units"], variable.attrs["long_name"] = units, long_name
+
+
+def save_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
+    """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete."""
+    with replacing(Path(path)) as temporary:
+        unlimited = ["point"] if "point" in dataset.dims else None
+        dataset.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=unlimited)
+
+
+def load_dataset(path: str | Path) -> xarray.Dataset:
+    """The dataset of a results file, in memory, with the points a killed run left in the journal beside it.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it is no results file.
+    """
+    import xarray
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
+    try:
+        dataset = xarray.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: not a results file in netCDF-4 ({error}); give one from 'slipstick run'") from None
+    journal = journal_of(path)
+    if not journal.is_file():
+        return dataset
+    layout, rows = read_journal(journal)
+    return _as_dataset(layout, rows) if len(rows) > dataset.sizes.get("point", 0) else dataset
+
+
+def _as_dataset(layout: Layout, rows: NDArray[np.float64]) -> xarray.Dataset:
+    import xarray
+
+    def attrs(name: str) -> dict[str, str]:
+        units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
+        return {"units": units, "long_name": long_name}
+
+    coords: dict[str, Any] = {dim: (dim, list(names), attrs(dim)) for dim, names in layout.labels.items()}
+    coords["point"] = ("point", np.arange(len(rows)), attrs("point"))
+    data = {
+        name: (("point", *layout.variables[name]), values, attrs(name)) for name, values in layout.unpack(rows).items()
+    }
+    return xarray.Dataset(data, coords=coords, attrs=dict(layout.attributes))
+
+
+def load(path: str | Path) -> Branch:
+    """The branch in a results file, without its problem (what needs the problem says so)."""
+    from slipstick.results.branch import Branch
+
+    return Branch.from_dataset(load_dataset(path))
