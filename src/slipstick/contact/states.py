@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from slipstick.trig.roots import FAST, TWO_PI, basis, value, values
+from slipstick.trig.compiled import compiled, inlined
+from slipstick.trig.roots import TWO_PI, basis, value, values
 
 SEPARATION, STICK, SLIP_PLUS, SLIP_MINUS = 0, 1, 2, 3
 """State codes of an interval."""
@@ -23,7 +22,7 @@ NONE, NORMAL, UPPER, LOWER, BOTH = -1, 0, 1, 2, 3
 NAMES = ("separation", "stick", "slip+", "slip-")
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def merge(lists: Any, rising: Any, counts: Any, same: bool, time: Any, kind: Any, up: Any) -> int:
     """Merge three ascending lists of critical times into one; returns their number."""
     i, j, k, total = 0, 0, 0, 0
@@ -44,7 +43,7 @@ def merge(lists: Any, rising: Any, counts: Any, same: bool, time: Any, kind: Any
     return total
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def segment_signs(count: int, kind: Any, up: Any, first: Any, contact: Any, plus: Any, minus: Any) -> None:
     """Contact and the signs of ``phi_+'``, ``phi_-'`` in the segment after each critical time.
 
@@ -64,7 +63,7 @@ def segment_signs(count: int, kind: Any, up: Any, first: Any, contact: Any, plus
                 contact[i], plus[i], minus[i] = c, p, q
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, contact: Any) -> tuple[float, int, int]:
     """Send a start value at a bound once round the period: the end value, where and at which bound it clamped last."""
     where = 0
@@ -81,7 +80,7 @@ def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, conta
     return f, where, side
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def slip_time(
     left: float, right: float, xi: float, f: float, w_left: float, kt: float, v: float, mukn: float, origin: float,
     XU: Any, Y: Any, m: Any, consecutive: bool, c: Any, s: Any,
@@ -106,7 +105,8 @@ def slip_time(
         if slope > 0.0:
             step = -g / slope
             q = 0.5 * (xi * kt * w2 - mukn * y2) / slope * step
-            step -= q * step
+            if abs(q) < 0.5:  # beyond, the third-order step may stand still
+                step -= q * step
             inside = left <= t + step <= right
         if not inside:
             step, q = 0.5 * (left + right) - t, 1.0
@@ -117,7 +117,7 @@ def slip_time(
     return t
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: Any, code: Any) -> int:
     """Append an interval, joining it to an equal neighbour; ``at`` rows are (start, end, force at start)."""
     if total > 0 and code[total - 1, 0] == state:
@@ -128,7 +128,7 @@ def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: 
     return total + 1
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def march(
     f: float, side: int, count: int, kt: float, v: float, mukn: float, time: Any, w: Any, b: Any, contact: Any,
     plus: Any, minus: Any, XU: Any, Y: Any, m: Any, consecutive: bool, c: Any, s: Any, at: Any, code: Any,
@@ -177,7 +177,7 @@ def march(
     return total
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def motion(
     count: int, v: float, mukn: float, time: Any, kind: Any, XU: Any, Y: Any, m: Any, consecutive: bool,
     c: Any, s: Any, w: Any, b: Any,
@@ -195,7 +195,7 @@ def motion(
     b[count] = b[0]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def periodic_start(
     count: int, kt: float, v: float, w: Any, b: Any, contact: Any
 ) -> tuple[float, int, float, int, int, float, int, int]:

@@ -17,15 +17,12 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
-
-FAST = {"reassoc", "contract", "nsz", "arcp"}
-"""Floating-point freedoms of the compiled code: sums may be reordered, infinities and NaN stay honest."""
 
 TWO_PI = 2.0 * pi
 CELLS_PER_ORDER = 10
@@ -63,7 +60,7 @@ def grid(harmonics: Harmonics) -> Grid:
     return Grid(orders, np.cos(angle), np.sin(angle), harmonics.orders == tuple(range(n + 1)))
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def powers(t: float, n: int, c: Any, s: Any) -> None:
     """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
     c1, s1 = np.cos(t), np.sin(t)
@@ -80,7 +77,7 @@ def powers(t: float, n: int, c: Any, s: Any) -> None:
             s[i] = b * c4 + a * s4
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
     """``cos m_j t`` and ``sin m_j t`` of every kept order."""
     if consecutive:
@@ -91,7 +88,7 @@ def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
             s[j] = np.sin(orders[j] * t)
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
     """``p`` at the time whose basis is ``c, s``."""
     total = 0.0
@@ -100,7 +97,7 @@ def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
     return p0 + total
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
     """``p, p', p''`` at the time whose basis is ``c, s``."""
     v0, v1, v2 = 0.0, 0.0, 0.0
@@ -113,7 +110,7 @@ def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, 
     return p0 + v0, v1, -v2
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
     """``B3 = sum m^3 |c_m|`` and ``sum |c_m|``."""
     bound, size = 0.0, 0.0
@@ -124,7 +121,7 @@ def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
     return bound, size
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def polish(
     left: float, right: float, rising: bool, t: float, start: Any, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, bound: float, c: Any, s: Any,
@@ -146,7 +143,8 @@ def polish(
             r = 1.0 / v1
             d = -v0 * r
             q = 0.5 * v2 * r * d
-            d -= q * d
+            if abs(q) < 0.5:  # beyond, the third-order step may stand still
+                d -= q * d
             inside = left <= t + d <= right
         if not inside:
             d = 0.5 * (left + right) - t
@@ -160,7 +158,7 @@ def polish(
     return t
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
     bound: float, c: Any, s: Any) -> float:  # fmt: skip
     """A crossing between two times with certain signs, ``sign`` at the right one."""
@@ -170,7 +168,7 @@ def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m
     return polish(left, right, sign > 0, t, start, p0, pc, ps, m, consecutive, bound, c, s)
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
     """Sign of ``p`` at a cell edge, 0 where it is zero to rounding; ``taylor`` is right within ``doubt``."""
@@ -182,7 +180,7 @@ def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc
     return 1 if taylor > 0.0 else -1
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def search_cell(
     left: float, right: float, middle: Any, before: Any, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
     bound: float, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
@@ -237,7 +235,7 @@ def search_cell(
         left, right = stack[top, 0], stack[top, 1]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def close_period(
     count: int, sign: int, since: float, first: int, first_time: float, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, bound: float, c: Any, s: Any, roots: Any, rising: Any,
@@ -256,7 +254,7 @@ def close_period(
     return count + 1
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def isolate(
     p0: float, pc: Any, ps: Any, g0: Any, g1: Any, g2: Any, skip: Any, m: Any, consecutive: bool,
     c: Any, s: Any, stack: Any, roots: Any, rising: Any,
@@ -304,7 +302,7 @@ def isolate(
     return count, first
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def _roots(p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool) -> tuple[Any, Any]:
     cells, n = cos.shape[1], m.size
     g = np.zeros((3, cells))
