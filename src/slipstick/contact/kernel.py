@@ -10,7 +10,6 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from slipstick.contact.states import (
     NONE,
@@ -24,8 +23,9 @@ from slipstick.contact.states import (
     periodic_start,
     segment_signs,
 )
+from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import add_boundary, fill_matrix, fill_vectors
-from slipstick.trig.roots import FAST, STACK, TWO_PI, basis, isolate, powers, values
+from slipstick.trig.roots import STACK, TWO_PI, basis, isolate, powers, values
 
 V_FX, V_FY, V_DV, V_DMU, V_DKT, V_DKN, V_YKN = range(7)
 """Rows of the vector output: Fx, Fy, dFx/dv, dFx/dmu, dFx/dkt, dFx/dkn, dFy/dkn."""
@@ -37,7 +37,7 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 """Columns of the parameter input."""
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def tabulate(
     XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, cos: Any, sin: Any, varying: bool, g: Any
 ) -> None:  # fmt: skip
@@ -75,7 +75,7 @@ def tabulate(
         g[6, i], g[7, i], g[8, i] = a + b, a1 + b1, a2 + b2
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def separated_cells(Y: Any, orders: Any, g: Any, skip: Any) -> None:
     """Mark the cells in which ``y - g < 0`` for certain."""
     h = pi / skip.size
@@ -86,7 +86,7 @@ def separated_cells(Y: Any, orders: Any, g: Any, skip: Any) -> None:
         skip[i] = g[0, i] + abs(g[1, i]) * h + 0.5 * curvature * h * h < 0.0
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: Any, k: Any) -> int:
     """Critical times of one element, merged, with contact and signs of the segments after them; returns their number.
 
@@ -143,7 +143,7 @@ def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: An
     return count
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def triple(X: Any, shift: float, parts: Any) -> tuple[float, Any, Any]:
     """Split coefficients (L,) into constant, cosines and sines, padded by zeros."""
     for j in range(parts.shape[1]):
@@ -153,7 +153,7 @@ def triple(X: Any, shift: float, parts: Any) -> tuple[float, Any, Any]:
     return X[0] + shift, parts[0], parts[1]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, Any, Any]:
     """Intervals of one element in ``k.at``, ``k.code``; returns their number and the two triples of the motion.
 
@@ -179,7 +179,7 @@ def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, A
     return total, XU, Y
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def weights(state: int) -> tuple[float, float, float]:
     """Weight of a state in the stick, signed slip and contact integrals."""
     if state == STICK:
@@ -191,7 +191,7 @@ def weights(state: int) -> tuple[float, float, float]:
     return 0.0, 0.0, 0.0
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, lengths: Any) -> None:
     """Powers at every interval start and the accumulated primitives of stick, slip and contact."""
     for k in range(6):
@@ -214,7 +214,7 @@ def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, l
             sums[k, i] *= r
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def product(W: Any, x: Any, out: Any) -> None:
     """``out = W @ x``."""
     for i in range(x.size):
@@ -224,7 +224,7 @@ def product(W: Any, x: Any, out: Any) -> None:
         out[i] = total
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def add_stick(
     h: Any, hv: Any, c0: float, dkt: float, dload: float, cx: float, cy: float, H: Any, kt: float, mu: float,
     kn: float, v: float, vec: Any, dX: Any, dY: Any,
@@ -248,7 +248,7 @@ def add_stick(
             dY[i, j] += b * H[j]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def stuck(par: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> None:
     """Add the constant part of a contact stuck all period: the mean of the sticks led to by ``lo`` and ``hi``."""
     orders, _cos, _sin, consecutive = tables
@@ -272,7 +272,7 @@ def stuck(par: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> 
         )  # fmt: skip
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> None:
     """Add all stick intervals that begin within the period (THEORY.md section 5, table)."""
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
@@ -300,7 +300,7 @@ def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: An
         add_stick(h, hv, f - kt * x, -x, f, -kt, slope, H, kt, mu, kn, v, vec, dX, dY)
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> None:
     """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,)."""
     orders = tables[0]
@@ -374,7 +374,7 @@ class Work(NamedTuple):
     rows: Any
 
 
-@njit(cache=True)
+@compiled
 def workspace(padded: int, cells: int, n: int, top: int) -> Any:
     """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
     room = top + 2
@@ -389,7 +389,7 @@ def workspace(padded: int, cells: int, n: int, top: int) -> Any:
     )  # fmt: skip
 
 
-@njit(cache=True, fastmath=FAST, nogil=True)
+@compiled(nogil=True)
 def chunk(
     first: int, last: int, X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int,
     top: int, vec: Any, mat: Any, scalar: Any,
@@ -401,7 +401,7 @@ def chunk(
         element(X[e], Y[e], par[e], tables, n, top, k, vec[e], mat[e], scalar[e])
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def intervals(
     X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int, top: int
 ) -> tuple[Any, Any]:  # fmt: skip

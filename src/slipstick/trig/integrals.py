@@ -10,16 +10,16 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-from slipstick.trig.roots import FAST, grid, powers
+from slipstick.trig.roots import grid, powers
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> None:
     """Add one interval end to ``k C_k`` and ``k S_k``, k = 1 .. top (stored from 0).
 
@@ -31,7 +31,7 @@ def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> Non
         S[k] -= weight * c[k]
 
 
-@njit(cache=True, fastmath=FAST)
+@compiled
 def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) -> None:
     """``W`` (L, L) from the accumulated length and primitives ``C_k, S_k`` (stored from k = 1)."""
     half = 0.5 / pi
@@ -56,7 +56,7 @@ def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) ->
         out[ri, ri + 1], out[ri + 1, ri] = ss, ss
 
 
-@njit(cache=True, fastmath=FAST, forceinline=True)
+@inlined
 def fill_vectors(
     length: float, ca: Any, sa: Any, cb: Any, sb: Any, orders: Any, n: int, h: Any, hv: Any
 ) -> None:  # fmt: skip
@@ -76,7 +76,7 @@ def fill_vectors(
         hv[2 * j + 2] = p * ((sb[k] - sa[k]) / m - length * cb[k])
 
 
-@njit(cache=True)
+@compiled
 def _interval(a: float, b: float, orders: Any, n: int, top: int) -> tuple[Any, Any, Any]:
     room = top + 4
     ca, sa, cb, sb = np.empty(room), np.empty(room), np.empty(room), np.empty(room)

@@ -1,0 +1,26 @@
+"""Compilation of the contact kernel: once on a machine, kept on disk."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+
+
+def is_compiled() -> bool:
+    """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
+    from slipstick.trig.compiled import cache_folder
+
+    return any(cache_folder().rglob("kernel.chunk-*.nbc")) and any(cache_folder().rglob("kernel.intervals-*.nbc"))
+
+
+def compile_kernel() -> float:
+    """Compile the kernel, or load it from the cache; returns the seconds it took."""
+    from slipstick.contact.forces import element_forces
+    from slipstick.trig.harmonics import Harmonics
+
+    start = perf_counter()
+    h = Harmonics([0, 1])
+    one = np.ones(1)
+    _ = element_forces(h, np.ones((1, 3)), np.zeros((1, 3)), v=one, kt=one, mu=one, kn=one, gap=-one).states
+    return perf_counter() - start

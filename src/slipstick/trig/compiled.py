@@ -1,0 +1,64 @@
+"""How the compiled functions of this package are compiled and cached.
+
+The cache lives in a folder named by the content of every compiled source: a function is compiled again when one it
+calls has changed, which numba alone would not notice.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+
+FAST = {"reassoc", "contract", "nsz", "arcp"}
+"""Floating-point freedoms: sums may be reordered; infinities and NaN stay honest."""
+
+SOURCES = ("trig/compiled.py", "trig/roots.py", "trig/integrals.py", "contact/states.py", "contact/kernel.py")
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder of the compiled functions: the user's cache, or a temporary one where that cannot be written."""
+    package = Path(__file__).parent.parent
+    content = b"".join((package / name).read_bytes() for name in SOURCES)
+    key = hashlib.sha256(content).hexdigest()[:16]
+    for root in _roots():
+        folder = root / "slipstick" / key
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    return Path(tempfile.mkdtemp(prefix="slipstick-"))
+
+
+def _roots() -> list[Path]:
+    given = [os.environ[name] for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA") if os.environ.get(name)]
+    home = Path(os.path.expanduser("~"))
+    usual = home / "Library" / "Caches" if sys.platform == "darwin" else home / ".cache"
+    return [*map(Path, given), usual, Path(tempfile.gettempdir())]
+
+
+def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """Decorator: compile with numba, cached on disk."""
+    if function is None:
+        return lambda f: compiled(f, **options)
+    config: Any = numba.config
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(cache_folder())
+    try:
+        return numba.njit(cache=True, fastmath=FAST, **options)(function)
+    finally:
+        config.CACHE_DIR = previous
+
+
+inlined: Any = compiled(forceinline=True)
+"""Decorator for the small functions of the innermost loops: compiled into their callers."""
