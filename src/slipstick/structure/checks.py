@@ -1,0 +1,71 @@
+"""What is wrong with the arrays a structure is made of: one sentence for each fault."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def array_faults(
+    name: str, value: Any, shape: Sequence[int], *, positive: bool = False, non_negative: bool = False
+) -> list[str]:
+    """Faults of a real array that must have ``shape`` and finite entries."""
+    if value.shape != tuple(shape):
+        return [f"{name}: found shape {value.shape}; expected {tuple(shape)}"]
+    if not np.all(np.isfinite(value)):
+        return [f"{name}: some entries are not finite; look for empty fields or overflow in its source"]
+    if positive and np.any(value <= 0):
+        return [f"{name}: the smallest entry is {value.min():g}; expected all positive"]
+    if non_negative and np.any(value < 0):
+        return [f"{name}: the smallest entry is {value.min():g}; expected none negative"]
+    return []
+
+
+def symmetry_faults(name: str, value: Any, *, tolerance: float = 1e-8) -> list[str]:
+    """Faults of a square matrix (dense or sparse) that must be symmetric, to a fraction of its largest entry."""
+    largest = abs(value).max() if value.shape[0] else 0.0
+    difference = abs(value - value.T).max() if value.shape[0] else 0.0
+    if difference <= tolerance * largest:
+        return []
+    return [
+        f"{name}: not symmetric (largest difference {difference:g} beside entries up to {largest:g}); "
+        "give the full symmetric matrix, not one triangle"
+    ]
+
+
+def dof_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
+    """Names of the degrees of freedom and their faults."""
+    names = tuple(dofs) if not isinstance(dofs, str) else (dofs,)
+    faults = []
+    if not names:
+        faults.append("dofs: none given; name every degree of freedom of the structure")
+    wrong = [n for n in names if not isinstance(n, str) or not n]
+    if wrong:
+        faults.append(f"dofs: found {wrong[0]!r}; expected non-empty names")
+    double = sorted({n for n in names if names.count(n) > 1}, key=str) if len(set(names)) < len(names) else []
+    if double:
+        faults.append(f"dofs: the name {double[0]!r} is used more than once; names must differ")
+    return names, faults
+
+
+def directions(name: str, value: Any, n_dofs: int) -> Array:
+    """Direction vectors as a float array (n_dofs, k); raises InputError if they do not fit."""
+    array = np.asarray(value, dtype=float)
+    if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(array)):
+        raise InputError(f"{name}: found shape {array.shape}; expected ({n_dofs}, number of directions), finite")
+    return array
+
+
+def known_shapes(shapes: Sequence[str], available: Mapping[str, Any]) -> None:
+    """Raise InputError for the names of load shapes which do not exist."""
+    listed = ", ".join(available) or "none"
+    faults = [f"load shape {s!r} is unknown; the structure has: {listed}" for s in shapes if s not in available]
+    if faults:
+        raise InputError(faults)

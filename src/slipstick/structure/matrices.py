@@ -1,0 +1,295 @@
+"""Structure given by its mass, damping and stiffness matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, symmetry_faults
+from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.structure.receptance import ModalReceptance, SolvedReceptance
+
+Array = NDArray[np.float64]
+
+#: Largest number of dofs treated densely: all modes are computed.
+DENSE_LIMIT = 1500
+_LISTED_FREQUENCIES = 20
+
+
+class MatrixStructure:
+    """``M x'' + C x' + K x = forces``; hysteretic damping makes it ``K (1 + i loss_factor)`` at nonzero harmonics.
+
+    Parameters
+    ----------
+    M, C, K
+        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; symmetric, M positive
+        definite, K positive definite (a grounded structure).
+    dofs
+        A name for each degree of freedom, in the order of the matrices.
+    loss_factor
+        Structural (hysteretic) loss factor, >= 0.
+    load_shapes
+        Distributed loads: name -> forces on all dofs (n_dofs,).
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault of the matrices, names and values.
+
+    Examples
+    --------
+    >>> s = MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> s.natural_frequencies.round(4)
+    array([6.3246])
+    >>> value, slope = s.project([[1.0]], [[1.0]]).at([6.0])
+    >>> complex(value[0, 0, 0].round(4))
+    (0.1838-0.1103j)
+    """
+
+    def __init__(
+        self,
+        *,
+        M: Any,
+        K: Any,
+        dofs: Iterable[str],
+        C: Any = None,
+        loss_factor: float = 0.0,
+        load_shapes: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        self._dofs, faults = dof_names(dofs)
+        n = len(self._dofs)
+        given = {"M": _matrix(M), "K": _matrix(K)} | ({} if C is None else {"C": _matrix(C)})
+        for name, matrix in given.items():
+            wrong = _matrix_faults(name, matrix, n)
+            faults += wrong or symmetry_faults(name, matrix)
+        self._shapes = {name: np.asarray(v, dtype=float) for name, v in (load_shapes or {}).items()}
+        for name, vector in self._shapes.items():
+            faults += array_faults(f"load shape {name!r}", vector, (n,))
+        if not (np.isfinite(loss_factor) and loss_factor >= 0):
+            faults.append(f"loss_factor: found {loss_factor}; expected a number >= 0")
+        if faults:
+            raise InputError(faults)
+        self.loss_factor = float(loss_factor)
+        self._dense = n <= DENSE_LIMIT
+        self.M, self.K, self.C = (self._form(given.get(name)) for name in ("M", "K", "C"))
+        self._check_definite()
+
+    def _form(self, matrix: Any) -> Any:
+        """Dense below the limit, compressed sparse above."""
+        if matrix is None:
+            return None
+        if self._dense:
+            return matrix.toarray() if hasattr(matrix, "toarray") else matrix
+        from scipy.sparse import csc_array
+
+        return csc_array(matrix)
+
+    def _check_definite(self) -> None:
+        if not self._dense:
+            faults = _sparse_definite_faults(self.M, self.K)
+        else:
+            faults = _definite_faults("M", self.M) + _definite_faults("K", self.K)
+            if self.C is not None:
+                faults += _damping_faults(self.C)
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom."""
+        return self._dofs
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return tuple(self._shapes)
+
+    @cached_property
+    def natural_frequencies(self) -> Array:
+        """Undamped natural frequencies, rad/s, ascending: all of them, or the lowest 20 of a large sparse structure."""
+        if self._dense:
+            return np.sqrt(self._modes[0])
+        from scipy.sparse.linalg import eigsh
+
+        values = eigsh(self.K, k=_LISTED_FREQUENCIES, M=self.M, sigma=0.0, return_eigenvectors=False)
+        return np.sqrt(np.sort(values))
+
+    @cached_property
+    def _modes(self) -> tuple[Array, Array]:
+        """Squared frequencies (n,) and mass-normalised modes (n, n)."""
+        from scipy.linalg import eigh
+
+        values, modes = eigh(self.K, self.M)
+        return np.maximum(values, 0.0), modes
+
+    @cached_property
+    def _modal_damping(self) -> Array | None:
+        """Viscous damping of each mode if the modes diagonalise C, else None."""
+        squared, modes = self._modes
+        if self.C is None:
+            return np.zeros(squared.size)
+        projected = modes.T @ self.C @ modes
+        diagonal = np.diag(projected).copy()
+        rest = np.abs(projected - np.diag(diagonal)).max()
+        return diagonal if rest <= 1e-12 * max(np.abs(diagonal).max(), 1e-300) else None
+
+    def _columns(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
+        known_shapes(shapes, self._shapes)
+        given = directions("columns", columns, len(self._dofs))
+        return np.column_stack([given, *(self._shapes[s] for s in shapes)]) if shapes else given
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
+
+        Summed over all modes (exact) where these diagonalise the damping; solved at each frequency otherwise.
+        """
+        left, right = directions("rows", rows, len(self._dofs)), self._columns(columns, shapes)
+        static = left.T @ self._static_solve(right)
+        if self._dense and self._modal_damping is not None:
+            squared, modes = self._modes
+            return ModalReceptance(
+                left=left.T @ modes,
+                right=right.T @ modes,
+                stiffness=squared * (1.0 + 1j * self.loss_factor),
+                damping=self._modal_damping,
+                static=static,
+            )
+        return SolvedReceptance(solve=self._solve, rows=left, columns=right, static=static)
+
+    def _static_solve(self, right: Array) -> Array:
+        solution: Array
+        if self._dense:
+            from scipy.linalg import cho_factor, cho_solve
+
+            solution = cho_solve(cho_factor(self.K), right)
+        else:
+            from scipy.sparse.linalg import splu
+
+            solution = splu(self.K).solve(right)
+        return solution
+
+    def _solve(self, w: float, right: Array) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """``Z(w)^-1 right`` and ``dZ/dw Z(w)^-1 right``."""
+        stiffness = self.K * (1.0 + 1j * self.loss_factor) - w * w * self.M
+        slope = -2.0 * w * self.M
+        if self.C is not None:
+            stiffness = stiffness + 1j * w * self.C
+            slope = slope + 1j * self.C
+        if self._dense:
+            solution = np.linalg.solve(stiffness, right)
+        else:
+            from scipy.sparse.linalg import splu
+
+            solution = splu(stiffness).solve(right.astype(complex))
+        return solution, slope @ solution
+
+    def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
+        """Equations of motion in time; hysteretic damping becomes viscous, equal at each natural frequency."""
+        n = len(self._dofs)
+        if not self._dense:
+            raise InputError(
+                f"time integration: the structure has {n} dofs, too many for dense matrices; reduce it to modes first"
+            )
+        damping = np.zeros((n, n)) if self.C is None else self.C
+        if self.loss_factor:
+            squared, modes = self._modes
+            weighted = self.M @ modes
+            damping = damping + (weighted * (self.loss_factor * np.sqrt(squared))) @ weighted.T
+        left, right = directions("rows", rows, n), self._columns(columns, shapes)
+        return TimeEquations(
+            M=self.M,
+            C=damping,
+            K=self.K,
+            rows=left.T.copy(),
+            columns=right,
+            feedthrough=np.zeros((left.shape[1], right.shape[1])),
+        )
+
+    def __repr__(self) -> str:
+        return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
+
+
+def _matrix(value: Any) -> Any:
+    return value.astype(float) if hasattr(value, "toarray") else np.array(value, dtype=float)
+
+
+def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+        return [f"{name}: found shape {matrix.shape}; expected a square matrix"]
+    if matrix.shape[0] != n:
+        return [f"{name}: found shape {matrix.shape} but {n} dofs are named; they must agree"]
+    entries = matrix.tocoo().data if hasattr(matrix, "tocoo") else matrix
+    if not np.all(np.isfinite(entries)):
+        return [f"{name}: some entries are not finite; look for empty fields or overflow in its source"]
+    return []
+
+
+_REMEDY = {
+    "M": "the mass matrix is not positive definite; give every dof a mass, or condense the massless ones",
+    "K": "the stiffness matrix is not positive definite; look for wrong signs or a missing triangle",
+}
+_GROUNDED = (
+    "K: the stiffness matrix is singular, the structure can move without deforming; a grounded structure is required "
+    "because the zero harmonic needs its static compliance: fix it, or attach weak springs to ground"
+)
+
+
+def _definite_faults(name: str, matrix: Array) -> list[str]:
+    """Faults of a matrix that must be positive definite, judged with unit diagonal: dofs may differ in units."""
+    diagonal = np.diag(matrix)
+    if np.any(diagonal <= 0):
+        if name == "K" and np.all(diagonal >= 0):
+            return [_GROUNDED]
+        return [f"{name}: {_REMEDY[name]} (smallest diagonal entry {diagonal.min():g})"]
+    scale = 1.0 / np.sqrt(diagonal)
+    smallest = float(np.linalg.eigvalsh(matrix * scale * scale[:, None])[0])
+    limit = 1e-13 * len(diagonal)
+    if smallest > limit:
+        return []
+    if name == "K" and smallest >= -limit:
+        return [_GROUNDED]
+    return [f"{name}: {_REMEDY[name]} (smallest eigenvalue with unit diagonal {smallest:g})"]
+
+
+def _damping_faults(matrix: Array) -> list[str]:
+    values = np.linalg.eigvalsh(matrix)
+    if values[0] >= -1e-10 * max(abs(values[-1]), 1e-300):
+        return []
+    return [f"C: the damping matrix feeds energy in (smallest eigenvalue {values[0]:g}); expected none negative"]
+
+
+def _sparse_definite_faults(M: Any, K: Any) -> list[str]:
+    """The same for large sparse matrices, from the signs of the pivots of a symmetric elimination."""
+    faults = []
+    for name, matrix in (("M", M), ("K", K)):
+        smallest = _smallest_pivot(matrix)
+        if name == "K" and abs(smallest) <= 1e-14 * matrix.shape[0]:
+            faults.append(_GROUNDED)
+        elif smallest <= 0:
+            faults.append(f"{name}: {_REMEDY[name]} (smallest scaled pivot {smallest:g})")
+    return faults
+
+
+def _smallest_pivot(matrix: Any) -> float:
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
+
+    diagonal = matrix.diagonal()
+    if np.any(diagonal <= 0):
+        return float(diagonal.min())
+    scale = diags_array(1.0 / np.sqrt(diagonal))
+    try:
+        factors = splu(
+            (scale @ matrix @ scale).tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:
+        return 0.0
+    return float(factors.U.diagonal().min())

@@ -1,0 +1,265 @@
+"""Structure given by modes and the exact static compliance of what the modes leave out (THEORY.md section 9)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, symmetry_faults
+from slipstick.structure.protocol import Receptance, TimeEquations
+from slipstick.structure.receptance import ModalReceptance
+
+Array = NDArray[np.float64]
+
+_LARGEST_FILE_ENTRIES = 200_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadShape:
+    """A distributed load of unit amplitude.
+
+    Parameters
+    ----------
+    participation
+        Modal forces ``phi_r^T load``, (n_modes,).
+    static_response
+        Exact static displacement of the dofs, ``K^-1 load``, (n_dofs,).
+    second_response
+        ``K^-1 M K^-1 load - sum_r phi_r (phi_r^T load) / w_r^4`` at the dofs, (n_dofs,), or None.
+    """
+
+    participation: ArrayLike
+    static_response: ArrayLike
+    second_response: ArrayLike | None = None
+
+
+class ModalStructure:
+    """Mass-normalised modes at some dofs with the exact static compliance there.
+
+    ``A(w) = sum_r phi_r phi_r^T / (w_r^2 (1 + i eta_r) + 2 i zeta_r w_r w - w^2)
+    + [static_compliance - sum_r phi_r phi_r^T / w_r^2] + w^2 second_residual``
+
+    Parameters
+    ----------
+    omega
+        Natural frequencies (n_modes,), rad/s, positive.
+    mode_shapes
+        Mass-normalised modes at the dofs (n_dofs, n_modes).
+    static_compliance
+        Exact rows of ``K^-1`` at the dofs (n_dofs, n_dofs), length/force, symmetric. None: that of the modes.
+    dofs
+        A name for each degree of freedom.
+    loss_factor, damping_ratio
+        Hysteretic loss factor and viscous damping ratio, scalar or (n_modes,), >= 0.
+    second_residual
+        ``K^-1 M K^-1 - sum_r phi_r phi_r^T / w_r^4`` at the dofs (n_dofs, n_dofs), or None.
+    load_shapes
+        Distributed loads by name.
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault of the arrays and names.
+
+    Examples
+    --------
+    >>> s = ModalStructure(omega=[10.0], mode_shapes=[[1.0]], static_compliance=[[0.02]], dofs=["tip"],
+    ...                    load_shapes={"pressure": LoadShape(participation=[2.0], static_response=[0.03])})
+    >>> s.project([[1.0]], [[1.0]], ["pressure"]).static
+    array([[0.02, 0.03]])
+    """
+
+    def __init__(
+        self,
+        *,
+        omega: ArrayLike,
+        mode_shapes: ArrayLike,
+        dofs: Iterable[str],
+        static_compliance: ArrayLike | None = None,
+        loss_factor: ArrayLike = 0.0,
+        damping_ratio: ArrayLike = 0.0,
+        second_residual: ArrayLike | None = None,
+        load_shapes: Mapping[str, LoadShape] | None = None,
+    ) -> None:
+        self._dofs, faults = dof_names(dofs)
+        self.omega, self.mode_shapes = np.array(omega, dtype=float), np.array(mode_shapes, dtype=float)
+        self.loss_factor, self.damping_ratio = np.array(loss_factor, dtype=float), np.array(damping_ratio, dtype=float)
+        self.second_residual = None if second_residual is None else np.array(second_residual, dtype=float)
+        self.shapes = dict(load_shapes or {})
+        faults += self._faults(static_compliance)
+        if faults:
+            raise InputError(faults)
+        self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
+        self.static_compliance = (
+            self._modal_compliance if static_compliance is None else np.array(static_compliance, dtype=float)
+        )
+        self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
+        self.damping_ratio = np.broadcast_to(self.damping_ratio, self.omega.shape)
+
+    def _faults(self, static_compliance: ArrayLike | None) -> list[str]:
+        if self.omega.ndim != 1 or self.omega.size == 0:
+            return [f"omega: found shape {self.omega.shape}; expected (n_modes,), at least one mode"]
+        n, modes = len(self._dofs), self.omega.size
+        faults = array_faults("omega", self.omega, (modes,), positive=True)
+        faults += array_faults("mode_shapes", self.mode_shapes, (n, modes))
+        for name in ("loss_factor", "damping_ratio"):
+            value = getattr(self, name)
+            faults += array_faults(name, value, (modes,) if value.ndim else (), non_negative=True)
+        compliances = {"static_compliance": static_compliance, "second_residual": self.second_residual}
+        for name, given in compliances.items():
+            if given is not None:
+                matrix = np.asarray(given, dtype=float)
+                faults += array_faults(name, matrix, (n, n)) or symmetry_faults(name, matrix, tolerance=1e-5)
+        for name, shape in self.shapes.items():
+            faults += array_faults(f"load shape {name!r}, participation", np.asarray(shape.participation), (modes,))
+            faults += array_faults(f"load shape {name!r}, static_response", np.asarray(shape.static_response), (n,))
+            if shape.second_response is not None:
+                faults += array_faults(f"load shape {name!r}, second_response", np.asarray(shape.second_response), (n,))
+        return faults
+
+    @classmethod
+    def from_arrays(
+        cls,
+        arrays: Mapping[str, ArrayLike],
+        *,
+        dofs: Iterable[str] | None = None,
+        loss_factor: ArrayLike = 0.0,
+        damping_ratio: ArrayLike = 0.0,
+        load: str = "load",
+    ) -> ModalStructure:
+        """A structure from named arrays, as stored in an npz file.
+
+        Needed: ``omega``, ``mode_shapes``; known: ``static_compliance``, ``second_residual``, ``dofs``,
+        ``loss_factor``, ``damping_ratio``, and of one load shape (called ``load``) ``load_participation``,
+        ``static_load_response``, ``second_load_response``. Others are left alone. Without names the dofs are called
+        ``n1.x, n1.y, n1.z, n2.x, ...`` when ``coordinates`` (n_nodes, 3) fits, else ``d1, d2, ...``.
+        """
+        missing = [name for name in ("omega", "mode_shapes") if name not in arrays]
+        if missing:
+            found = ", ".join(sorted(arrays)) or "nothing"
+            raise InputError([f"modal arrays: {name!r} is missing; found {found}" for name in missing])
+        shapes = {}
+        if "load_participation" in arrays:
+            if "static_load_response" not in arrays:
+                raise InputError("modal arrays: 'static_load_response' is missing beside 'load_participation'")
+            shapes[load] = LoadShape(
+                participation=arrays["load_participation"],
+                static_response=arrays["static_load_response"],
+                second_response=arrays.get("second_load_response"),
+            )
+        return cls(
+            omega=arrays["omega"],
+            mode_shapes=arrays["mode_shapes"],
+            static_compliance=arrays.get("static_compliance"),
+            second_residual=arrays.get("second_residual"),
+            dofs=_names(arrays) if dofs is None else dofs,
+            loss_factor=arrays.get("loss_factor", loss_factor),
+            damping_ratio=arrays.get("damping_ratio", damping_ratio),
+            load_shapes=shapes,
+        )
+
+    @classmethod
+    def load(cls, path: str | Path, **options: Any) -> ModalStructure:
+        """``from_arrays`` of an npz file (never unpickled); ``options`` as there."""
+        return cls.from_arrays(read_arrays(path), **options)
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom."""
+        return self._dofs
+
+    @property
+    def load_shapes(self) -> tuple[str, ...]:
+        """Names of the distributed loads."""
+        return tuple(self.shapes)
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Natural frequencies of the modes kept, rad/s, ascending."""
+        return np.sort(self.omega)
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""
+        left, right, static, second = self._parts(rows, columns, shapes)
+        return ModalReceptance(
+            left=left,
+            right=right,
+            stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
+            damping=2.0 * self.damping_ratio * self.omega,
+            static=static,
+            residual=static - (left / self.omega**2) @ right.T,
+            second=second,
+        )
+
+    def _parts(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
+    ) -> tuple[Array, Array, Array, Array | None]:
+        """Modes at the rows, participations of the columns, static and second compliance."""
+        known_shapes(shapes, self.shapes)
+        n = len(self._dofs)
+        r, c = directions("rows", rows, n), directions("columns", columns, n)
+        chosen = [self.shapes[s] for s in shapes]
+        left = r.T @ self.mode_shapes
+        right = np.vstack([c.T @ self.mode_shapes, *(np.asarray(s.participation, dtype=float) for s in chosen)])
+        responses = [np.asarray(s.static_response, dtype=float) for s in chosen]
+        static = r.T @ np.column_stack([self.static_compliance @ c, *responses])
+        if self.second_residual is None and all(s.second_response is None for s in chosen):
+            return left, right, static, None
+        zero = np.zeros(n)
+        own = np.zeros_like(c) if self.second_residual is None else self.second_residual @ c
+        responses = [zero if s.second_response is None else np.asarray(s.second_response) for s in chosen]
+        return left, right, static, r.T @ np.column_stack([own, *responses])
+
+    def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
+        """Modal equations in time; the static residual is a feedthrough, the second one is left out.
+
+        A loss factor ``eta_r`` becomes a viscous damping ratio ``eta_r / 2``, equal at the mode's own frequency.
+        """
+        left, right, static, _ = self._parts(rows, columns, shapes)
+        return TimeEquations(
+            M=np.eye(self.omega.size),
+            C=np.diag((2.0 * self.damping_ratio + self.loss_factor) * self.omega),
+            K=np.diag(self.omega**2),
+            rows=left,
+            columns=np.ascontiguousarray(right.T),
+            feedthrough=static - (left / self.omega**2) @ right.T,
+        )
+
+    def __repr__(self) -> str:
+        return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
+
+
+def read_arrays(path: str | Path) -> dict[str, Array]:
+    """Arrays of an npz file, never unpickled, sizes checked before reading.
+
+    Raises InputError if the file cannot be read as such.
+    """
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > 8 * _LARGEST_FILE_ENTRIES:
+            raise InputError(f"{path}: holds {size / 1e9:.1f} GB of arrays; at most {8e-9 * _LARGEST_FILE_ENTRIES} GB")
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, zipfile.BadZipFile, KeyError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: not readable as an npz file of plain arrays ({error})") from error
+
+
+def _names(arrays: Mapping[str, ArrayLike]) -> tuple[str, ...]:
+    if "dofs" in arrays:
+        return tuple(str(name) for name in np.asarray(arrays["dofs"]).ravel())
+    count = np.asarray(arrays["mode_shapes"]).shape[0]
+    coordinates = np.asarray(arrays.get("coordinates", ()))
+    if coordinates.ndim == 2 and 3 * coordinates.shape[0] == count:
+        return tuple(f"n{node + 1}.{axis}" for node in range(coordinates.shape[0]) for axis in "xyz")
+    return tuple(f"d{i + 1}" for i in range(count))
