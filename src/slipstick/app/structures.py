@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _SECTION = "[structure]"
 _AXES = "xyz"
+_KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _MODAL = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
 _PRESSURE = {"load_participation": 1, "static_load_response": 1}
 
@@ -49,7 +50,9 @@ def named_dofs(raw: Any) -> list[str] | None:
 
 
 def _prefixed(problem: str) -> str:
-    return problem if problem.startswith("[") else f"{_SECTION} {problem}"
+    """A fault of the structure's own arguments in the words of the file."""
+    name, colon, rest = problem.partition(":")
+    return f"{_SECTION} {_KEYS.get(name, name)}{colon}{rest}"
 
 
 def _kinds() -> str:
@@ -59,7 +62,8 @@ def _kinds() -> str:
 def _matrices(table: Any, folder: Path) -> Structure:
     from slipstick.structure.matrices import MatrixStructure
 
-    matrices, faults = {}, []
+    matrices: dict[str, Any] = {}
+    faults: list[str] = []
     for name in ("mass", "damping", "stiffness"):
         try:
             matrices[name] = _matrix(getattr(table, name), folder, name)
@@ -106,8 +110,7 @@ def _file(name: str, folder: Path, key: str) -> Path:
 
 def _modal(table: Any, folder: Path) -> Structure:
     from slipstick.io.npz import read_arrays
-    from slipstick.structure.modal import ModalStructure
-    from slipstick.structure.protocol import LoadShape
+    from slipstick.structure.modal import LoadShape, ModalStructure
 
     path = _file(table.file, folder, "file")
     arrays = read_arrays(path, _MODAL, (*_PRESSURE, "second_residual", "second_load_response"))
@@ -115,24 +118,40 @@ def _modal(table: Any, folder: Path) -> Structure:
     faults = _modal_faults(path.name, table, arrays)
     if faults:
         raise InputError(faults)
-    keep = slice(table.modes)
+    first = table.modes or n_modes
+    kept = _truncated(arrays, first)
     shapes = {}
-    if _PRESSURE.keys() <= arrays.keys():
+    if arrays.keys() >= _PRESSURE.keys():
         shapes["pressure"] = LoadShape(
-            participation=arrays["load_participation"][keep],
-            static_response=arrays["static_load_response"],
-            second_response=arrays.get("second_load_response"),
+            participation=kept["load_participation"],
+            static_response=kept["static_load_response"],
+            second_response=kept.get("second_load_response"),
         )
     return ModalStructure(
-        omega=arrays["omega"][keep],
-        mode_shapes=arrays["mode_shapes"][:, keep],
-        static_compliance=arrays["static_compliance"],
+        omega=kept["omega"],
+        mode_shapes=kept["mode_shapes"],
+        static_compliance=kept["static_compliance"],
         dofs=table.dofs or node_major_names(n_dofs),
         loss_factor=table.loss_factor or 0.0,
         damping_ratio=table.damping_ratio or 0.0,
-        second_residual=arrays.get("second_residual") if table.modes in (None, n_modes) else None,
+        second_residual=kept.get("second_residual"),
         load_shapes=shapes,
     )
+
+
+def _truncated(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
+    """The arrays of the first modes; what the dropped ones did to the second residuals is added back to these."""
+    dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
+    kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
+    if "second_residual" in arrays:
+        kept["second_residual"] = arrays["second_residual"] + dropped @ arrays["mode_shapes"][:, modes:].T
+    if "load_participation" in arrays:
+        kept["load_participation"] = arrays["load_participation"][:modes]
+        if "second_load_response" in arrays:
+            kept["second_load_response"] = (
+                arrays["second_load_response"] + dropped @ arrays["load_participation"][modes:]
+            )
+    return kept
 
 
 def node_major_names(n_dofs: int) -> list[str]:

@@ -1,0 +1,84 @@
+"""What a user sees when something goes wrong: sentences and an exit code, never a traceback."""
+
+from __future__ import annotations
+
+import errno
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from slipstick.errors import InputError
+
+DONE, STOPPED, BAD_INPUT = 0, 1, 2
+
+
+def say(text: str = "") -> None:
+    """A line to the user; a closed pipe is no fault."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        sys.stdout = None  # type: ignore[assignment]
+
+
+def complain(text: str) -> None:
+    """A line on standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Turn expected failures into sentences and exit codes: 2 bad input, 1 stopped."""
+    import typer
+
+    try:
+        yield
+    except InputError as error:
+        report_problems(error.problems)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complain(f"error: {os_sentence(error)}")
+        raise typer.Exit(BAD_INPUT) from None
+    except MemoryError:
+        complain("error: there is not enough memory for this case; keep fewer harmonics, contacts or output dofs")
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        complain("interrupted")
+        raise typer.Exit(STOPPED) from None
+
+
+def report_problems(problems: tuple[str, ...]) -> None:
+    """All faults, one a line."""
+    for problem in problems:
+        complain(f"error: {problem}")
+    if len(problems) > 1:
+        complain(f"{len(problems)} faults; nothing was computed")
+
+
+def os_sentence(error: OSError) -> str:
+    """A failure of the operating system with its remedy."""
+    where = f"{error.filename}: " if error.filename else ""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f"{where}the disk is full; free some space or choose another folder with -o"
+    if isinstance(error, PermissionError):
+        return f"{where}permission denied; check who owns it or choose another folder"
+    return f"{where}{(error.strerror or str(error) or type(error).__name__).lower()}"
+
+
+@contextmanager
+def termination_as_interrupt() -> Iterator[None]:
+    """A polite kill (SIGTERM, as sent by cluster schedulers) ends a run like Ctrl-C: what was found is kept."""
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,113 @@
+"""The folder a run writes into: earlier results are never overwritten unasked, and kept until new ones are complete."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from slipstick.errors import InputError
+
+RESULTS = "results.nc"
+FIGURES = ("response", "mean", "power", "fractions", "friction", "loops")
+_OWN = (RESULTS, RESULTS + ".journal", *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
+
+
+class OutputFolder:
+    """Where a run writes.
+
+    Parameters
+    ----------
+    folder
+        Where the results are wanted; made if it is not there.
+    case_path, case_text
+        The case, a copy of which is kept with the results.
+    force
+        Whether earlier results may be replaced. New results then grow in the subfolder ``unfinished`` and take the
+        place of the earlier ones by :meth:`complete`.
+
+    Raises
+    ------
+    InputError
+        If there are results already, or the folder cannot be made or written.
+    """
+
+    def __init__(self, folder: Path, *, case_path: Path, case_text: str, force: bool = False) -> None:
+        self.folder, self._case_path, self._case_text = folder, case_path, case_text
+        earlier = self._earlier()
+        if earlier and not force:
+            raise InputError(
+                f"{folder} already holds {earlier[0]}; choose another folder with -o, or --force to replace its results"
+            )
+        self.work = self._free("unfinished") if earlier else folder
+        self._created: list[Path] = []
+        try:
+            self._make(self.work)
+            with tempfile.TemporaryFile(dir=self.work):
+                pass
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({_reason(error)}); choose another folder with -o") from None
+
+    @property
+    def results(self) -> Path:
+        """The results file while it is being written."""
+        return self.work / RESULTS
+
+    @property
+    def replaces(self) -> bool:
+        """Whether earlier results stay until this run is complete."""
+        return self.work != self.folder
+
+    def copy_case(self) -> None:
+        """Keep the case with its results."""
+        copy = self.work / self._case_path.name
+        if not (copy.exists() and copy.samefile(self._case_path)):
+            copy.write_text(self._case_text, encoding="utf-8")
+
+    def complete(self) -> None:
+        """Put the new results in the place of earlier ones."""
+        if not self.replaces:
+            return
+        new = {path.name: path for path in self.work.iterdir()}
+        for name, path in new.items():
+            os.replace(path, self.folder / name)
+        for name in _OWN:
+            if name not in new:
+                (self.folder / name).unlink(missing_ok=True)
+        self.work.rmdir()
+        self.work = self.folder
+
+    def abandon(self) -> None:
+        """Remove what is empty of the folders made here: nothing was found."""
+        for path in reversed(self._created):
+            if path.is_dir() and not any(path.iterdir()):
+                path.rmdir()
+
+    def _earlier(self) -> list[str]:
+        if not self.folder.is_dir():
+            return []
+        found = [name for name in _OWN if (self.folder / name).exists()]
+        copy = self.folder / self._case_path.name
+        if copy.exists() and not copy.samefile(self._case_path) and self._case_text != _text(copy):
+            found.append(copy.name)
+        return found
+
+    def _free(self, name: str) -> Path:
+        candidates = (self.folder / (name if i == 1 else f"{name}-{i}") for i in range(1, 1000))
+        return next(path for path in candidates if not path.exists())
+
+    def _make(self, path: Path) -> None:
+        missing = [p for p in (path, *path.parents) if not p.exists()]
+        path.mkdir(parents=True, exist_ok=True)
+        self._created += reversed(missing)
+
+
+def _text(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or type(error).__name__).lower()

@@ -1,0 +1,139 @@
+"""Curves over the followed quantity: amplitude, zero harmonic, dissipated power, state fractions, friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.plots.style import GREY, STATE_COLOURS, abscissa, datasets, quantity, styled
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+
+def response(
+    branches: Any,
+    dof: str | None = None,
+    *,
+    ax: Axes | None = None,
+    references: Any = None,
+    peaks: bool = True,
+    log: bool = False,
+) -> Axes:
+    """Amplitude (0-to-peak, without the zero harmonic) over frequency or the followed parameter.
+
+    Parameters
+    ----------
+    branches
+        A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
+    dof
+        Name of the dof; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure.
+    references
+        Linear responses (without contact, fully stuck) drawn thin and grey: ``{label: dataset}``.
+    peaks
+        Whether located peaks are marked.
+    log
+        Logarithmic amplitude.
+
+    Returns
+    -------
+    Axes
+        One line for each branch, labelled with its name.
+    """
+    ax = _lines(branches, "amplitude", {"dof": dof}, ax)
+    if peaks:
+        for _, dataset in datasets(branches):
+            _mark_peaks(ax, dataset, dof)
+    limits = ax.get_ylim()
+    for label, dataset in datasets(references or {}):
+        chosen = _select(dataset, "amplitude", {"dof": dof})
+        ax.plot(dataset[abscissa(dataset)], chosen, color=GREY, linewidth=0.9, linestyle=":", label=label or "linear")
+    if log:
+        ax.set_yscale("log")
+    elif references:
+        ax.set_ylim(0.0, limits[1])
+    else:
+        ax.set_ylim(bottom=0.0)
+    _legend(ax)
+    return ax
+
+
+def mean(branches: Any, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Zero harmonic (mean position) over frequency or the followed parameter; arguments as in :func:`response`."""
+    ax = _lines(branches, "mean", {"dof": dof}, ax)
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    _legend(ax)
+    return ax
+
+
+def power(branches: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Dissipated power over frequency: of one contact, or of all together."""
+    ax = _lines(branches, "dissipated_power", {"contact": contact}, ax, total=contact is None)
+    _legend(ax)
+    return ax
+
+
+def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Friction coefficient over frequency, of one contact (by default the first)."""
+    ax = _lines(branches, "friction_coefficient", {"contact": contact}, ax)
+    _legend(ax)
+    return ax
+
+
+def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Parts of the period in stick, slip and separation, stacked to 1, for one contact (by default the first)."""
+    ((_, dataset),) = list(datasets(branch))
+    names = ("stick_fraction", "slip_fraction", "separation_fraction")
+    parts = np.array([_select(dataset, name, {"contact": contact}) for name in names])
+    ax = styled(ax, quantity(dataset, abscissa(dataset)), "Fraction of the period")
+    colours = [STATE_COLOURS[key] for key in ("stick", "slip+", "separation")]
+    labels = [name.removesuffix("_fraction") for name in names]
+    ax.stackplot(dataset[abscissa(dataset)].to_numpy(), parts, labels=labels, colors=colours, alpha=0.85)
+    ax.set_ylim(0.0, 1.0)
+    ax.margins(x=0.0)
+    ax.legend(frameon=True, framealpha=0.9, loc="best", fontsize="small")
+    return ax
+
+
+def _lines(branches: Any, name: str, where: Mapping[str, str | None], ax: Axes | None, *, total: bool = False) -> Axes:
+    pairs = list(datasets(branches))
+    if not pairs:
+        raise InputError("nothing to draw: no branch was given")
+    first = pairs[0][1]
+    ax = styled(ax, quantity(first, abscissa(first)), quantity(first, name))
+    for label, dataset in pairs:
+        values = dataset[name].sum("contact").to_numpy() if total else _select(dataset, name, where)
+        ax.plot(dataset[abscissa(dataset)].to_numpy(), values, linewidth=1.6, label=label)
+    return ax
+
+
+def _select(dataset: xarray.Dataset, name: str, where: Mapping[str, str | None]) -> np.ndarray:
+    """The values (point,) of a variable for a named dof or contact; the first where no name is given."""
+    values = dataset[name]
+    for dim, label in where.items():
+        known = [str(v) for v in dataset[dim].to_numpy()]
+        if label is not None and label not in known:
+            raise InputError(f"there is no {dim} '{label}' in the results; there are {', '.join(known)}")
+        values = values.isel({dim: known.index(label) if label is not None else 0})
+    return values.to_numpy()
+
+
+def _mark_peaks(ax: Axes, dataset: xarray.Dataset, dof: str | None) -> None:
+    if "kind" not in dataset:
+        return
+    at = np.flatnonzero(dataset["kind"].to_numpy().astype(str) == "peak")
+    x, y = dataset[abscissa(dataset)].to_numpy()[at], _select(dataset, "amplitude", {"dof": dof})[at]
+    ax.plot(x, y, "o", color="black", markersize=3.5, markerfacecolor="white", linestyle="none", label="_peaks")
+
+
+def _legend(ax: Axes) -> None:
+    handles, labels = ax.get_legend_handles_labels()
+    named: Iterable[str] = [label for label in labels if label and not label.startswith("_")]
+    if named:
+        ax.legend(handles, labels, frameon=False, fontsize="small")
