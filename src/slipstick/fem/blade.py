@@ -1,8 +1,8 @@
 """A parametric turbine blade: root block, twisted and tapered aerofoil, shroud block, in quadratic hexahedra.
 
 The plan of the mesh is the same at every height: a core of quadrilaterals that follows the aerofoil section, and a ring
-of quadrilaterals from its outline to that of a block. The aerofoil is the core alone; root and shroud are core and ring. So
-the blocks meet the aerofoil face to face, without hanging nodes, whatever the mesh size.
+of quadrilaterals from its outline to that of a block. The aerofoil is the core alone; root and shroud are core and
+ring. So the blocks meet the aerofoil face to face, without hanging nodes, whatever the mesh size.
 
 Axes: z along the blade from the bottom of the root (z = 0) to the top of the shroud, the chord along x at the bottom of
 the aerofoil, turning towards y with height. Named surfaces: "root" (bottom), "root_sides", "platform" (top of the root

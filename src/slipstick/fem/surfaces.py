@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -136,45 +136,56 @@ def _nearest_different(points: Array, centres: Array) -> IntArray:
     return np.array(chosen, dtype=np.int64)
 
 
-def contact_patches(mesh: Mesh, surface: Surface, nodes: ArrayLike, radius: float | None = None) -> ContactPatches:
-    """Patches around contact nodes (indices) of a surface.
+def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float | None = None) -> ContactPatches:
+    """Patches around contacts on a surface.
 
-    ``radius`` is one length for all; by default each patch is a disc with half the area nearest to its contact,
-    ``r = sqrt(area / (2 pi))``, so that neighbouring patches do not overlap.
+    Parameters
+    ----------
+    at
+        Node indices (n_contacts,), integers, or positions (n_contacts, 3) on the surface: positions make contacts which
+        do not depend on the mesh.
+    radius
+        One length for all; by default each patch is a disc with half the area nearest to its contact,
+        ``r = sqrt(area / (2 pi))``, so that neighbouring patches hardly overlap.
 
     Raises
     ------
     InputError
-        If a node is not on the surface, is given twice, or the radius is too small for the mesh.
+        If a node is not on the surface, is given twice, or the patch does not meet enough of the surface.
     """
     from scipy.sparse import csc_array
 
-    chosen = np.atleast_1d(np.asarray(nodes, dtype=np.int64))
-    _require_on_surface(mesh, surface, chosen)
-    positions = mesh.nodes[chosen]
-    owned = np.zeros(len(chosen))
-    for _, _, points, weights, _ in _samples(mesh, surface):
+    nodes, positions = _located(mesh, surface, np.asarray(at))
+    owned = np.zeros(len(nodes))
+    for _, _, points, areas, _ in _samples(mesh, surface):
         owner = _distances(points.reshape(-1, 3), positions).argmin(axis=1)
-        owned += np.bincount(owner, weights.ravel(), minlength=len(chosen))
-    radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(chosen), float(radius))
-    weights = np.zeros((mesh.n_nodes, len(chosen)))
-    normals = np.zeros((len(chosen), 3))
+        owned += np.bincount(owner, areas.ravel(), minlength=len(nodes))
+    radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(nodes), float(radius))
+    weights, normals = np.zeros((mesh.n_nodes, len(nodes))), np.zeros((len(nodes), 3))
     for k, (position, r) in enumerate(zip(positions, radii, strict=True)):
         weights[:, k], normals[k] = _patch(mesh, surface, position, r)
     return ContactPatches(
-        nodes=chosen, positions=positions, normals=normals, weights=csc_array(weights), areas=owned, radii=radii
+        nodes=nodes, positions=positions, normals=normals, weights=csc_array(weights), areas=owned, radii=radii
     )
 
 
-def _require_on_surface(mesh: Mesh, surface: Surface, nodes: IntArray) -> None:
+def _located(mesh: Mesh, surface: Surface, at: NDArray[Any]) -> tuple[IntArray, Array]:
+    """Contact nodes and positions; positions are taken to their nearest node for the name."""
+    if at.ndim == 2 and at.shape[1] == 3 and len(at):
+        positions = at.astype(float)
+        return surface.nodes[_distances(mesh.nodes[surface.nodes], positions).argmin(axis=0)], positions
+    if at.ndim > 1 or not np.issubdtype(at.dtype, np.integer) or not at.size:
+        raise InputError(
+            f"contacts: expected node indices (n,) or positions (n, 3); found {at.dtype} of shape {at.shape}"
+        )
+    nodes = np.atleast_1d(at).astype(np.int64)
     outside = nodes[~np.isin(nodes, surface.nodes)]
     if len(outside):
-        named = [mesh.labels[i] if 0 <= i < mesh.n_nodes else f"index {i}" for i in outside]
-        raise InputError(
-            f"contacts: node {named[0]} is not on the surface ({len(outside)} such); it has {len(surface.nodes)} others"
-        )
+        named = mesh.labels[outside[0]] if 0 <= outside[0] < mesh.n_nodes else f"index {outside[0]}"
+        raise InputError(f"contacts: node {named} is not on the surface ({len(outside)} such in the list)")
     if len(np.unique(nodes)) != len(nodes):
         raise InputError("contacts: a contact node is given twice; name each node once")
+    return nodes, mesh.nodes[nodes]
 
 
 def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tuple[Array, Array]:
@@ -187,7 +198,8 @@ def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tupl
         total += density.sum()
     if not total > 0.05 * radius**2:
         raise InputError(
-            f"contact patch at {position.tolist()}: radius {radius:.3g} is too small for the faces there; enlarge it"
+            f"contact patch at {position.tolist()}: radius {radius:.3g} meets too little of the surface; "
+            "enlarge it, or move the contact"
         )
     return weights / total, normal / np.linalg.norm(normal)
 
