@@ -46,7 +46,6 @@ class EigenOptions:
     subspace: int | None = None
     """Largest basis before a restart; by default three times the modes wanted and 16 blocks."""
     restarts: int = 20
-    check_completeness: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +130,7 @@ class BlockLanczos:
         self.n = K.shape[0]
         self._report("factorising", 0, 1)
         self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver)
-        self.solver = self._factors.name
+        self.solver, self.inertia = self._factors.name, self._factors.inertia
         self.random = np.random.default_rng(20120101)
         self.V = np.zeros((self.n, 0), order="F")
         self.H = np.zeros((0, 0))
@@ -149,14 +148,14 @@ class BlockLanczos:
             self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver)
         return self._factors.solve(B)
 
-    def modes(self, n_modes: int) -> Modes:
-        """The lowest ``n_modes``, converged; counted by inertia if the solver can and the options say so."""
+    def modes(self, n_modes: int, *, count: bool = True) -> Modes:
+        """The lowest ``n_modes``, converged; with ``count``, proven complete by inertia if the solver can."""
         if not 1 <= n_modes <= self.n:
             raise InputError(f"n_modes = {n_modes} is not to be had from {self.n} dofs; ask for 1 to {self.n}")
         complete: bool | None = None
         for _ in range(4):
             self._converge(n_modes)
-            if not self.options.check_completeness:
+            if not count:
                 break
             complete, missing = self._count(n_modes)
             if complete is not False:

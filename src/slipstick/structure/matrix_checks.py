@@ -1,0 +1,105 @@
+"""What is wrong with a pair of sparse stiffness and mass matrices, in sentences, before any long computation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ASYMMETRY = 1e-8
+"""Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
+
+
+def matrix_problems(K: Any, M: Any, dofs: Sequence[str] | None = None) -> list[str]:
+    """One sentence for each fault of K and M (n, n): size, finite numbers, symmetry, negative mass."""
+    problems = list(_size_problems(K, M, dofs))
+    if problems:
+        return problems
+    for name, matrix in (("stiffness", K), ("mass", M)):
+        problems += _value_problems(name, matrix, dofs)
+    return problems or list(_mass_problems(M, dofs))
+
+
+def name_of(dofs: Sequence[str] | None, index: int) -> str:
+    """The name of a degree of freedom, quoted, or its number."""
+    return f"number {index}" if dofs is None else f"'{dofs[index]}'"
+
+
+def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+    for name, matrix in (("stiffness", K), ("mass", M)):
+        if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
+            yield f"the {name} matrix has shape {matrix.shape}; give a square one"
+    if K.shape != M.shape:
+        yield f"stiffness {K.shape} and mass {M.shape} differ in size; export both with the same constraints"
+    if dofs is not None and len(dofs) != K.shape[0]:
+        yield f"{len(dofs)} dof names for matrices of {K.shape[0]} rows; give the map that belongs to these matrices"
+    elif dofs is not None and len(set(dofs)) != len(dofs):
+        seen: set[str] = set()
+        twice = next(name for name in dofs if name in seen or seen.add(name))  # type: ignore[func-returns-value]
+        yield f"dof name '{twice}' appears more than once; each row needs its own name"
+
+
+def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+    if np.iscomplexobj(A.data):
+        yield f"the {name} matrix is complex; give the real part here and damping as loss_factor or rayleigh"
+        return
+    if not np.isfinite(A.data).all():
+        where = name_of(dofs, int(A.tocoo().row[~np.isfinite(A.data)][0]))
+        yield f"the {name} matrix holds a value that is not finite, in the row of dof {where}"
+        return
+    row = asymmetric_row(A)
+    if row is not None:
+        yield (
+            f"the {name} matrix is not symmetric, first in the row of dof {name_of(dofs, row)}; "
+            "if one half is stored, mirror it; gyroscopic or follower terms cannot be reduced here"
+        )
+
+
+def asymmetric_row(A: Any) -> int | None:
+    """First row that differs from its column; None for a symmetric matrix. Two products, no transposed copy.
+
+    >>> from scipy import sparse
+    >>> asymmetric_row(sparse.csr_array([[2.0, 1.0], [0.0, 2.0]]))
+    0
+    """
+    x = np.random.default_rng(1).uniform(0.5, 1.5, A.shape[0])
+    difference = np.abs(A @ x - A.T @ x)
+    size = abs(A) @ x
+    wrong = np.flatnonzero(difference > ASYMMETRY * np.maximum(size, np.finfo(float).tiny))
+    return int(wrong[0]) if len(wrong) else None
+
+
+def _mass_problems(M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+    diagonal = M.diagonal()
+    if diagonal.min() < 0.0:
+        where = name_of(dofs, int(np.argmin(diagonal)))
+        yield f"dof {where} has negative mass {diagonal.min():.3g}; check the mass matrix"
+    elif not diagonal.any():
+        yield "the mass matrix is zero; give the material a density"
+    elif (lowest := _lowest_ritz_value(M, diagonal)) < -1e-8:
+        yield (
+            f"the mass matrix is indefinite: some motion has negative kinetic energy ({lowest:.1e} of its dofs' own); "
+            "check distorted elements and the mapping of the rows"
+        )
+
+
+def _lowest_ritz_value(M: Any, diagonal: NDArray[np.float64], steps: int = 30) -> float:
+    """Lowest Ritz value of M scaled to unit diagonal, by Lanczos; being never below the true one, a negative proves."""
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    q = np.random.default_rng(2).standard_normal(M.shape[0])
+    q, before, beta = q / np.linalg.norm(q), np.zeros_like(q), 0.0
+    alphas: list[float] = []
+    betas: list[float] = []
+    for _ in range(min(steps, M.shape[0])):
+        w = scale * (M @ (scale * q)) - beta * before
+        alphas.append(float(q @ w))
+        w -= alphas[-1] * q
+        beta = float(np.linalg.norm(w))
+        if beta < 1e-12:
+            break
+        betas.append(beta)
+        before, q = q, w / beta
+    T = np.diag(alphas) + np.diag(betas[: len(alphas) - 1], 1) + np.diag(betas[: len(alphas) - 1], -1)
+    return float(np.linalg.eigvalsh(T)[0])

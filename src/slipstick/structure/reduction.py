@@ -1,0 +1,188 @@
+"""Sparse stiffness and mass of a finite element model reduced to modes and two residual terms at a few directions.
+
+For directions B (n, n_keep) and modes phi_r, omega_r (THEORY.md section 9 and the next term of the series)::
+
+    A(omega) = sum_r a_r a_r^T / (omega_r^2 - omega^2) + [B^T U - sum_r a_r a_r^T / omega_r^2]
+               + omega^2 [U^T M U - sum_r a_r a_r^T / omega_r^4],      a_r = B^T phi_r,   U = K^-1 B
+
+Each mode not taken leaves the error ``a_r a_r^T / omega_r^2 (omega / omega_r)^4 / (1 - omega^2 / omega_r^2)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.solve.eigen import Listener
+from slipstick.structure import reduction_store
+from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.reduction_compute import ReducedData, compute, direct_receptance, store_path, stored_data
+from slipstick.structure.reduction_request import (
+    Accuracy,
+    Damping,
+    as_csr,
+    kept_directions,
+    load_columns,
+    number_or_array,
+    request_problems,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reduction:
+    """A reduced structure and where it comes from.
+
+    ``directions`` (n, n_keep) sparse; ``residuals`` (n_modes,) backward errors of the modes; ``complete``: whether the
+    inertia proved that no mode is missing (None: the solver does not tell); ``error_estimate``: relative error of the
+    receptance against the full model at the highest frequency asked, None for a fixed number of modes; ``seconds`` by
+    stage; ``reused``: read from the store.
+    """
+
+    structure: ModalStructure
+    directions: Any
+    n_full: int
+    solver: str
+    residuals: Array
+    complete: bool | None
+    error_estimate: float | None
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    reused: bool = False
+
+
+def reduce(K: Any, M: Any, **options: Any) -> ModalStructure:
+    """The reduced structure alone: :func:`reduce_model` with the same keywords."""
+    return reduce_model(K, M, **options).structure
+
+
+def reduce_model(
+    K: Any,
+    M: Any,
+    *,
+    keep: Sequence[str] | Any,
+    dofs: Sequence[str] | None = None,
+    names: Sequence[str] | None = None,
+    load_shapes: Mapping[str, ArrayLike] | None = None,
+    modes: int | None = None,
+    accuracy: float = 1e-7,
+    frequency_range: tuple[float, float] | None = None,
+    loss_factor: float | ArrayLike = 0.0,
+    damping_ratio: float | ArrayLike = 0.0,
+    rayleigh: tuple[float, float] = (0.0, 0.0),
+    solver: str | None = None,
+    cache: str | Path | None = None,
+    listener: Listener | None = None,
+) -> Reduction:
+    """Reduce sparse symmetric K, M (n, n) of a constrained structure to named directions.
+
+    Parameters
+    ----------
+    keep
+        Names of the dofs to keep (``dofs`` must then name all n), or a matrix (n, n_keep) of directions, each column a
+        unit direction or a patch: its motion is ``column^T x`` and a unit force on it loads ``x`` with the column.
+    names
+        Of the columns of ``keep`` when that is a matrix.
+    load_shapes
+        Full load vectors (n,) by name: pressures and other distributed loads.
+    modes
+        How many; when left out, as many as bring the receptance to ``accuracy`` (relative, Frobenius norm over the kept
+        directions) at the upper end of ``frequency_range`` (rad/s), or 128 when no range is given either.
+    loss_factor, damping_ratio, rayleigh
+        See :class:`Damping`.
+    solver
+        One of :func:`slipstick.solve.factorisation.available_solvers`; the best one by default.
+    cache
+        Folder in which reductions are kept and found again by content; damping is not part of it.
+
+    Raises
+    ------
+    InputError
+        Sizes, names, values, asymmetry, singular or indefinite matrices: one sentence each.
+    EigenError
+        Modes that do not converge, or an accuracy out of reach.
+    """
+    K, M = as_csr(K), as_csr(M)
+    damping = Damping(
+        loss_factor=number_or_array(loss_factor), damping_ratio=number_or_array(damping_ratio), rayleigh=rayleigh
+    )
+    want = Accuracy(modes=modes, relative=accuracy, highest=None if frequency_range is None else max(frequency_range))
+    problems = damping.problems() + request_problems(K, want, frequency_range)
+    directions, kept, faults = kept_directions(K.shape[0], keep, dofs, names)
+    loads, load_faults = load_columns(K.shape[0], load_shapes or {})
+    if problems + faults + load_faults:
+        raise InputError(problems + faults + load_faults)
+    began = perf_counter()
+    path = None if cache is None else store_path(Path(cache), K, M, directions, loads, want, solver)
+    data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1])
+    reused = data is not None
+    if data is None:
+        data = compute(K, M, directions, loads, dofs=dofs, want=want, solver=solver, listener=listener)
+        if path is not None:
+            reduction_store.write(path, data.arrays())
+    else:
+        data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
+    return Reduction(
+        structure=modal_structure(data, kept, tuple(load_shapes or {}), damping),
+        directions=directions,
+        n_full=K.shape[0],
+        solver=data.solver,
+        residuals=data.residuals,
+        complete=data.complete,
+        error_estimate=data.error_estimate,
+        seconds=data.seconds,
+        reused=reused,
+    )
+
+
+def estimate_error(
+    reduction: Reduction, K: Any, M: Any, frequencies: ArrayLike, *, solver: str | None = None
+) -> dict[float, float]:
+    """Relative error of the undamped receptance between the kept directions against the full model, by frequency.
+
+    One direct solution of ``K - omega^2 M`` (sparse, n rows) for each frequency (rad/s), Frobenius norm over the kept
+    directions. Undamped, because damping changes the physics, not the quality of the reduction; next to a resonance the
+    figure grows with the receptance's own sensitivity to frequency. Raises InputError at a resonance itself.
+    """
+    K, M = as_csr(K), as_csr(M)
+    s = reduction.structure
+    residual = s.static_compliance - (s.mode_shapes / s.omega**2) @ s.mode_shapes.T
+    errors = {}
+    for omega in np.atleast_1d(np.asarray(frequencies, dtype=float)):
+        exact = direct_receptance(K, M, reduction.directions, float(omega), solver)[0]
+        second = 0.0 if s.second_residual is None else omega**2 * s.second_residual
+        modal = (s.mode_shapes / (s.omega**2 - omega**2)) @ s.mode_shapes.T
+        errors[float(omega)] = float(np.linalg.norm(modal + residual + second - exact) / np.linalg.norm(exact))
+    return errors
+
+
+def modal_structure(
+    data: ReducedData, kept: tuple[str, ...], loads: tuple[str, ...], damping: Damping
+) -> ModalStructure:
+    """The structure of computed or stored data with names and damping."""
+    n = len(kept)
+    a, w2 = data.amplitudes, data.omega**2
+    second = data.second - (a / w2**2) @ a.T
+    shapes = {
+        name: LoadShape(
+            participation=a[n + k], static_response=data.static[:n, n + k], second_response=second[:n, n + k]
+        )
+        for k, name in enumerate(loads)
+    }
+    return ModalStructure(
+        omega=data.omega,
+        mode_shapes=a[:n],
+        static_compliance=data.static[:n, :n],
+        dofs=kept,
+        loss_factor=damping.loss_factor,
+        damping_ratio=damping.ratios(data.omega),
+        second_residual=0.5 * (second[:n, :n] + second[:n, :n].T),
+        load_shapes=shapes,
+    )

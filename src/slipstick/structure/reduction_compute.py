@@ -1,0 +1,240 @@
+"""The computation behind a reduction: static solutions, modes, and how many of them the accuracy needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from slipstick.errors import InputError
+from slipstick.solve.eigen import BlockLanczos, EigenError, Listener, Modes, Progress
+from slipstick.solve.factorisation import SingularMatrixError, factorise
+from slipstick.structure import reduction_store
+from slipstick.structure.matrix_checks import matrix_problems, name_of
+from slipstick.structure.reduction_request import Accuracy
+
+Array = NDArray[np.float64]
+
+DEFAULT_MODES = 128
+MOST_MODES = 512
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedData:
+    """What is computed and stored: everything but names and damping. Loads are the columns after the kept ones."""
+
+    omega: Array
+    amplitudes: Array
+    """``[B, P]^T phi``, (n_keep + n_loads, n_modes)."""
+    static: Array
+    """``[B, P]^T K^-1 [B, P]``."""
+    second: Array
+    """``[B, P]^T K^-1 M K^-1 [B, P]``, not yet less its modal part."""
+    residuals: Array
+    solver: str
+    complete: bool | None
+    error_estimate: float | None
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    def arrays(self) -> dict[str, Any]:
+        """For the store."""
+        return {
+            "omega": self.omega,
+            "amplitudes": self.amplitudes,
+            "static": self.static,
+            "second": self.second,
+            "residuals": self.residuals,
+            "solver": np.array(self.solver),
+            "complete": np.array("unknown" if self.complete is None else "yes"),
+            "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
+        }
+
+    def receptance(self, omega: float, n_keep: int) -> Array:
+        """Undamped, between the kept directions (n_keep, n_keep), both residual terms included."""
+        a, w2 = self.amplitudes[:n_keep], self.omega**2
+        tail = 1.0 / (w2 - omega**2) - 1.0 / w2 - omega**2 / w2**2
+        return np.asarray((a * tail) @ a.T + self.static[:n_keep, :n_keep] + omega**2 * self.second[:n_keep, :n_keep])
+
+
+def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
+    """Read from the store; None when there is nothing or it does not fit."""
+    arrays = reduction_store.read(path)
+    if arrays is None:
+        return None
+    try:
+        estimate = float(arrays["error_estimate"])
+        data = ReducedData(
+            omega=arrays["omega"],
+            amplitudes=arrays["amplitudes"],
+            static=arrays["static"],
+            second=arrays["second"],
+            residuals=arrays["residuals"],
+            solver=str(arrays["solver"]),
+            complete=True if str(arrays["complete"]) == "yes" else None,
+            error_estimate=None if np.isnan(estimate) else estimate,
+        )
+    except (KeyError, ValueError, TypeError):
+        return None
+    n, modes = n_keep + n_loads, data.omega.size
+    shapes = (data.amplitudes.shape, data.static.shape, data.second.shape, data.residuals.shape)
+    return data if shapes == ((n, modes), (n, n), (n, n), (modes,)) else None
+
+
+def store_path(folder: Path, K: Any, M: Any, directions: Any, loads: Array, want: Accuracy, solver: str | None) -> Path:
+    """Where the reduction of exactly these matrices and wishes is kept."""
+    parameters = (want.modes, want.relative, want.highest, solver)
+    key = reduction_store.content_key((K, M, directions, sparse.csr_array(loads)), parameters)
+    return folder / f"reduction-{key}.npz"
+
+
+def compute(
+    K: Any,
+    M: Any,
+    directions: Any,
+    loads: Array,
+    *,
+    dofs: Sequence[str] | None,
+    want: Accuracy,
+    solver: str | None,
+    listener: Listener | None,
+) -> ReducedData:
+    """All of :class:`ReducedData` for directions (n, n_keep) and loads (n, n_loads); the matrices are checked first."""
+    problems = matrix_problems(K, M, dofs)
+    if problems:
+        raise InputError(problems)
+    clock = _Clock(listener)
+    B = np.hstack([directions.toarray(), loads])
+    n_keep = directions.shape[1]
+    probe = None
+    if want.modes is None and want.highest is not None:
+        clock.start("direct solution at the highest frequency")
+        probe = direct_receptance(K, M, directions, want.highest, solver)
+    clock.start("factorisation")
+    iteration = _iteration(K, M, solver, dofs, listener)
+    clock.start("static solutions")
+    U = iteration.solve(B)
+    static, second = B.T @ U, U.T @ (M @ U)
+    del U
+    clock.start("modes")
+    partial = ReducedData(
+        omega=np.empty(0),
+        amplitudes=np.empty((B.shape[1], 0)),
+        static=0.5 * (static + static.T),
+        second=0.5 * (second + second.T),
+        residuals=np.empty(0),
+        solver=iteration.solver,
+        complete=None,
+        error_estimate=None,
+    )
+    if probe is None:
+        found = iteration.modes(min(want.modes or DEFAULT_MODES, K.shape[0]))
+        data = _with_modes(partial, found, B)
+    else:
+        data = _grow(iteration, partial, B, n_keep, want, *probe)
+    _require_positive(data)
+    return replace(data, seconds=clock.stop())
+
+
+def _grow(
+    iteration: BlockLanczos,
+    partial: ReducedData,
+    B: Array,
+    n_keep: int,
+    want: Accuracy,
+    exact: Array,
+    below: int | None,
+) -> ReducedData:
+    """Take more modes until the receptance at the highest frequency is right to half the error allowed."""
+    assert want.highest is not None
+    n_modes, limit = max(8, (below or 0) + 4), min(MOST_MODES, iteration.n)
+    while True:
+        n_modes = min(n_modes, limit)
+        last = n_modes == limit
+        data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
+        error = float(np.linalg.norm(data.receptance(want.highest, n_keep) - exact) / np.linalg.norm(exact))
+        if error <= 0.5 * want.relative or n_modes == iteration.n:
+            break
+        if last:
+            raise EigenError(
+                f"{n_modes} modes leave a relative error of {error:.1e} at {want.highest:g} rad/s where "
+                f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
+            )
+        n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
+    return replace(_with_modes(partial, iteration.modes(n_modes), B), error_estimate=error)
+
+
+def _with_modes(partial: ReducedData, found: Modes, B: Array) -> ReducedData:
+    return replace(
+        partial,
+        omega=found.omega,
+        amplitudes=B.T @ found.shapes,
+        residuals=found.residuals,
+        complete=found.complete,
+    )
+
+
+def _iteration(
+    K: Any, M: Any, solver: str | None, dofs: Sequence[str] | None, listener: Listener | None
+) -> BlockLanczos:
+    try:
+        iteration = BlockLanczos(K, M, solver=solver, listener=listener)
+    except SingularMatrixError as error:
+        raise InputError(_singular_sentence(error, dofs)) from error
+    inertia = iteration.inertia
+    if inertia is not None and inertia.negative:
+        raise InputError(
+            f"the stiffness matrix has {inertia.negative} negative eigenvalues, so the structure is unstable at rest; "
+            "check signs, material data and any prestress"
+        )
+    return iteration
+
+
+def _singular_sentence(error: SingularMatrixError, dofs: Sequence[str] | None) -> str:
+    where = ""
+    if error.null_vector is not None:
+        largest = np.argsort(-np.abs(error.null_vector), kind="stable")[:3]
+        where = "; it moves most at dofs " + ", ".join(name_of(dofs, int(index)) for index in largest)
+    return (
+        "the stiffness matrix is singular: some motion meets no resistance, a mechanism or a body not held"
+        f"{where}; a reduction needs the structure held: constrain it or ground it with weak springs"
+    )
+
+
+def _require_positive(data: ReducedData) -> None:
+    if not (data.omega > 0.0).all():
+        raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
+
+
+def direct_receptance(K: Any, M: Any, directions: Any, omega: float, solver: str | None) -> tuple[Array, int | None]:
+    """Undamped receptance between directions by one factorisation, and the number of modes below omega if known."""
+    try:
+        factors = factorise(K - omega**2 * M, solver=solver)
+    except SingularMatrixError as error:
+        raise InputError(f"{omega:g} rad/s is a natural frequency to working accuracy; choose one beside it") from error
+    exact = directions.T @ factors.solve(directions.toarray())
+    return np.asarray(exact), None if factors.inertia is None else factors.inertia.negative
+
+
+class _Clock:
+    """Seconds by stage, each announced to the listener when it begins."""
+
+    def __init__(self, listener: Listener | None) -> None:
+        self._listener, self._seconds, self._stage, self._began = listener, dict[str, float](), "", perf_counter()
+
+    def start(self, stage: str) -> None:
+        self.stop()
+        self._stage, self._began = stage, perf_counter()
+        if self._listener is not None:
+            self._listener(Progress(stage=stage, done=0, total=1))
+
+    def stop(self) -> dict[str, float]:
+        if self._stage:
+            self._seconds[self._stage] = perf_counter() - self._began
+            self._stage = ""
+        return self._seconds

@@ -1,0 +1,60 @@
+"""Reductions on disk, found again by the content of what they were made from."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+
+FORMAT = 1
+
+
+def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
+    """Hash of sparse matrices (by their arrays) and of parameters (by their text)."""
+    arrays = [array for A in matrices for array in (np.array(A.shape), A.indptr, A.indices, A.data)]
+    with ThreadPoolExecutor(2) as pool:  # hashing leaves the interpreter lock
+        digests = list(pool.map(_digest, arrays))
+    text = repr((FORMAT, digests, list(parameters)))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _digest(array: NDArray[Any]) -> str:
+    contiguous = np.ascontiguousarray(array)
+    return hashlib.sha256(contiguous.view(np.uint8).reshape(-1).data).hexdigest() + str(array.dtype)
+
+
+def read(path: Path) -> dict[str, NDArray[Any]] | None:
+    """Arrays of a stored reduction; None when there is none or it cannot be read (it is then made again)."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except (OSError, ValueError, EOFError, BadZipFile):
+        return None
+
+
+def write(path: Path, arrays: dict[str, Any]) -> None:
+    """Store arrays under a name that appears only when the file is whole. Raises InputError if it cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez(file, allow_pickle=False, **arrays)
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(
+            f"the reduction cannot be stored in {path.parent}: {error.strerror}; choose another folder"
+        ) from error
