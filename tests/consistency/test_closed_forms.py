@@ -100,9 +100,7 @@ def test_permanent_slip(sign):
     A, y1, mu, kn, N = 1.0, 0.4, 0.3, 70.0, 100.0
     velocity = sign * 40.0
     contact = FrictionContact(kt=50.0, mu=mu, kn=kn, gap=-N / kn)
-    f = contact_forces(
-        contact, H, motion(s1=A), motion(c1=y1), omega=OMEGA, rubbing=RubbingMotion(velocity=velocity)
-    )
+    f = contact_forces(contact, H, motion(s1=A), motion(c1=y1), omega=OMEGA, rubbing=RubbingMotion(velocity=velocity))
     assert names(f) == ["slip+" if sign > 0 else "slip-"]
     np.testing.assert_allclose(f.Fx, sign * mu * f.Fy, atol=EXACT)
     np.testing.assert_allclose(f.dFx_dX, 0, atol=EXACT)

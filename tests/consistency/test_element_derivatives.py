@@ -21,7 +21,7 @@ TOLERANCE = 3e-6
 
 def sequence(states):
     names = [name for _, _, name in states]
-    start = min(range(len(names)), key=lambda k: (names[k:] + names[:k]))
+    start = min(range(len(names)), key=lambda k: names[k:] + names[:k])
     return tuple(names[start:] + names[:start])
 
 

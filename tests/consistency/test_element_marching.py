@@ -98,7 +98,9 @@ def test_residual_traction_is_the_interval_of_the_march():
     width = ends[:, 1] - ends[:, 0]
     stuck = width > 1e-6
     assert 20 < stuck.sum() < 280
-    np.testing.assert_allclose(np.diff(forces.residual_traction, axis=1)[:, 0][stuck], width[stuck], rtol=1e-6, atol=1e-7)
+    np.testing.assert_allclose(
+        np.diff(forces.residual_traction, axis=1)[:, 0][stuck], width[stuck], rtol=1e-6, atol=1e-7
+    )
     np.testing.assert_allclose(np.diff(forces.residual_traction, axis=1)[:, 0][~stuck], 0.0, atol=1e-12)
     np.testing.assert_allclose(forces.stick_fraction[stuck], 1.0)
     np.testing.assert_allclose(forces.Fx[stuck, 0], forces.residual_traction[stuck].mean(axis=1), rtol=1e-9, atol=1e-12)
