@@ -62,11 +62,8 @@ class Event:
 
     def crossed(self, before: float, after: float) -> bool:
         """Whether the values at two neighbouring points enclose such a sign change."""
-        if before < 0.0 <= after:
-            return self.direction >= 0
-        if after <= 0.0 < before or after < 0.0 == before:
-            return self.direction <= 0 and before > 0.0
-        return False
+        rising, falling = before < 0.0 <= after, before > 0.0 >= after
+        return (rising and self.direction >= 0) or (falling and self.direction <= 0)
 
 
 def turning_parameter(step: Point) -> float:

@@ -21,6 +21,9 @@ from slipstick.errors import InputError
 
 Array = NDArray[np.float64]
 
+EPSILON = float(np.finfo(float).eps)
+SINGULAR = "the Jacobian is singular"
+
 
 class Evaluation(NamedTuple):
     """Residual (N,), Jacobian (N, N) and derivative of the residual by the parameter (N,) of a system at one state.
@@ -241,10 +244,10 @@ def iterate(
     while True:
         step = _correction(result, inverse_scale)
         if step is None or _finished(result, options):
-            return result
+            return result if result.converged else _at_rounding_level(result)
         allowance = _line_search(evaluate, result, step, inverse_scale, options, allowance)
         if result.reason:
-            return result
+            return _at_rounding_level(result)
         result.iterations += 1
 
 
@@ -256,14 +259,14 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
         return None
     result.factors = factorise(result.jacobian)
     if result.factors is None:
-        result.reason = "the Jacobian is singular"
+        result.reason = SINGULAR
         return None
     step = result.factors.solve(result.residual)
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
     if not isfinite(result.correction_norm):
-        result.reason = "the Jacobian is singular"
+        result.reason = SINGULAR
         return None
     return step
 
@@ -278,6 +281,16 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
     elif result.iterations >= options.max_iterations:
         result.reason = f"no convergence in {options.max_iterations} iterations"
     return bool(result.reason)
+
+
+def _at_rounding_level(result: NewtonResult) -> NewtonResult:
+    """Accept a failed iteration after all when its residual is nothing but the rounding of its own terms."""
+    if result.factors is not None and isfinite(result.correction_norm):
+        rounding = 16.0 * EPSILON * norm(np.abs(result.jacobian) @ np.abs(result.x))
+        if result.residual_norm <= rounding and result.correction_norm < 1e-3:
+            result.converged = result.stagnated = True
+            result.reason = "converged to rounding level"
+    return result
 
 
 def _no_longer_shrinks(sizes: list[float]) -> bool:

@@ -1,0 +1,186 @@
+"""Points of a branch and the bordered Newton iteration that finds them."""
+
+from __future__ import annotations
+
+from math import acos
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.solve.arc import Arc, Metric
+from slipstick.solve.newton import NewtonOptions, NewtonResult, System, factorise, iterate
+
+Array = NDArray[np.float64]
+
+
+class Step:
+    """A point of a branch.
+
+    Attributes
+    ----------
+    state, tangent
+        ``(x, parameter)`` and its derivative along the branch, both (N + 1,); the tangent points forward and has unit
+        length in the scaled arclength of the step which found it.
+    kind
+        "start", "regular", "requested", "turning point", "end", or the kind of an event such as "peak".
+    name
+        Name of the event, "" for ordinary points.
+    iterations
+        Newton corrections taken at this point.
+    residual_norm
+        Euclidean norm of the residual at ``x``.
+    evaluation
+        What the system returned at exactly this ``x`` and ``parameter``.
+    arclength
+        Scaled length of the branch from the start (chords).
+    orientation
+        Sign of the determinant of the Jacobian bordered by the tangent: constant along a branch between bifurcations.
+    """
+
+    __slots__ = (
+        "arclength",
+        "evaluation",
+        "iterations",
+        "kind",
+        "name",
+        "orientation",
+        "residual_norm",
+        "state",
+        "tangent",
+    )
+
+    def __init__(self, state: Array, tangent: Array, result: NewtonResult, kind: str, name: str, size: int) -> None:
+        self.state, self.tangent, self.kind, self.name = state, tangent, kind, name
+        self.iterations, self.evaluation = result.iterations, result.evaluation
+        residual = result.residual[:size]
+        self.residual_norm = float(np.sqrt(residual.dot(residual)))
+        self.orientation = 0
+        self.arclength = 0.0
+
+    @property
+    def x(self) -> Array:
+        """Unknowns (N,)."""
+        return self.state[:-1]
+
+    @property
+    def parameter(self) -> float:
+        """Parameter."""
+        return float(self.state[-1])
+
+    @property
+    def tangent_x(self) -> Array:
+        """Derivative of the unknowns along the branch (N,)."""
+        return self.tangent[:-1]
+
+    @property
+    def tangent_parameter(self) -> float:
+        """Derivative of the parameter along the branch."""
+        return float(self.tangent[-1])
+
+    def reverse(self) -> None:
+        """Turn the direction of travel."""
+        self.tangent, self.orientation = -self.tangent, -self.orientation
+
+    def __repr__(self) -> str:
+        return f"Step({self.kind}{' ' + self.name if self.name else ''} at {self.parameter:.6g})"
+
+
+class Corrector:
+    """Newton on ``(x, parameter)`` in a plane across the branch; counts its work."""
+
+    def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
+        self._system, self._size, self.metric, self._options = system, size, metric, options
+        self.evaluations = self.solves = 0
+
+    def correct(
+        self, guess: Array, normal: Array | None, kind: str, *, forward: Array | None = None, name: str = ""
+    ) -> tuple[Step | None, NewtonResult]:
+        """The solution on the plane through ``guess`` (N + 1,) across ``normal``, None if the iteration fails.
+
+        ``normal`` None keeps the parameter of ``guess`` exactly; the tangent then points along ``forward`` if given.
+        """
+        size, weights = self._size, self.metric.weights
+        if normal is None:
+            row = np.zeros(size + 1)
+            row[-1] = 1.0
+        else:
+            row = normal * weights * weights
+            row /= np.abs(row).max()
+        result = self._solve(guess, row)
+        if not result.converged or result.factors is None:
+            return None, result
+        if normal is None:
+            result.x[-1] = guess[-1]
+        tangent = self._null(result, row)
+        step = Step(result.x, tangent, result, kind, name, size)
+        step.orientation = result.factors.sign()
+        if normal is None and forward is not None and self.metric.cosine(tangent, forward) < 0:
+            step.reverse()
+        return step, result
+
+    def _solve(self, guess: Array, row: Array) -> NewtonResult:
+        """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
+        size, evaluate, level = self._size, self._system.evaluate, row.dot(guess)
+
+        def bordered(z: Array) -> tuple[Array, Array, Any]:
+            value = evaluate(z[:size], float(z[size]))
+            residual = np.empty(size + 1)
+            residual[:size] = value.residual
+            residual[size] = row.dot(z) - level
+            jacobian = np.empty((size + 1, size + 1))
+            jacobian[:size, :size] = value.jacobian
+            jacobian[:size, size] = value.parameter_derivative
+            jacobian[size] = row
+            return residual, jacobian, value
+
+        result = iterate(bordered, guess, self.metric.inverse, self._options)
+        self.evaluations += result.evaluations
+        self.solves += result.solves
+        return result
+
+    def _null(self, result: NewtonResult, row: Array) -> Array:
+        """Unit tangent with ``row @ tangent > 0`` from the factors at the solution."""
+        assert result.factors is not None
+        right = np.zeros(row.size)
+        right[-1] = 1.0
+        tangent = result.factors.solve(right)
+        self.solves += 1
+        tangent /= self.metric.length(tangent)
+        return tangent
+
+    def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
+        """Direction in which the residual does not change at any state, and its orientation; None if there is none.
+
+        ``along @ direction > 0`` in the scaled sense.
+        """
+        row = along * self.metric.weights**2
+        row /= np.abs(row).max()
+        value = self._system.evaluate(state[:-1], float(state[-1]))
+        self.evaluations += 1
+        bordered = np.empty((row.size, row.size))
+        bordered[:-1, :-1] = value.jacobian
+        bordered[:-1, -1] = value.parameter_derivative
+        bordered[-1] = row
+        factors = factorise(bordered) if np.all(np.isfinite(bordered)) else None
+        if factors is None:
+            return None
+        right = np.zeros(row.size)
+        right[-1] = 1.0
+        tangent = factors.solve(right)
+        self.solves += 1
+        return tangent / self.metric.length(tangent), factors.sign()
+
+    def arc(self, first: Step, second: Step) -> Arc:
+        """The cubic between two neighbouring points in the present metric."""
+        metric = self.metric
+        length = metric.length(second.state - first.state)
+        a = first.tangent / metric.length(first.tangent)
+        b = second.tangent / metric.length(second.tangent)
+        turn = angle(metric.cosine(a, b))
+        return Arc(first.state, a, second.state, b, length * (1.0 + turn * turn / 24.0))
+
+
+def angle(cosine: float) -> float:
+    """Angle of a cosine that may be beyond 1 by rounding."""
+    return acos(max(-1.0, min(1.0, cosine)))
