@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Iterable, Mapping
 from math import prod
 from pathlib import Path
@@ -38,11 +39,15 @@ def array_shapes(path: Path, *, limit: int = LARGEST) -> dict[str, tuple[int, ..
                 if total > limit:
                     raise InputError(f"{path.name}: unpacks to more than {limit / 1e9:.3g} GB; reduce the model first")
                 shapes[member.filename[:-4]] = shape
-    except (zipfile.BadZipFile, ValueError, EOFError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, NotImplementedError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path.name}: not a readable .npz file; write it with numpy.savez") from None
+        raise _unreadable(path) from None
     return shapes
+
+
+def _unreadable(path: Path) -> InputError:
+    return InputError(f"{path.name}: not a readable .npz file; write it with numpy.savez")
 
 
 def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
@@ -84,8 +89,11 @@ def read_arrays(
     ]
     if problems:
         raise InputError(problems)
-    with np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError):
+        raise _unreadable(path) from None
     problems = [_fault(path.name, name, a) for name, a in arrays.items() if a.dtype.kind not in "fiu" or not _finite(a)]
     if problems:
         raise InputError(problems)

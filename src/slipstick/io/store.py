@@ -59,6 +59,7 @@ class ResultStore:
         except BaseException:
             self._journal.close(remove=True)
             raise
+        self._cost = 0.0
 
     def __len__(self) -> int:
         return len(self._rows)

@@ -1,4 +1,4 @@
-"""Look of the figures: sizes, colours a colour-blind reader tells apart, labels with units. No pyplot, no global state."""
+"""Look of the figures: sizes, colours told apart by colour-blind readers, labels with units. No pyplot."""
 
 from __future__ import annotations
 

@@ -1,0 +1,107 @@
+"""The command line (DESIGN.md section 4): stateless verbs; heavy modules are imported inside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slipstick.app.guard import guarded
+
+app = typer.Typer(
+    name="slipstick",
+    help="Steady vibration of structures that stick, slip, separate and rub.",
+    epilog="Exit codes: 0 done, 1 stopped early with what was found saved, 2 bad input.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+CasePath = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.", show_default=False)]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from slipstick import __version__
+
+        typer.echo(f"slipstick {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-results, here.")
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")
+    ] = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
+) -> None:
+    """Compute a case: results.nc and figures, written point by point."""
+    with guarded():
+        from slipstick.app.run import run_case
+
+        raise typer.Exit(run_case(case, output, force=force, figures=figures, quiet=quiet))
+
+
+@app.command()
+def check(case: CasePath) -> None:
+    """Everything run would refuse or warn of, and the modes of the structure."""
+    with guarded():
+        from slipstick.app.check import check_case
+
+        check_case(case)
+
+
+@app.command()
+def init(
+    example: Annotated[str | None, typer.Argument(help="Name of an example; without it they are listed.")] = None,
+    folder: Annotated[Path, typer.Argument(metavar="[DIR]", help="Where to write it.")] = Path(),
+) -> None:
+    """Write a commented example case."""
+    with guarded():
+        from slipstick.app.init import list_examples, write_example
+
+        if example is None:
+            list_examples()
+        else:
+            write_example(example, folder)
+
+
+@app.command()
+def info() -> None:
+    """Versions, platform, threads, and whether the contact kernel is compiled."""
+    with guarded():
+        from slipstick.app.info import show_info
+
+        show_info()
+
+
+@app.command()
+def verify(
+    only: Annotated[str | None, typer.Option("--only", help="Only the rows whose name contains this.")] = None,
+) -> None:
+    """Hold this installation against closed forms, published numbers and time integration."""
+    with guarded():
+        from slipstick.app.verify import show_verification
+
+        raise typer.Exit(show_verification(only))
+
+
+def main() -> None:
+    """Entry point of the ``slipstick`` command."""
+    app()
