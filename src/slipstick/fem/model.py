@@ -99,10 +99,18 @@ def elastic_model(
     free = np.flatnonzero(np.repeat(kept, 3))
     if not len(free):
         raise InputError("every node is fixed; fix fewer")
-    M = whole.mass[free][:, free]
+    M = _principal(whole.mass, free)
     if not M.diagonal().min() > 0.0:
         raise InputError("the mass matrix is zero somewhere; give every material a density > 0")
-    return ElasticModel(mesh=mesh, K=whole.stiffness[free][:, free], M=M, free=free, conduction=whole.conduction)
+    return ElasticModel(mesh=mesh, K=_principal(whole.stiffness, free), M=M, free=free, conduction=whole.conduction)
+
+
+def _principal(A: csr_array, kept: IntArray) -> csr_array:
+    """Rows and columns that are kept; one range of them is cut out much faster."""
+    if kept[-1] - kept[0] + 1 == len(kept):
+        part = slice(int(kept[0]), int(kept[-1]) + 1)
+        return A[part, part]
+    return A[kept][:, kept]
 
 
 def _fixed_nodes(mesh: Mesh, fixed: str | Sequence[str] | IntArray) -> IntArray:

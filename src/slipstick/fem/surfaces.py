@@ -153,7 +153,7 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
     InputError
         If a node is not on the surface, is given twice, or the patch does not meet enough of the surface.
     """
-    from scipy.sparse import csc_array
+    from scipy.sparse import csc_array, hstack
 
     nodes, positions = _located(mesh, surface, np.asarray(at))
     owned = np.zeros(len(nodes))
@@ -161,12 +161,12 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
         owner = _distances(points.reshape(-1, 3), positions).argmin(axis=1)
         owned += np.bincount(owner, areas.ravel(), minlength=len(nodes))
     radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(nodes), float(radius))
-    weights, normals = np.zeros((mesh.n_nodes, len(nodes))), np.zeros((len(nodes), 3))
+    columns, normals = [], np.zeros((len(nodes), 3))
     for k, (position, r) in enumerate(zip(positions, radii, strict=True)):
-        weights[:, k], normals[k] = _patch(mesh, surface, position, r)
-    return ContactPatches(
-        nodes=nodes, positions=positions, normals=normals, weights=csc_array(weights), areas=owned, radii=radii
-    )
+        column, normals[k] = _patch(mesh, surface, position, r)
+        columns.append(csc_array(column[:, None]))
+    weights = csc_array(hstack(columns))
+    return ContactPatches(nodes=nodes, positions=positions, normals=normals, weights=weights, areas=owned, radii=radii)
 
 
 def _located(mesh: Mesh, surface: Surface, at: NDArray[Any]) -> tuple[IntArray, Array]:

@@ -1,0 +1,166 @@
+"""A meshed body with contacts on one of its surfaces, ready for reduction.
+
+Contacts are named "c1", "c2", ...; the motion of contact k, averaged over its patch, has the degrees of freedom
+"c<k>x", "c<k>y", "c<k>z". All three are kept, so that rubbing direction and contact law can change without a new
+reduction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
+from slipstick.fem.loads import pressure_load
+from slipstick.fem.materials import Materials
+from slipstick.fem.mesh import Mesh
+from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactModel:
+    """Matrices, contact directions, loads and thermal influence of a body with contacts against rigid ground.
+
+    Attributes
+    ----------
+    model
+        Constrained stiffness and mass.
+    patches
+        Contact positions, normals, areas and weights.
+    loads
+        Full load vectors (n_free,) by name.
+    influence
+        Temperature rise per power, (n_contacts, n_contacts), K/W; None when the body has no conductivity.
+    """
+
+    model: ElasticModel
+    patches: ContactPatches
+    loads: Mapping[str, Array]
+    influence: Array | None
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return contact_names(len(self.patches.nodes))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the kept degrees of freedom, contact by contact, x y z."""
+        return dof_names(len(self.patches.nodes))
+
+    @cached_property
+    def directions(self) -> csr_array:
+        """Directions of the kept degrees of freedom, sparse (n_free, 3 n_contacts)."""
+        from scipy.sparse import hstack
+
+        n = len(self.patches.nodes)
+        axes = [self.patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
+        order = np.arange(3 * n).reshape(3, n).T.ravel()
+        return self.model.restrict(hstack(axes, format="csc")[:, order])
+
+    @property
+    def request(self) -> dict[str, Any]:
+        """Keywords ``keep``, ``names`` and ``load_shapes`` for ``slipstick.structure.reduction.reduce_model``."""
+        return {"keep": self.directions.tocsc(), "names": self.names, "load_shapes": dict(self.loads)}
+
+
+def contact_names(n: int) -> tuple[str, ...]:
+    """Names of n contacts.
+
+    >>> contact_names(2)
+    ('c1', 'c2')
+    """
+    return tuple(f"c{k}" for k in range(1, n + 1))
+
+
+def dof_names(n: int) -> tuple[str, ...]:
+    """Names of the degrees of freedom of n contacts.
+
+    >>> dof_names(1)
+    ('c1x', 'c1y', 'c1z')
+    """
+    return tuple(f"{contact}{axis}" for contact in contact_names(n) for axis in "xyz")
+
+
+def cosines(vectors: Array) -> list[dict[str, float]]:
+    """Direction cosines of each contact by degree of freedom, from unit vectors (n_contacts, 3).
+
+    >>> cosines(np.array([[0.0, 1.0, 0.0]]))
+    [{'c1y': 1.0}]
+    """
+    return [
+        {f"{contact}{axis}": float(value) for axis, value in zip("xyz", vector, strict=True) if abs(value) > 1e-12}
+        for contact, vector in zip(contact_names(len(vectors)), vectors, strict=True)
+    ]
+
+
+def contact_model(
+    mesh: Mesh,
+    materials: Materials,
+    *,
+    fixed: str | Sequence[str] | IntArray,
+    surface: str,
+    contacts: int | ArrayLike = 8,
+    radius: float | None = None,
+    pressures: Mapping[str, str] | None = None,
+    films: Mapping[str, float] | None = None,
+    cold: str | None = None,
+    solve: LinearSolver = default_solver,
+) -> ContactModel:
+    """Assemble a mesh, fix it, and put contacts on a surface.
+
+    Parameters
+    ----------
+    fixed
+        Node sets or surfaces held in x, y, z.
+    surface, contacts, radius
+        Contacts: how many spread uniformly over the surface, or node indices, or positions (n, 3); see
+        ``contact_patches`` for the radius.
+    pressures
+        Load shapes ``{name: surface}``: unit pressure, positive into the body.
+    films
+        Convection coefficient by surface, W/(m2 K); with a conductivity it gives the influence matrix.
+    cold
+        Node set or surface whose temperature does not rise.
+
+    Raises
+    ------
+    InputError
+        For unknown names and what the parts refuse.
+    """
+    where = mesh.surface(surface)
+    loads = {name: pressure_load(mesh, mesh.surface(on)) for name, on in (pressures or {}).items()}
+    at = spread_nodes(mesh, where, contacts) if isinstance(contacts, int) else contacts
+    patches = contact_patches(mesh, where, at, radius)
+    model = elastic_model(mesh, materials, fixed)
+    return ContactModel(
+        model=model,
+        patches=patches,
+        loads={name: model.restrict(load) for name, load in loads.items()},
+        influence=_influence(model, patches, films or {}, cold, solve),
+    )
+
+
+def _influence(
+    model: ElasticModel, patches: ContactPatches, films: Mapping[str, float], cold: str | None, solve: LinearSolver
+) -> Array | None:
+    if not films and cold is None:
+        return None
+    if not model.conduction.diagonal().max() > 0.0:
+        raise InputError("convection is given, but no material has a conductivity; give one > 0, W/(m K)")
+    matrix = conductance(model.mesh, model.conduction, films)
+    fixed = None if cold is None else model.mesh.node_set(cold)
+    return influence_matrix(matrix, patches.weights, fixed=fixed, solve=solve)
