@@ -1,0 +1,76 @@
+"""Is a model held? Rows without stiffness, and parts which can move as rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.fem.imported import COMPONENTS, ImportedModel
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+RIGID = 1e-10
+"""A motion whose stiffness is below this fraction of the largest diagonal entry of K is taken for a rigid body's."""
+
+
+def name_rows(nodes: IntArray, components: IntArray, limit: int = 8) -> str:
+    """Names of degrees of freedom in one short text.
+
+    >>> name_rows(np.array([4, 4, 9]), np.array([0, 2, 5]))
+    'n4x, n4z, n9rz'
+    """
+    pairs = list(zip(nodes.tolist(), components.tolist(), strict=True))
+    names = ", ".join(f"n{node}{COMPONENTS[component]}" for node, component in pairs[:limit])
+    return names + (f" and {len(pairs) - limit} more" if len(pairs) > limit else "")
+
+
+def empty_rows(matrix: csr_array) -> NDArray[np.bool_]:
+    """Rows which hold nothing but zeros, (n,)."""
+    return np.bincount(matrix.nonzero()[0], minlength=matrix.shape[0]) == 0
+
+
+def floating_parts(model: ImportedModel) -> Iterator[tuple[IntArray, int]]:
+    """Unconnected parts that are not held: node labels and the number of rigid body motions of each.
+
+    A part is a set of rows connected by K. Rotations need coordinates: without them only translations are tried.
+    """
+    from scipy.sparse.csgraph import connected_components
+
+    count, part = connected_components(model.K, directed=False)
+    order = np.argsort(part, kind="stable")
+    for rows in np.split(order, np.searchsorted(part[order], np.arange(1, count))):
+        free = _rigid_motions(model, rows)
+        if free:
+            yield np.unique(model.dof_nodes[rows]), free
+
+
+def _rigid_motions(model: ImportedModel, rows: IntArray) -> int:
+    motions = _motions(model, rows)
+    basis, values, _ = np.linalg.svd(motions, full_matrices=False)
+    basis = basis[:, values > 1e-8 * max(values.max(initial=0.0), 1e-300)]
+    if not basis.shape[1]:
+        return 0
+    block = model.K[rows][:, rows]
+    largest = np.abs(block.diagonal()).max(initial=0.0)
+    return int(np.sum(np.abs(np.linalg.eigvalsh(basis.T @ (block @ basis))) <= RIGID * largest))
+
+
+def _motions(model: ImportedModel, rows: IntArray) -> Array:
+    """Rigid translations and (with coordinates) rotations as columns on these rows."""
+    nodes, components = model.dof_nodes[rows], model.dof_components[rows]
+    columns = [(components == axis).astype(float) for axis in range(3)]
+    if np.isin(nodes, model.node_ids).all():
+        arm = model.positions(nodes)
+        arm = (arm - arm.mean(axis=0)) / max(np.ptp(arm, axis=0).max(), 1e-300)
+        size = max(np.ptp(model.positions(nodes), axis=0).max(), 1e-300)
+        for axis, (a, b) in enumerate(((1, 2), (2, 0), (0, 1))):
+            turn = np.where(components == b, arm[:, a], 0.0) - np.where(components == a, arm[:, b], 0.0)
+            columns.append(turn + (components == 3 + axis) / size)
+    return np.stack(columns, axis=1)

@@ -1,0 +1,235 @@
+"""Models of other finite element codes: which reader, which file is what, and the way to one model.h5."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from slipstick.errors import InputError
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material
+from slipstick.io.mesh_files import MESH_SUFFIXES, read_mesh
+from slipstick.io.model_store import load_model, save_model
+from slipstick.io.raw_model import Nodes, RawModel, build_model, support_notes
+from slipstick.io.text_numbers import read_bytes
+
+_MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
+_MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
+_BULK = (".bdf", ".nas", ".dat", ".blk")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """What the files do not say.
+
+    Attributes
+    ----------
+    mass, damping, dof_map, nodes
+        Files with the mass matrix, the damping matrix, the map from rows to nodes and directions, and the positions
+        (bulk data, or any mesh), where their names do not tell.
+    names
+        Names of the matrices in a Nastran file, as {"K": "KGG"}, where several would do.
+    constraints
+        Number of the Nastran SPC set in force.
+    material
+        Material for a mesh, instead of the file's own.
+    fixed
+        Node sets or surfaces to hold.
+    to_quadratic
+        Put a node in the middle of every edge of a linear mesh.
+    units
+        Text kept with the model.
+    """
+
+    mass: Path | None = None
+    damping: Path | None = None
+    dof_map: Path | None = None
+    nodes: Path | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+    constraints: int | None = None
+    material: Material | None = None
+    fixed: Sequence[str] = ()
+    to_quadratic: bool = False
+    units: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Roles:
+    """Which file is what."""
+
+    matrices: dict[str, Path]
+    dof_map: Path | None
+    nodes: Path | None
+
+
+def import_model(
+    files: Sequence[Path] | Path, out: Path, options: ImportOptions | None = None
+) -> tuple[ImportedModel, tuple[str, ...]]:
+    """Read a model from the files of another code and write it to one HDF5 file.
+
+    Returns the model and what the user should be told, one sentence each.
+
+    Raises
+    ------
+    InputError
+        One sentence for each fault of the files.
+    """
+    model = read_model(files, options)
+    save_model(model, Path(out))
+    return model, summary(model)
+
+
+def summary(model: ImportedModel) -> tuple[str, ...]:
+    """What came in, its units, the notes of the import, and parts that are not held."""
+    nodes = len(set(model.dof_nodes.tolist()))
+    known = "with coordinates" if len(model.node_ids) else "without coordinates"
+    sets = f"; sets: {', '.join(sorted(model.node_sets))}" if model.node_sets else ""
+    head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {len(model.constrained)} constrained{sets}"
+    return (head, f"units: {model.units}", *model.notes, *support_notes(model))
+
+
+def read_model(files: Sequence[Path] | Path, options: ImportOptions | None = None) -> ImportedModel:
+    """A model from one or several files; the reader follows from the names and the content.
+
+    Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
+    .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh; our own .h5.
+
+    Raises
+    ------
+    InputError
+        One sentence for each fault.
+    """
+    options = options or ImportOptions()
+    paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
+    if not paths:
+        raise InputError("no file to import was given")
+    missing = [f"{path}: there is no such file" for path in paths if not path.is_file()]
+    if missing:
+        raise InputError(missing)
+    source = ", ".join(path.name for path in paths)
+    roles = _roles(paths, options)
+    if not roles.matrices:
+        return _without_matrices(paths, source, options)
+    model = build_model(
+        _with_positions(_read(roles, options), roles), source=source, units=options.units or "not stated"
+    )
+    return model.fix(list(options.fixed)) if options.fixed else model
+
+
+def _without_matrices(paths: list[Path], source: str, options: ImportOptions) -> ImportedModel:
+    if paths[0].suffix.lower() in (".h5", ".hdf5"):
+        model = load_model(paths[0])
+        return model.fix(list(options.fixed)) if options.fixed else model
+    return assemble_file(paths[0], source, options)
+
+
+def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
+    """A mesh file read and assembled with our own elements."""
+    from slipstick.io.mesh_model import assemble_mesh
+
+    return assemble_mesh(
+        read_mesh(path),
+        source=source,
+        material=options.material,
+        fixed=options.fixed,
+        to_quadratic=options.to_quadratic,
+        units=options.units,
+    )
+
+
+def _roles(paths: list[Path], options: ImportOptions) -> _Roles:
+    """Files by role: told by the options, else by suffix and by the words in the name."""
+    matrices: dict[str, Path] = {}
+    dof_map, nodes = options.dof_map, options.nodes
+    told = {"M": options.mass, "C": options.damping}
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix in _MATRICES and path not in told.values():
+            role = _role(path)
+            if role in matrices and suffix not in (".op4", ".pch"):
+                raise InputError(
+                    f"{matrices[role].name} and {path.name} both look like the matrix {role}; say which is the mass"
+                )
+            matrices[role if role not in matrices else f"{role}{len(matrices)}"] = path
+        elif suffix in _MAPS and path != dof_map:
+            dof_map = path
+        elif suffix in (*_BULK, *MESH_SUFFIXES) and matrices_follow(paths):
+            nodes = path
+    matrices |= {role: Path(path) for role, path in told.items() if path}
+    return _Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
+
+
+def matrices_follow(paths: Sequence[Path]) -> bool:
+    """Whether matrix files are among these, so that a mesh among them is there for its positions."""
+    return any(path.suffix.lower() in _MATRICES for path in paths)
+
+
+def _role(path: Path) -> str:
+    """K, M or C by the words in a file name.
+
+    >>> [_role(Path(name)) for name in ("job_STIF1.mtx", "job_MASS1.mtx", "m.mtx", "blade_damping.npz")]
+    ['K', 'M', 'M', 'C']
+    """
+    name = path.stem.lower()
+    if re.search(r"mass|(^|[_\-.])m(gg|aa|ff)?\d*$", name):
+        return "M"
+    return "C" if re.search(r"damp|(^|[_\-.])c\d*$", name) else "K"
+
+
+def _read(roles: _Roles, options: ImportOptions) -> RawModel:
+    first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
+    suffix = first.suffix.lower()
+    if suffix == ".full":
+        from slipstick.io.ansys import read_full
+
+        return read_full(first)
+    if suffix in (".op4", ".pch"):
+        return _nastran(roles, options, suffix)
+    if suffix == ".sti":
+        from slipstick.io.calculix import read_matrix_storage
+
+        return read_matrix_storage(first)
+    if suffix in (".mtx", ".npz"):
+        return _plain(roles, first)
+    from slipstick.io.ansys import read_hbmat
+
+    return read_hbmat(roles.matrices, roles.dof_map)
+
+
+def _nastran(roles: _Roles, options: ImportOptions, suffix: str) -> RawModel:
+    from slipstick.io.nastran import read_dmig, read_op4_model
+
+    files = list(roles.matrices.values())
+    bulk = roles.nodes if roles.nodes and roles.nodes.suffix.lower() in _BULK else None
+    if suffix == ".pch":
+        return read_dmig(files, bulk, names=options.names)
+    return read_op4_model(files, bulk, names=options.names, dof_map=roles.dof_map, constraints=options.constraints)
+
+
+def _plain(roles: _Roles, first: Path) -> RawModel:
+    from slipstick.io import matrix_market
+
+    if first.suffix.lower() == ".npz" and matrix_market.is_bundle(first):
+        return matrix_market.read_bundle(first)
+    if first.suffix.lower() == ".mtx" and not read_bytes(first)[:14].lower().startswith(b"%%matrixmarket"):
+        from slipstick.io.calculix import read_abaqus_matrices
+        from slipstick.io.dof_map import read_dof_map
+
+        return read_abaqus_matrices(roles.matrices, read_dof_map(roles.dof_map)[0] if roles.dof_map else None)
+    return matrix_market.read_plain(roles.matrices, roles.dof_map)
+
+
+def _with_positions(raw: RawModel, roles: _Roles) -> RawModel:
+    """Coordinates and sets from a mesh or bulk data file given besides the matrices."""
+    if roles.nodes is None or len(raw.nodes.ids):
+        return raw
+    if roles.nodes.suffix.lower() in _BULK:
+        from slipstick.io.nastran_bulk import read_bulk
+
+        found = read_bulk(roles.nodes).nodes
+        return replace(raw, nodes=replace(raw.nodes, ids=found.ids, coordinates=found.coordinates))
+    mesh = read_mesh(roles.nodes).mesh
+    sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}
+    return replace(raw, nodes=Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held))

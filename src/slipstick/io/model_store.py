@@ -1,0 +1,171 @@
+"""One imported model in one HDF5 file (model.h5): matrices, dof map, sets, and the mesh where there is one."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh, Surface
+
+FORMAT = "slipstick model"
+VERSION = 1
+
+_MATRIX = ("data", "indices", "indptr")
+_MAP = ("dof_nodes", "dof_components", "node_ids", "coordinates", "constrained")
+
+
+def save_model(model: ImportedModel, path: Path) -> Path:
+    """Write a model; an existing file is replaced only when the new one is whole.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    import h5py
+
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
+    try:
+        with h5py.File(part, "w") as file:
+            _write(file, model)
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
+    return path
+
+
+def _write(file: Any, model: ImportedModel) -> None:
+    file.attrs.update(format=FORMAT, version=VERSION, source=model.source, units=model.units)
+    file.attrs["notes"] = json.dumps(model.notes)
+    file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
+    for name in "KMC":
+        matrix = getattr(model, name)
+        if matrix is not None:
+            for part in _MATRIX:
+                file[f"{name}/{part}"] = getattr(matrix, part)
+    for name in _MAP:
+        file[name] = getattr(model, name)
+    _write_group(file, "node_sets", model.node_sets)
+    if model.mesh is not None:
+        _write_mesh(file.create_group("mesh"), model.mesh)
+
+
+def _write_group(group: Any, where: str, arrays: Mapping[str, NDArray]) -> None:
+    """Arrays under numbers, their names in an attribute: a name may hold any character."""
+    inner = group.create_group(where)
+    inner.attrs["names"] = json.dumps(list(arrays))
+    for number, array in enumerate(arrays.values()):
+        inner[str(number)] = array
+
+
+def _write_mesh(group: Any, mesh: Mesh) -> None:
+    group["nodes"], group["labels"] = mesh.nodes, mesh.labels
+    _write_group(group, "blocks", mesh.blocks)
+    _write_group(group, "node_sets", mesh.node_sets)
+    _write_group(group, "element_labels", mesh.element_labels or {})
+    for where, nested in (
+        ("element_sets", mesh.element_sets),
+        ("surfaces", {name: surface.faces for name, surface in mesh.surfaces.items()}),
+    ):
+        inner = group.create_group(where)
+        inner.attrs["names"] = json.dumps(list(nested))
+        for number, arrays in enumerate(nested.values()):
+            _write_group(inner, str(number), arrays)
+
+
+def load_model(path: Path) -> ImportedModel:
+    """Read a model written by ``save_model``.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, of another kind or version, or its parts do not fit together.
+    """
+    import h5py
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(file, path)
+    except InputError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise InputError(f"{path.name}: is damaged or not a slipstick model ({error})") from None
+
+
+def _read(file: Any, path: Path) -> ImportedModel:
+    if file.attrs.get("format") != FORMAT:
+        raise InputError(f"{path.name}: is not a slipstick model; make one with: slipstick import FILE -o model.h5")
+    if int(file.attrs["version"]) > VERSION:
+        raise InputError(f"{path.name}: has format version {file.attrs['version']}, this program reads up to {VERSION}")
+    arrays = {name: _array(file, name, path) for name in _MAP}
+    materials = {name: Material(**known) for name, known in json.loads(file.attrs["materials"]).items()}
+    return ImportedModel(
+        **{name: _matrix(file, name, len(arrays["dof_nodes"]), path) for name in "KMC" if name in file},
+        **arrays,
+        node_sets=_group(file, "node_sets", path),
+        source=str(file.attrs["source"]),
+        units=str(file.attrs["units"]),
+        notes=tuple(json.loads(file.attrs["notes"])),
+        mesh=_mesh(file["mesh"], path) if "mesh" in file else None,
+        materials=materials,
+    )
+
+
+def _array(group: Any, name: str, path: Path) -> NDArray:
+    """A data set that lies in this file and is no larger than it (compressed ones: than 1100 times what is stored)."""
+    import h5py
+
+    link = group.get(name, getlink=True)
+    data = group[name] if isinstance(link, h5py.HardLink) else None
+    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual or data.dtype.kind not in "iuf":
+        raise InputError(f"{path.name}: {name} is not an array of numbers in this file; it is damaged")
+    if data.size * data.dtype.itemsize > 1100 * data.id.get_storage_size():
+        raise InputError(f"{path.name}: {name} claims {data.size} numbers, more than the file holds; it is damaged")
+    return data[()]
+
+
+def _matrix(file: Any, name: str, size: int, path: Path) -> Any:
+    from scipy.sparse import csr_array
+
+    parts = tuple(_array(file[name], part, path) for part in _MATRIX)
+    matrix = csr_array(parts, shape=(size, size))
+    matrix.check_format(full_check=True)
+    if not np.all(np.isfinite(matrix.data)):
+        raise InputError(f"{path.name}: {name} holds values that are not finite")
+    return matrix
+
+
+def _group(group: Any, where: str, path: Path) -> dict[str, NDArray]:
+    inner = group[where]
+    return {str(name): _array(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
+
+
+def _nested(group: Any, where: str, path: Path) -> dict[str, dict[str, NDArray]]:
+    inner = group[where]
+    return {str(name): _group(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
+
+
+def _mesh(group: Any, path: Path) -> Mesh:
+    return Mesh(
+        nodes=_array(group, "nodes", path),
+        blocks=_group(group, "blocks", path),
+        node_sets=_group(group, "node_sets", path),
+        element_sets=_nested(group, "element_sets", path),
+        surfaces={name: Surface(faces=faces) for name, faces in _nested(group, "surfaces", path).items()},
+        node_labels=_array(group, "labels", path),
+        element_labels=_group(group, "element_labels", path) or None,
+    )

@@ -1,0 +1,192 @@
+"""What a reader hands over, and the checks that make an ImportedModel of it: halves, sizes, constraints, empty rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.support import empty_rows, floating_parts, name_rows
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+ASYMMETRY = 1e-8
+"""Difference of the two halves, relative to the largest entry, up to which a matrix counts as symmetric."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DofMap:
+    """Node label and direction (0..6, see COMPONENTS) of each row, both (n,)."""
+
+    nodes: IntArray
+    components: IntArray
+
+    def __len__(self) -> int:
+        return len(self.nodes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nodes:
+    """Positions, named sets and held degrees of freedom, all by node label."""
+
+    ids: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    coordinates: Array = field(default_factory=lambda: np.empty((0, 3)))
+    sets: Mapping[str, IntArray] = field(default_factory=dict)
+    held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RawModel:
+    """Matrices as stored (full or one half), by name "K", "M", "C", with the map where the files have one."""
+
+    matrices: Mapping[str, Any]
+    dof_map: DofMap | None = None
+    nodes: Nodes = field(default_factory=Nodes)
+    notes: tuple[str, ...] = ()
+
+
+def full_symmetric(matrix: Any, name: str) -> csr_array:
+    """Both halves of a symmetric matrix of which one half, the other, or both are stored.
+
+    Raises
+    ------
+    InputError
+        If it is not square, not finite, or its halves differ.
+
+    Examples
+    --------
+    >>> full_symmetric(np.array([[2.0, -1.0], [0.0, 3.0]]), "K").toarray().tolist()
+    [[2.0, -1.0], [-1.0, 3.0]]
+    """
+    from scipy.sparse import csr_array, diags_array, tril, triu
+
+    matrix = csr_array(matrix)
+    if matrix.shape[0] != matrix.shape[1]:
+        raise InputError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}; expected a square matrix")
+    matrix.sum_duplicates()
+    if not np.all(np.isfinite(matrix.data)):
+        raise InputError(f"{name} holds values that are not finite; export it again")
+    matrix.eliminate_zeros()
+    lower, upper = csr_array(tril(matrix, -1)), csr_array(triu(matrix, 1).T)
+    stored_twice = (lower != 0).multiply(upper != 0).nnz if lower.nnz and upper.nnz else 0
+    if not stored_twice:
+        half = lower + upper
+        return csr_array(half + half.T + diags_array(matrix.diagonal()))
+    _refuse_asymmetric(matrix, csr_array(lower - upper), name)
+    return csr_array((matrix + matrix.T) * 0.5)
+
+
+def _refuse_asymmetric(matrix: csr_array, difference: csr_array, name: str) -> None:
+    worst = np.abs(difference.data).max(initial=0.0)
+    if worst <= ASYMMETRY * np.abs(matrix.data).max():
+        return
+    entry = difference.tocoo()
+    at = int(np.argmax(np.abs(entry.data)))
+    i, j = int(entry.coords[0][at]), int(entry.coords[1][at])
+    raise InputError(
+        f"{name} is not symmetric: entry ({i + 1}, {j + 1}) is {matrix[i, j]:.6g}, entry ({j + 1}, {i + 1}) is "
+        f"{matrix[j, i]:.6g}; export a symmetric model (no friction, follower or gyroscopic terms)"
+    )
+
+
+def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> ImportedModel:
+    """Check what was read and take out held and empty degrees of freedom.
+
+    Raises
+    ------
+    InputError
+        One sentence a fault: K or M missing, sizes that differ, no dof map, asymmetry, negative diagonal, rows without
+        stiffness.
+    """
+    problems = list(_size_problems(raw, source))
+    if problems:
+        raise InputError(problems)
+    full = {name: full_symmetric(matrix, f"{source}: {name}") for name, matrix in raw.matrices.items()}
+    assert raw.dof_map is not None
+    nodes, components = raw.dof_map.nodes, raw.dof_map.components
+    held = _held(raw.dof_map, raw.nodes.held)
+    empty = np.logical_and.reduce([empty_rows(matrix) for matrix in full.values()]) & ~held
+    problems = list(_diagonal_problems(full, held | empty, nodes, components, source))
+    if problems:
+        raise InputError(problems)
+    notes = list(raw.notes)
+    if empty.any():
+        notes.append(
+            f"{empty.sum()} dofs without any stiffness or mass were left out: {_some(nodes, components, empty)}"
+        )
+    kept = np.flatnonzero(~(held | empty))
+    removed = np.stack([nodes[held], components[held]], axis=1)
+    return ImportedModel(
+        **{name: matrix[kept][:, kept] for name, matrix in full.items()},
+        dof_nodes=nodes[kept],
+        dof_components=components[kept],
+        node_ids=raw.nodes.ids,
+        coordinates=raw.nodes.coordinates,
+        node_sets=dict(raw.nodes.sets),
+        constrained=np.unique(np.concatenate([removed, raw.nodes.held]), axis=0),
+        source=source,
+        units=units,
+        notes=tuple(notes),
+    )
+
+
+def _size_problems(raw: RawModel, source: str) -> Iterator[str]:
+    for name, word in (("K", "stiffness"), ("M", "mass")):
+        if name not in raw.matrices:
+            yield f"{source}: no {word} matrix {name}; give the file that holds it"
+    shapes = {name: matrix.shape for name, matrix in raw.matrices.items()}
+    if len(set(shapes.values())) > 1:
+        sizes = ", ".join(f"{name} is {rows} x {columns}" for name, (rows, columns) in shapes.items())
+        yield f"{source}: matrices of different size ({sizes}); export them from the same model and set"
+    elif raw.dof_map is None:
+        yield (
+            f"{source}: no map from rows to nodes and directions; give it as a file "
+            "(HBMAT's .mapping, CalculiX's .dof, or lines 'node direction')"
+        )
+    elif shapes and len(raw.dof_map) != next(iter(shapes.values()))[0]:
+        size = next(iter(shapes.values()))[0]
+        yield f"{source}: the matrices have {size} rows, the dof map has {len(raw.dof_map)} entries; they must agree"
+
+
+def _held(dof_map: DofMap, held: IntArray) -> NDArray[np.bool_]:
+    factor = 8
+    return np.isin(dof_map.nodes * factor + dof_map.components, held[:, 0] * factor + held[:, 1])
+
+
+def _some(nodes: IntArray, components: IntArray, chosen: NDArray[np.bool_]) -> str:
+    return name_rows(nodes[chosen], components[chosen])
+
+
+def _diagonal_problems(
+    full: Mapping[str, csr_array], out: NDArray[np.bool_], nodes: IntArray, components: IntArray, source: str
+) -> Iterator[str]:
+    if np.all(out):
+        yield f"{source}: no degree of freedom is left: all are held or empty"
+        return
+    for name in ("K", "M"):
+        negative = (full[name].diagonal() < 0.0) & ~out
+        if negative.any():
+            yield f"{source}: {name} has negative diagonal entries at {_some(nodes, components, negative)}"
+    loose = empty_rows(full["K"]) & ~out
+    if loose.any():
+        yield (
+            f"{source}: K is singular, {loose.sum()} dofs have mass but no stiffness (a mechanism): "
+            f"{_some(nodes, components, loose)}; connect or fix them"
+        )
+
+
+def support_notes(model: ImportedModel) -> tuple[str, ...]:
+    """One sentence for each part which is not held; empty when every part is."""
+    return tuple(
+        f"the part with node {part[0]} ({len(part)} nodes) is not held ({count} rigid body motions); fix some nodes"
+        for part, count in floating_parts(model)
+    )

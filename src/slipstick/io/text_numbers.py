@@ -1,0 +1,91 @@
+"""Numbers out of text files written by Fortran and C programs."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+
+Array = NDArray[np.float64]
+
+LARGEST = 16 * 1024**3
+"""Bytes of the largest file that is read."""
+
+
+def read_bytes(path: Path) -> bytes:
+    """Content of a file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, not a file, empty or larger than ``LARGEST``.
+    """
+    try:
+        size = path.stat().st_size if path.is_file() else -1
+    except OSError:
+        size = -1
+    if size < 0:
+        raise InputError(f"{path}: there is no such file")
+    if size == 0:
+        raise InputError(f"{path.name}: the file is empty")
+    if size > LARGEST:
+        raise InputError(f"{path.name}: the file is larger than {LARGEST / 1e9:.3g} GB; reduce the model first")
+    return path.read_bytes()
+
+
+def number_table(data: bytes, columns: int, path: Path) -> Array:
+    """Numbers separated by blanks, commas or line ends as (n, columns); Fortran's D exponents are understood.
+
+    Raises
+    ------
+    InputError
+        If something else stands between the numbers, or the last row is not whole.
+    """
+    text = data.translate(bytes.maketrans(b"Dd,", b"Ee "))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            values = np.fromstring(text.decode("ascii"), dtype=float, sep=" ")
+        except (ValueError, UnicodeDecodeError, DeprecationWarning):
+            raise InputError(f"{path.name}: holds something else than numbers; the file is damaged") from None
+    if not len(values) or len(values) % columns:
+        raise InputError(
+            f"{path.name}: found {len(values)} numbers, expected rows of {columns}; the file is damaged or truncated"
+        )
+    return values.reshape(-1, columns)
+
+
+def whole_numbers(values: Array, what: str, path: Path, low: int = 1) -> NDArray[np.int64]:
+    """Numbers that must be integers from ``low`` up."""
+    if len(values) and not (np.all(values == np.floor(values)) and values.min() >= low and values.max() < 2**53):
+        raise InputError(f"{path.name}: {what} are not all whole numbers from {low} up; the file is damaged")
+    return values.astype(np.int64)
+
+
+def require_plausible(rows: int, entries: int, path: Path) -> None:
+    """Refuse sizes that a file of this length cannot hold, before memory is taken for them."""
+    size = path.stat().st_size
+    if rows <= 0 or rows > max(2**20, size) or entries < 0 or entries > max(size, 1):
+        raise InputError(
+            f"{path.name}: claims {rows} rows and {entries} entries in a file of {size} bytes; damaged or truncated"
+        )
+
+
+_REAL = re.compile(r"^([+-]?[0-9]*\.?[0-9]*)(?:[eEdD]?([+-][0-9]+)|[eEdD]([0-9]+))?$")
+
+
+def fortran_real(text: str) -> float:
+    """A real as Fortran and Nastran write it: the exponent letter may be D or missing.
+
+    >>> fortran_real("1.5D+3"), fortran_real("-2.1-2"), fortran_real("7.")
+    (1500.0, -0.021, 7.0)
+    """
+    match = _REAL.match(text.strip())
+    if not match or not any(c.isdigit() for c in match.group(1)):
+        raise ValueError(f"'{text.strip()}' is not a number")
+    return float(f"{match.group(1)}e{match.group(2) or match.group(3) or '0'}")
