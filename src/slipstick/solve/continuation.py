@@ -39,7 +39,7 @@ _STRAIGHT = 0.7
 
 
 def _corrector_options() -> NewtonOptions:
-    return NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2)
+    return NewtonOptions(max_iterations=12, min_damping=0.1, non_monotone=1)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,9 +1,9 @@
 """Damped Newton for piecewise smooth systems.
 
-Globalised by the natural monotonicity test (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
-section 3.3): it measures the simplified correction, not the residual, so that it does not depend on how the equations
-are scaled. A decrease of the residual is accepted too, and a few steps may be non-monotone: both keep the iteration
-going across the kinks of stick and slip.
+Globalised by natural monotonicity (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3):
+the progress of a step is measured by the simplified correction, not by the residual, so that it does not depend on how
+the equations are scaled. Where the whole correction does not help, the best fraction of it is taken, and where none
+helps a few whole corrections are taken all the same: both carry the iteration across the kinks of stick and slip.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from slipstick.errors import InputError
 Array = NDArray[np.float64]
 
 EPSILON = float(np.finfo(float).eps)
+_CLEAR_GAIN = 0.5
+_WORST_LOSS = 10.0
+_STILL_A_SOLUTION = 1e-3
 SINGULAR = "the Jacobian is singular"
 
 
@@ -56,9 +59,9 @@ class NewtonOptions:
     max_iterations
         Largest number of corrections.
     min_damping
-        Smallest step length of the line search.
+        Smallest fraction of a correction tried.
     non_monotone
-        How many full steps may be taken although neither test holds.
+        How many whole corrections may be taken although no fraction of them helps.
     stagnation
         Corrections below this which no longer shrink are rounding: accepted, and marked ``stagnated``.
 
@@ -70,7 +73,7 @@ class NewtonOptions:
 
     tolerance: float = 1e-10
     max_iterations: int = 30
-    min_damping: float = 1e-3
+    min_damping: float = 1e-5
     non_monotone: int = 4
     stagnation: float = 1e-8
 
@@ -112,6 +115,9 @@ def factorise(matrix: Array) -> Factors | None:
     """LU factors of ``matrix`` (n, n), or None if it is exactly singular."""
     lu, pivots, info = dgetrf(matrix.T)
     return None if info > 0 else Factors(lu, pivots)
+
+
+Trial = tuple[Array, Array, Array, Any, float]
 
 
 class NewtonResult:
@@ -172,6 +178,10 @@ class NewtonResult:
         self.contraction = 0.0
         self.evaluation: Any = None
         self.factors: Factors | None = None
+
+    def accept(self, trial: Trial) -> None:
+        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm."""
+        self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
 
     def __repr__(self) -> str:
         return f"NewtonResult({self.reason}, iterations={self.iterations}, residual_norm={self.residual_norm:.2e})"
@@ -275,9 +285,8 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
     size = result.correction_norm
     if size <= options.tolerance:
         result.converged, result.reason = True, "converged"
-    elif size <= options.stagnation and _no_longer_shrinks(result.corrections):
-        result.converged = result.stagnated = True
-        result.reason = "converged to rounding level"
+    elif _no_longer_shrinks(result.corrections) and (size <= options.stagnation or _is_rounding(result)):
+        _stagnate(result)
     elif result.iterations >= options.max_iterations:
         result.reason = f"no convergence in {options.max_iterations} iterations"
     return bool(result.reason)
@@ -285,12 +294,19 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
 
 def _at_rounding_level(result: NewtonResult) -> NewtonResult:
     """Accept a failed iteration after all when its residual is nothing but the rounding of its own terms."""
-    if result.factors is not None and isfinite(result.correction_norm):
-        rounding = 16.0 * EPSILON * norm(np.abs(result.jacobian) @ np.abs(result.x))
-        if result.residual_norm <= rounding and result.correction_norm < 1e-3:
-            result.converged = result.stagnated = True
-            result.reason = "converged to rounding level"
+    if result.factors is not None and isfinite(result.correction_norm) and _is_rounding(result):
+        _stagnate(result)
     return result
+
+
+def _is_rounding(result: NewtonResult) -> bool:
+    rounding = 16.0 * EPSILON * norm(np.abs(result.jacobian) @ np.abs(result.x))
+    return result.residual_norm <= rounding and result.correction_norm < _STILL_A_SOLUTION
+
+
+def _stagnate(result: NewtonResult) -> None:
+    result.converged = result.stagnated = True
+    result.reason = "converged to rounding level"
 
 
 def _no_longer_shrinks(sizes: list[float]) -> bool:
@@ -305,43 +321,41 @@ def _line_search(
     options: NewtonOptions,
     allowance: int,
 ) -> int:
-    """Take the longest step along the correction that one of the tests admits; return the allowance left."""
-    factors = result.factors
-    assert factors is not None
+    """Take the whole correction if it brings the solution nearer, else the best fraction; return the allowance left.
+
+    The search does not stop at the first fraction that helps: between kinks the measure falls and rises by pieces, and
+    the first gain found from above is often a tiny one beyond the kink that matters.
+    """
+    assert result.factors is not None
     size, damping = result.correction_norm, 1.0
-    full: tuple[Array, Array, Array, Any, float] | None = None
-    while True:
-        x = result.x - step if damping == 1.0 else result.x - damping * step
-        residual, jacobian, value = evaluate(x)
+    best, level, full = None, np.inf, None
+    while damping >= options.min_damping:
+        trial = _trial(evaluate, result.x - step if damping == 1.0 else result.x - damping * step)
         result.evaluations += 1
-        length = norm(residual)
-        if isfinite(length):
-            simplified = factors.solve(residual)
+        natural = np.inf
+        if isfinite(trial[4]):
+            natural = norm(result.factors.solve(trial[1]) * inverse_scale) / size
             result.solves += 1
-            natural = norm(simplified * inverse_scale)
-            if result.iterations == 0 and damping == 1.0:
-                result.contraction = natural / size
-            trial = (x, residual, jacobian, value, length)
-            if (
-                natural <= (1.0 - 0.25 * damping) * size
-                or length <= (1.0 - 0.25 * damping) * result.residual_norm
-                or size <= options.stagnation
-            ):
-                _accept(result, trial)
+        if damping == 1.0:
+            result.contraction = natural if result.iterations == 0 else result.contraction
+            if natural <= _CLEAR_GAIN or (size <= options.stagnation and isfinite(natural)):
+                result.accept(trial)
                 return allowance
-            if damping == 1.0 and natural < 10.0 * size:
-                full = trial
-            bend = norm((simplified - (1.0 - damping) * step) * inverse_scale)
-            damping = max(0.1 * damping, min(0.5 * damping, 0.5 * size * damping * damping / max(bend, 1e-300)))
-        else:
-            damping *= 0.25
-        if damping < options.min_damping:
-            if full is not None and allowance > 0:
-                _accept(result, full)
-                return allowance - 1
-            result.reason = "the line search found no step that brings the solution nearer"
-            return allowance
+            full = trial if natural < _WORST_LOSS else None
+        if natural < level:
+            best, level = trial, natural
+        elif level < 1.0 - 0.1 * damping:
+            break
+        damping *= 0.5
+    if level >= 1.0 - 0.1 * options.min_damping and full is not None and allowance > 0:
+        best, level, allowance = full, 0.0, allowance - 1
+    if best is None or level >= 1.0:
+        result.reason = "the line search found no step that brings the solution nearer"
+    else:
+        result.accept(best)
+    return allowance
 
 
-def _accept(result: NewtonResult, trial: tuple[Array, Array, Array, Any, float]) -> None:
-    result.x, result.residual, result.jacobian, result.evaluation, result.residual_norm = trial
+def _trial(evaluate: Callable[[Array], tuple[Array, Array, Any]], x: Array) -> Trial:
+    residual, jacobian, value = evaluate(x)
+    return x, residual, jacobian, value, norm(residual)
