@@ -1,0 +1,251 @@
+"""What is to be computed: a structure, its rubbing contacts, its loads and the harmonics kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.checks import problem_faults
+from slipstick.contact.parameters import FrictionContact
+from slipstick.contact.rubbing import RubbingMotion, common_period
+from slipstick.errors import InputError
+from slipstick.structure.protocol import Structure
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+PARAMETERS = ("velocity", "mu", "kt", "kn", "gap", "normal_load")
+"""What can be changed or followed of a contact, as in "tip.velocity"; "*.velocity" means all contacts together."""
+
+MOST_OUTPUTS = 100
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape of the structure.
+
+    Parameters
+    ----------
+    dof, shape
+        Name of a dof, or of a load shape: one of the two.
+    harmonic
+        Harmonic ``m`` of the excitation; 0 is a static load, given by ``cos``.
+    cos, sin
+        Amplitudes, force (0-to-peak).
+    """
+
+    dof: str | None = None
+    shape: str | None = None
+    harmonic: int = 1
+    cos: float = 0.0
+    sin: float = 0.0
+
+    @property
+    def target(self) -> str:
+        """Name of the dof or load shape."""
+        return str(self.dof if self.dof is not None else self.shape)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPair:
+    """A friction contact between two directions of the structure, or between one and the ground.
+
+    The relative motion is ``sum cosine * dof``, node 1 minus node 2: give the second node's dofs with the opposite sign.
+
+    Parameters
+    ----------
+    name
+        Its name in results, events and parameters.
+    contact
+        Parameters, scalars.
+    tangential
+        Direction cosines by dof; a name alone means cosine 1.
+    normal
+        As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``.
+    rubbing
+        Motion of the counter surface; none by default.
+    """
+
+    name: str
+    contact: FrictionContact
+    tangential: Mapping[str, float] | str
+    normal: Mapping[str, float] | str | None = None
+    rubbing: RubbingMotion | None = None
+
+    def __post_init__(self) -> None:
+        for side in ("tangential", "normal"):
+            given = getattr(self, side)
+            if given is not None:
+                object.__setattr__(self, side, {given: 1.0} if isinstance(given, str) else dict(given))
+
+    @property
+    def directions(self) -> tuple[Mapping[str, float], Mapping[str, float] | None]:
+        """Direction cosines, tangential and normal."""
+        return self.tangential, self.normal  # type: ignore[return-value]
+
+    @property
+    def motion(self) -> RubbingMotion:
+        """The rubbing motion, at rest where none is given."""
+        return self.rubbing or RubbingMotion()
+
+    @property
+    def velocity(self) -> float:
+        """Constant rubbing velocity, length/time."""
+        return float(np.asarray(self.motion.velocity))
+
+    def value(self, name: str) -> float:
+        """One of ``PARAMETERS``."""
+        if name == "velocity":
+            return self.velocity
+        return float(np.asarray(getattr(self.contact, name)))
+
+    def with_value(self, name: str, value: float) -> ContactPair:
+        """A copy with one of ``PARAMETERS`` changed; a normal load becomes a gap at the present ``kn``."""
+        if name == "velocity":
+            return replace(self, rubbing=replace(self.motion, velocity=value))
+        if name == "normal_load":
+            kn = self.value("kn")
+            if value < 0 or (kn == 0 and value != 0):
+                raise InputError(
+                    f"{self.name}.normal_load: found {value:g} with kn = {kn:g}; expected a load >= 0 and kn > 0"
+                )
+            return replace(self, contact=replace(self.contact, gap=-value / kn if kn else 0.0))
+        return replace(self, contact=replace(self.contact, **{name: value}))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Steady periodic vibration of a structure with friction contacts under rubbing motion (THEORY.md sections 1, 9).
+
+    Parameters
+    ----------
+    structure
+        Anything that is a ``Structure``.
+    contacts, loads
+        The contacts and the loads.
+    harmonics
+        Harmonics of the principal frequency kept in the balance; an iterable of orders will do.
+    outputs
+        Names of the dofs in the results; by default all, at most 100.
+    period_ratio
+        ``T_p / T_u = j1 / j2``, period of the excitation over that of the rubbing motion. Harmonics of loads and of
+        rubbing motions count their own frequency; ``omega`` is always the principal one.
+    title
+        Written on results.
+    load_factor
+        Multiplies all loads: the parameter called "load".
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault.
+    """
+
+    structure: Structure
+    _: KW_ONLY
+    contacts: Sequence[ContactPair] = ()
+    loads: Sequence[Load] = ()
+    harmonics: Harmonics = field(default_factory=lambda: Harmonics(range(6)))
+    outputs: Sequence[str] | None = None
+    period_ratio: tuple[int, int] = (1, 1)
+    title: str = ""
+    load_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.harmonics, Harmonics):
+            object.__setattr__(self, "harmonics", Harmonics(self.harmonics))
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+        object.__setattr__(self, "loads", tuple(self.loads))
+        outputs = self.structure.dofs[:MOST_OUTPUTS] if self.outputs is None else self.outputs
+        object.__setattr__(self, "outputs", tuple([outputs] if isinstance(outputs, str) else outputs))
+        faults = problem_faults(self)
+        if faults:
+            raise InputError(faults)
+
+    @cached_property
+    def orders(self) -> tuple[int, int]:
+        """Harmonics of the principal frequency on which excitation and rubbing motion sit [Eqs. 2, 3]."""
+        return common_period(*self.period_ratio)
+
+    @property
+    def excitation_order(self) -> int:
+        """Excitation frequency over ``omega``."""
+        return self.orders[0]
+
+    @cached_property
+    def load_targets(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Loaded dofs and load shapes, each once, in order of appearance."""
+        dofs = tuple(dict.fromkeys(load.dof for load in self.loads if load.dof is not None))
+        shapes = tuple(dict.fromkeys(load.shape for load in self.loads if load.shape is not None and load.dof is None))
+        return dofs, shapes
+
+    def load_coefficients(self) -> Array:
+        """Coefficients of the loads on ``load_targets`` (dofs, then shapes), (n, L), load factor included."""
+        dofs, shapes = self.load_targets
+        P = np.zeros((len(dofs) + len(shapes), self.harmonics.size))
+        for load in self.loads:
+            row = dofs.index(load.dof) if load.dof is not None else len(dofs) + shapes.index(load.target)
+            order = load.harmonic * self.excitation_order
+            P[row, self.harmonics.index(order, "c")] += load.cos
+            if order:
+                P[row, self.harmonics.index(order, "s")] += load.sin
+        return self.load_factor * P
+
+    def rubbing_coefficients(self) -> Array:
+        """Coefficients ``U`` of the periodic rubbing motion, (n_contacts, L)."""
+        U = np.zeros((len(self.contacts), self.harmonics.size))
+        for row, pair in zip(U, self.contacts, strict=True):
+            row[:] = pair.motion.coefficients(self.harmonics, self.orders[1])
+        return U
+
+    def contact_values(self, name: str) -> Array:
+        """One of ``PARAMETERS`` of all contacts, (n_contacts,)."""
+        return np.array([pair.value(name) for pair in self.contacts], dtype=float)
+
+    def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
+        """Direction cosines on all dofs, (n_dofs, n_directions)."""
+        chosen = list(directions)
+        place = {name: i for i, name in enumerate(self.structure.dofs)}
+        matrix = np.zeros((len(place), len(chosen)))
+        for column, cosines in enumerate(chosen):
+            for name, cosine in cosines.items():
+                matrix[place[name], column] += cosine
+        return matrix
+
+    def parameter_targets(self, name: str) -> tuple[tuple[int, ...], str]:
+        """Which contacts a named parameter belongs to, and what it is; ``((), "load")`` for the load factor."""
+        if name == "load":
+            return (), "load"
+        contact, _, quantity = name.rpartition(".")
+        at = tuple(i for i, pair in enumerate(self.contacts) if contact in (pair.name, "*"))
+        if not at or quantity not in PARAMETERS:
+            known = ["load", *(f"{c}.{p}" for c in ("*", *(pair.name for pair in self.contacts)) for p in PARAMETERS)]
+            from difflib import get_close_matches
+
+            close = get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = (
+                f"did you mean '{close[0]}'?" if close else f"known are {', '.join(known[: 1 + 2 * len(PARAMETERS)])}"
+            )
+            raise InputError(f"there is no parameter '{name}'; {hint}")
+        return at, quantity
+
+    def parameter(self, name: str) -> float:
+        """Value of a named parameter such as "tip.velocity", "*.mu" or "load"; of several contacts, the mean."""
+        at, quantity = self.parameter_targets(name)
+        if quantity == "load":
+            return self.load_factor
+        return float(np.mean([self.contacts[i].value(quantity) for i in at]))
+
+    def with_parameter(self, name: str, value: float) -> Problem:
+        """A copy with a named parameter changed; raises InputError where the value is not allowed."""
+        at, quantity = self.parameter_targets(name)
+        if not np.isfinite(value):
+            raise InputError(f"{name}: found {value}; expected a finite number")
+        if quantity == "load":
+            return replace(self, load_factor=float(value))
+        changed = [pair.with_value(quantity, float(value)) if i in at else pair for i, pair in enumerate(self.contacts)]
+        return replace(self, contacts=changed)
