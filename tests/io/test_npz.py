@@ -73,7 +73,7 @@ def test_only_finite_real_numbers(tmp_path: Path, value: np.ndarray) -> None:
 @pytest.mark.parametrize("content", [b"", b"PK nothing", b"\x93NUMPY"])
 def test_what_is_no_archive(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.npz").write_bytes(content)
-    with pytest.raises(InputError, match="not a readable .npz file"):
+    with pytest.raises(InputError, match="not a readable"):
         array_shapes(tmp_path / "a.npz")
 
 

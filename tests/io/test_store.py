@@ -200,7 +200,7 @@ def test_a_failing_final_write_keeps_the_older_file_and_the_journal(
 
 
 def test_an_unwritable_place_is_told_on_opening(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="No such file|not a directory"):
+    with pytest.raises(OSError, match="No such file"):
         ResultStore(tmp_path / "missing" / "r.nc", LAYOUT)
 
 

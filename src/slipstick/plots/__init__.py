@@ -13,6 +13,7 @@ _PUBLIC = {
     "friction": "slipstick.plots.curves",
     "loop": "slipstick.plots.points",
     "states": "slipstick.plots.points",
+    "history": "slipstick.plots.points",
     "save_figure": "slipstick.plots.style",
 }
 

@@ -20,6 +20,7 @@ def response(
     dof: str | None = None,
     *,
     ax: Axes | None = None,
+    label: str | None = None,
     references: Any = None,
     peaks: bool = True,
     log: bool = False,
@@ -34,6 +35,8 @@ def response(
         Name of the dof; by default the first.
     ax
         Axes to draw into; by default those of a new figure.
+    label
+        Name of a single branch in the legend.
     references
         Linear responses (without contact, fully stuck) drawn thin and grey: ``{label: dataset}``.
     peaks
@@ -46,42 +49,40 @@ def response(
     Axes
         One line for each branch, labelled with its name.
     """
-    ax = _lines(branches, "amplitude", {"dof": dof}, ax)
+    ax = _lines(branches, "amplitude", {"dof": dof}, ax, label)
     if peaks:
         for _, dataset in datasets(branches):
             _mark_peaks(ax, dataset, dof)
     limits = ax.get_ylim()
-    for label, dataset in datasets(references or {}):
-        chosen = _select(dataset, "amplitude", {"dof": dof})
-        ax.plot(dataset[abscissa(dataset)], chosen, color=GREY, linewidth=0.9, linestyle=":", label=label or "linear")
+    for (name, dataset), line in zip(datasets(references or {}), (":", (0, (4, 2))) * 20, strict=False):
+        x, y = dataset[abscissa(dataset)].to_numpy(), _select(dataset, "amplitude", {"dof": dof})
+        ax.plot(x, y, color=GREY, linewidth=0.9, linestyle=line, label=name or "linear", zorder=1)
     if log:
         ax.set_yscale("log")
     elif references:
         ax.set_ylim(0.0, limits[1])
-    else:
-        ax.set_ylim(bottom=0.0)
     _legend(ax)
     return ax
 
 
-def mean(branches: Any, dof: str | None = None, *, ax: Axes | None = None) -> Axes:
+def mean(branches: Any, dof: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
     """Zero harmonic (mean position) over frequency or the followed parameter; arguments as in :func:`response`."""
-    ax = _lines(branches, "mean", {"dof": dof}, ax)
+    ax = _lines(branches, "mean", {"dof": dof}, ax, label)
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     _legend(ax)
     return ax
 
 
-def power(branches: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
+def power(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
     """Dissipated power over frequency: of one contact, or of all together."""
-    ax = _lines(branches, "dissipated_power", {"contact": contact}, ax, total=contact is None)
+    ax = _lines(branches, "dissipated_power", {"contact": contact}, ax, label, total=contact is None)
     _legend(ax)
     return ax
 
 
-def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
+def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
     """Friction coefficient over frequency, of one contact (by default the first)."""
-    ax = _lines(branches, "friction_coefficient", {"contact": contact}, ax)
+    ax = _lines(branches, "friction_coefficient", {"contact": contact}, ax, label)
     _legend(ax)
     return ax
 
@@ -101,15 +102,23 @@ def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None
     return ax
 
 
-def _lines(branches: Any, name: str, where: Mapping[str, str | None], ax: Axes | None, *, total: bool = False) -> Axes:
+def _lines(
+    branches: Any,
+    name: str,
+    where: Mapping[str, str | None],
+    ax: Axes | None,
+    label: str | None,
+    *,
+    total: bool = False,
+) -> Axes:
     pairs = list(datasets(branches))
     if not pairs:
         raise InputError("nothing to draw: no branch was given")
     first = pairs[0][1]
     ax = styled(ax, quantity(first, abscissa(first)), quantity(first, name))
-    for label, dataset in pairs:
+    for own, dataset in pairs:
         values = dataset[name].sum("contact").to_numpy() if total else _select(dataset, name, where)
-        ax.plot(dataset[abscissa(dataset)].to_numpy(), values, linewidth=1.6, label=label)
+        ax.plot(dataset[abscissa(dataset)].to_numpy(), values, linewidth=1.6, label=own or label)
     return ax
 
 

@@ -1,0 +1,126 @@
+"""What a run shows while it computes: a live line on a terminal, a plain line now and then elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from slipstick.app.guard import say
+
+_EVERY = 5.0
+"""Seconds between plain lines."""
+
+
+def duration(seconds: float) -> str:
+    """Seconds as a reader likes them.
+
+    >>> duration(0.123), duration(75), duration(7300)
+    ('0.12 s', '1 min 15 s', '2 h 1 min')
+    """
+    if seconds < 60:
+        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+class Position:
+    """How far along its range a branch is."""
+
+    def __init__(self, start: float, stop: float) -> None:
+        self._start, self._length = start, (stop - start) or 1.0
+        self._begin = time.monotonic()
+        self.fraction = 0.0
+
+    def update(self, value: float) -> None:
+        """The branch is at ``value`` of the followed quantity; turning back never lowers the fraction."""
+        self.fraction = max(self.fraction, min((value - self._start) / self._length, 1.0))
+
+    @property
+    def left(self) -> float | None:
+        """Seconds left at the pace so far, once there is something to judge by."""
+        elapsed = time.monotonic() - self._begin
+        return elapsed * (1.0 / self.fraction - 1.0) if self.fraction > 0.02 else None
+
+
+class Progress:
+    """Shows points as they come; ``at`` is given the followed value and a text on the point."""
+
+    def __init__(self, position: Position, unit: str) -> None:
+        self._position, self._unit = position, unit
+        self._last = time.monotonic()
+        self.points = 0
+
+    def at(self, value: float, step: float, states: str) -> None:
+        """A point was found."""
+        self.points += 1
+        self._position.update(value)
+        if time.monotonic() - self._last >= _EVERY:
+            self._last = time.monotonic()
+            say(f"  {self._line(value, step, states)}, {self._position.fraction:.0%}{self._left()}")
+
+    def note(self, text: str) -> None:
+        """A line of its own."""
+        say(text)
+
+    def _line(self, value: float, step: float, states: str) -> str:
+        return f"{value:.6g}{self._unit}, point {self.points}, step {step:.2g}, {states}"
+
+    def _left(self) -> str:
+        left = self._position.left
+        return "" if left is None else f", about {duration(left)} left"
+
+
+class Live(Progress):
+    """The same on one line of a terminal, redrawn."""
+
+    def __init__(self, position: Position, unit: str, bar: Any, task: Any) -> None:
+        super().__init__(position, unit)
+        self._bar, self._task = bar, task
+
+    def at(self, value: float, step: float, states: str) -> None:
+        """A point was found."""
+        self.points += 1
+        self._position.update(value)
+        text = self._line(value, step, states) + self._left()
+        self._bar.update(self._task, completed=self._position.fraction, description=text)
+
+    def note(self, text: str) -> None:
+        """A line above the moving one."""
+        self._bar.console.print(text, markup=False, highlight=False)
+
+
+class Silent(Progress):
+    """Counts, and shows nothing."""
+
+    def at(self, value: float, step: float, states: str) -> None:
+        """A point was found."""
+        self.points += 1
+
+    def note(self, text: str) -> None:
+        """Nothing is shown."""
+
+
+@contextmanager
+def progress(start: float, stop: float, unit: str, *, quiet: bool = False) -> Iterator[Progress]:
+    """The display that suits where the output goes."""
+    position = Position(start, stop)
+    if quiet:
+        yield Silent(position, unit)
+        return
+    if not sys.stdout.isatty():
+        yield Progress(position, unit)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        BarColumn(bar_width=24),
+        TextColumn("{task.percentage:>3.0f}%"),
+        TextColumn("{task.description}", markup=False),
+    )
+    with Bar(*columns, console=Console(markup=False), transient=True, refresh_per_second=8) as bar:
+        yield Live(position, unit, bar, bar.add_task("looking for the first point", total=1.0))
