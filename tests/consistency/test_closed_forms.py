@@ -90,7 +90,7 @@ def test_slow_rubbing_limit():
     F0, F1 = cf.slow_rubbing(A, kt, b)
     for v in (1e-6, 1e-9, 1e-12):
         f = constant_load(motion(s1=A), velocity=v * OMEGA, kt=kt, mu=0.3, N=100.0)
-        # v moves the spring by at most kt 2 pi v a period; the slip it takes to give that back is born like a square root
+        # v moves the spring by at most kt 2 pi v a period
         assert f.Fx[0] == pytest.approx(F0, abs=2 * np.pi * kt * v + EXACT * b)
         assert f.Fx[2] == pytest.approx(F1, abs=4 * np.pi * kt * v + EXACT * b)
 

@@ -1,4 +1,4 @@
-"""The corner cases that break friction elements, each against the march or by what is known exactly (VALIDATION.md 3)."""
+"""Corner cases that break friction elements, each against the march or what is known exactly (VALIDATION.md 3)."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_separation_shorter_than_a_millionth(depth):
 @pytest.mark.parametrize("distance", [1e-12, 1e-13, 1e-15, 0.0, -1e-15, -1e-13, -1e-12])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_velocity_at_the_edge_of_permanent_slip(distance, sign):
-    """v / A within 1e-12 of 1: sticks for about sqrt(distance) or not at all, and the force is the limit all the same."""
+    """v / A within 1e-12 of 1: sticks for about sqrt(distance) or not at all; the force is the limit all the same."""
     f, _ = evaluate([0, 1], [0, 0, 1.0], [0, 0, 0], v=sign * (1 + distance), kt=50.0, mu=0.3, kn=1.0, gap=-100.0)
     np.testing.assert_allclose(f.Fx[0], [sign * 30.0, 0, 0], atol=1e-9)
     assert sum(lengths(f, "stick")) < 1e-4
@@ -114,7 +114,7 @@ def test_harmonic_zero_only(v, gap):
 
 
 def test_no_vibration_with_rubbing():
-    """X = 0 with v: steady slip under a constant load; under a varying one, slip but for sticks while the load grows."""
+    """X = 0 with v: steady slip under a constant load; under a varying one, sticks while the load grows."""
     f, _ = evaluate([0, 1], [0, 0, 0], [0, 0, 0], v=1e-9, gap=-2.0)
     np.testing.assert_allclose(f.Fx, [[0.6, 0, 0]], atol=1e-12)
     g, state = evaluate([0, 1], [0, 0, 0], [0, 1, 0], v=0.1, kt=1.0, gap=-2.0)
@@ -150,7 +150,7 @@ def test_parameter_zero(name, v):
     rng = np.random.default_rng(1)
     for gap in (-9.0, 0.3):
         X, Y = rng.normal(size=(2, 5))
-        f, state = evaluate([0, 1, 2], X, Y, v=v, gap=gap, **{name: 0.0})
+        f, _ = evaluate([0, 1, 2], X, Y, v=v, gap=gap, **{name: 0.0})
         y_min = (Harmonics([0, 1, 2]).H_minus(np.linspace(0, 2 * np.pi, 100001)) @ Y - gap).min()
         expected = np.sign(v) * 0.3 * max(y_min, 0.0) if name == "kt" else 0.0
         np.testing.assert_allclose(f.Fx[0], [expected, 0, 0, 0, 0], atol=1e-8)

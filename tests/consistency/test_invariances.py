@@ -1,4 +1,4 @@
-"""What the contact law promises whatever the motion: shifts in time, mirror images, units, the friction cone, dissipation."""
+"""What the contact law promises: shifts in time, mirror images, units, the friction cone, dissipation."""
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings

@@ -1,0 +1,1 @@
+"""Analyses: forced response, parameter studies, linear references, integration in time."""

@@ -187,6 +187,7 @@ class PiecewiseLinear:
         n, nc, one = s.n, s.n_contacts, s.n_dynamic
         S, T = self._laws(states)
         n_forces = len(S)
+        forces: Array
         load = np.zeros((len(s.loads), s.size))
         load[:, one:] = s.loads
         D = s.equations.feedthrough

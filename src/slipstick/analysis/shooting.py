@@ -19,6 +19,7 @@ from slipstick.analysis.stepping import StateChange, Stepper
 Array = NDArray[np.float64]
 
 _MARCH_BEFORE_NEWTON = 2
+_LONGEST_MARCH = 32
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,23 +78,26 @@ def relative_change(stepper: Stepper, before: Array, after: Array, states: Combi
 
 
 def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
-    """Periods one after another; with ``shooting``, a Newton correction of the start is made between them."""
-    best, march = np.inf, _MARCH_BEFORE_NEWTON
-    period = 0
+    """Periods one after another; with ``shooting``, a Newton correction of the start is made between them.
+
+    A correction that takes the state further from periodic still leaves one of the right size: more and more periods go
+    by before the next is tried.
+    """
+    patience = wait = _MARCH_BEFORE_NEWTON
+    best, period = np.inf, 0
     while True:
-        newton = shooting and march <= 0
+        newton = shooting and wait <= 0
         Phi = one_period(stepper, z, states, newton)
-        period += 1
+        period, wait = period + 1, wait - 1
         same = stepper.states == states
         change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
         yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change)
-        march -= 1
         if Phi is not None and same and change <= best:
             best = change
             z = _newton_start(stepper, z, states, Phi)
         else:
             if newton:
-                best, march = np.inf, _MARCH_BEFORE_NEWTON
+                best, wait, patience = np.inf, patience, min(2 * patience, _LONGEST_MARCH)
             z, states = stepper.z, stepper.states
 
 

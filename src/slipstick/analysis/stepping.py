@@ -1,7 +1,7 @@
 """Exact steps of a piecewise linear friction system, with the instants of state changes located to rounding.
 
-Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and every
-switching function is a polynomial in ``s`` whose first root is the state change.
+Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and
+every switching function is a polynomial in ``s`` whose first root is the state change.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.analysis.assembling import friction_system
 from slipstick.analysis.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.recording import PeriodRecord
 from slipstick.analysis.shooting import periods as follow_periods
@@ -122,7 +123,7 @@ def transient(
     """
     _check_options(omega, periods, tolerance, method, record_periods)
     system = friction_system(problem, omega)
-    outputs = tuple(problem.outputs)
+    outputs = tuple(problem.outputs or ())
     contacts = tuple(pair.name for pair in problem.contacts)
     return integrate(
         system, problem.harmonics, outputs=outputs, contacts=contacts, periods=periods, tolerance=tolerance,

@@ -1,0 +1,1 @@
+"""Verification: closed forms, published claims and independent methods in one table."""
