@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickError
-from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise
+from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise, one_blas_thread, shifted
 
 Array = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ def modes(
 def factorise_shifted(K: Any, M: Any, shift: float, *, solver: str | None = None) -> Factorisation:
     """Factors of ``K - shift M``; a singular K is explained."""
     try:
-        return factorise(K if shift == 0.0 else K - shift * M, solver=solver)
+        return factorise(K if shift == 0.0 else shifted(K, M, shift), solver=solver)
     except SingularMatrixError as error:
         size = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
         remedy = f"constrain the body or, for its free modes, give a negative shift such as {size:.0e}"
@@ -152,19 +152,22 @@ class BlockLanczos:
         """The lowest ``n_modes``, converged; with ``count``, proven complete by inertia if the solver can."""
         if not 1 <= n_modes <= self.n:
             raise InputError(f"n_modes = {n_modes} is not to be had from {self.n} dofs; ask for 1 to {self.n}")
-        complete: bool | None = None
+        with one_blas_thread():
+            complete = self._search(n_modes, count)
+            return self._result(n_modes, complete)
+
+    def _search(self, n_modes: int, count: bool) -> bool | None:
+        """Converge, count, and search on for what the count misses; whether it is all."""
         for _ in range(4):
             self._converge(n_modes)
             if not count:
-                break
+                return None
             complete, missing = self._count(n_modes)
             if complete is not False:
-                break
+                return complete
             self._report("modes were missing, searching on", n_modes - missing, n_modes)
             self._append_random()
-        if complete is False:
-            raise EigenError(f"{missing} modes stay missing; give a larger block than {self.options.block}")
-        return self._result(n_modes, complete)
+        raise EigenError(f"{missing} modes stay missing; give a larger block than {self.options.block}")
 
     def _converge(self, n_modes: int) -> None:
         limit = self._limit(n_modes)
@@ -221,32 +224,28 @@ class BlockLanczos:
     def _orthonormalise(self, W: Array) -> tuple[Array, Array, Array]:
         """M-orthonormal block Q outside the basis, ``M Q``, and R with ``W = Q R``; dead directions become random ones.
 
-        The basis is taken out again after scaling: small vectors carry the rounding of large ones.
+        Normalised through the eigenvectors of the Gram matrix, whose small eigenvalues are noise and held up (A.
+        Stathopoulos, K. Wu, SIAM J. Sci. Comput. 23, 2165, 2002); the basis is taken out again after each scaling.
         """
         room = min(W.shape[1], self.n - self.m)
         R, MW = np.eye(W.shape[1]), self.M @ W
-        for _ in range(4 if room else 0):
+        for turn in range(10 if room else 0):
             values, vectors = self._gram(W, MW)
-            keep = values > 1e-20 * self._scale(values)
-            keep[: max(0, len(values) - room)] = False
-            root = np.sqrt(values[keep])
-            T = vectors[:, keep] / root
-            W, MW = W @ T, MW @ T
-            R = (root[:, None] * vectors[:, keep].T) @ R
-            if not len(root) or root[-1] < 2.0 * root[0]:
-                break
-            self._remove(W, MW)
+            values, vectors = values[-room:], vectors[:, -room:]
+            floor = max(1e-14 * values[-1], np.finfo(float).tiny)
+            root = np.sqrt(np.maximum(values, floor))
+            W, MW, R = W @ (vectors / root), MW @ (vectors / root), (root[:, None] * vectors.T) @ R
+            if turn and values[0] > 0.25:  # unit vectors that lost less than half to the basis
+                return W, MW, R
+            dead = values <= floor
+            if turn and dead.any():
+                W[:, dead] = self.random.standard_normal((self.n, int(dead.sum())))
+                R[dead] = 0.0
+                self._remove(W, self.M @ W)
+            else:
+                self._remove(W, MW)
             MW = self.M @ W
-        if R.shape[0] < room or not room:
-            W = self._fill(W[:, :room], room - min(R.shape[0], room))
-            MW = self.M @ W
-            R = np.vstack([R[:room], np.zeros((room - min(R.shape[0], room), R.shape[1]))])
-        return W, MW, R
-
-    def _scale(self, values: Array) -> float:
-        """What counts as zero: relative to the block and to the largest Ritz value, both squared."""
-        ritz = float(np.abs(self.H).max()) ** 2 if self.m else 0.0
-        return max(float(values[-1]), ritz * 1e-8, np.finfo(float).tiny)
+        return W[:, :room], MW[:, :room], R[:room]
 
     def _gram(self, Q: Array, MQ: Array) -> tuple[Array, Array]:
         G = Q.T @ MQ
@@ -254,18 +253,6 @@ class BlockLanczos:
         if values[0] < -1e-8 * max(values[-1], np.finfo(float).tiny):
             raise InputError("the mass matrix is indefinite: a motion has negative kinetic energy")
         return values, vectors
-
-    def _fill(self, Q: Array, lacking: int) -> Array:
-        """Q with ``lacking`` random columns appended, M-orthonormal to it and to the basis."""
-        if lacking == 0:
-            return Q
-        fresh = self.random.standard_normal((self.n, lacking))
-        for _ in range(3):
-            self._remove(fresh, self.M @ fresh)
-            fresh -= Q @ (Q.T @ (self.M @ fresh))
-            values, vectors = self._gram(fresh, self.M @ fresh)
-            fresh = fresh @ (vectors / np.sqrt(np.maximum(values, np.finfo(float).tiny)))
-        return np.hstack([Q, fresh])
 
     def _ritz(self) -> tuple[Array, Array, Array]:
         """Ritz values (largest first), vectors in the basis, and relative residuals."""
@@ -311,7 +298,7 @@ class BlockLanczos:
         at = 0.5 * (eigenvalues[known - 1] + eigenvalues[known])
         self._report("counting modes", n_modes, n_modes)
         self._factors = None  # two sets of factors would double the memory
-        inertia = factorise(self.K - at * self.M, solver=self.solver, check=False).inertia
+        inertia = factorise(shifted(self.K, self.M, at), solver=self.solver, check=False).inertia
         if inertia is None:
             return None, 0
         return inertia.negative <= known, inertia.negative - known

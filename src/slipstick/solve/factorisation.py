@@ -120,14 +120,28 @@ def factorise(A: Any, *, solver: str | None = None, check: bool = True) -> Facto
     """
     module, function = _SOLVERS[_choose(solver)]
     del module
-    matrix = sparse.csc_array(A)
+    matrix = sparse.csr_array(A)
+    if not matrix.has_canonical_format:
+        matrix = matrix.copy()
+        matrix.sum_duplicates()
+    matrix = matrix.T  # stored by columns without a copy: A is symmetric
     _require_no_empty_row(matrix)
-    matrix.sum_duplicates()
     with one_blas_thread():
         factors = function(matrix)
     if check:
         _require_regular(matrix, factors)
     return factors
+
+
+def shifted(K: Any, M: Any, shift: complex) -> Any:
+    """``K - shift M`` by rows; without the work of joining patterns when both are stored alike."""
+    K, M = sparse.csr_array(K), sparse.csr_array(M)
+    alike = K.nnz == M.nnz and np.array_equal(K.indptr, M.indptr) and np.array_equal(K.indices, M.indices)
+    if not alike:
+        return K - shift * M
+    data = M.data * -shift
+    data += K.data
+    return sparse.csr_array((data, K.indices, K.indptr), shape=K.shape)
 
 
 def _choose(solver: str | None) -> str:

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from slipstick.errors import InputError
 from slipstick.solve.eigen import BlockLanczos, EigenError, Listener, Modes, Progress
-from slipstick.solve.factorisation import SingularMatrixError, factorise
+from slipstick.solve.factorisation import SingularMatrixError, factorise, shifted
 from slipstick.structure import reduction_store
 from slipstick.structure.matrix_checks import matrix_problems, name_of
 from slipstick.structure.reduction_request import Accuracy
@@ -214,7 +214,7 @@ def _require_positive(data: ReducedData) -> None:
 def direct_receptance(K: Any, M: Any, directions: Any, omega: float, solver: str | None) -> tuple[Array, int | None]:
     """Undamped receptance between directions by one factorisation, and the number of modes below omega if known."""
     try:
-        factors = factorise(K - omega**2 * M, solver=solver)
+        factors = factorise(shifted(K, M, omega**2), solver=solver)
     except SingularMatrixError as error:
         raise InputError(f"{omega:g} rad/s is a natural frequency to working accuracy; choose one beside it") from error
     exact = directions.T @ factors.solve(directions.toarray())

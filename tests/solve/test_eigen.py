@@ -1,0 +1,169 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
+
+from slipstick.errors import InputError
+from slipstick.solve.eigen import BlockLanczos, EigenError, EigenOptions, Progress, backward_errors, modes
+from slipstick.solve.factorisation import SingularMatrixError, available_solvers
+
+
+def chain(n: int) -> sparse.csr_array:
+    """Unit springs, both ends fixed."""
+    return sparse.diags_array([-np.ones(n - 1), 2.0 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1], format="csr")
+
+
+def lattice(shape: tuple[int, int, int]) -> tuple[sparse.csr_array, np.ndarray]:
+    """Lattice of unit springs with fixed sides, and all its eigenvalues: sums of 4 sin^2 (closed form)."""
+    nx, ny, nz = shape
+    eye = [sparse.eye_array(n, format="csr") for n in shape]
+    A = (
+        sparse.kron(sparse.kron(chain(nx), eye[1]), eye[2])
+        + sparse.kron(sparse.kron(eye[0], chain(ny)), eye[2])
+        + sparse.kron(sparse.kron(eye[0], eye[1]), chain(nz))
+    )
+    one = [4.0 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2 for n in shape]
+    exact = (one[0][:, None, None] + one[1][None, :, None] + one[2][None, None, :]).ravel()
+    return sparse.csr_array(A), np.sort(exact)
+
+
+def test_lattice_with_manifold_eigenvalues_is_found_whole() -> None:
+    K, exact = lattice((12, 12, 12))  # up to six equal ones
+    mass = 2.5
+    found = modes(K, mass * sparse.eye_array(K.shape[0], format="csr"), 100)
+    np.testing.assert_allclose(found.eigenvalues, exact[:100] / mass, rtol=1e-10)
+    assert found.complete is True
+    assert found.residuals.max() < 1e-7
+    np.testing.assert_allclose(mass * found.shapes.T @ found.shapes, np.eye(100), atol=1e-12)
+
+
+@pytest.mark.parametrize("solver", available_solvers())
+def test_consistent_mass_against_arpack(solver: str) -> None:
+    K, _ = lattice((20, 9, 5))
+    n = K.shape[0]
+    random = np.random.default_rng(3)
+    M = sparse.csr_array(sparse.diags_array(random.uniform(1.0, 5.0, n)) - 0.1 * K)
+    reference = np.sort(eigsh(K, 30, M, sigma=0.0)[0])
+    found = modes(K, M, 30, solver=solver)
+    np.testing.assert_allclose(found.eigenvalues, reference, rtol=1e-9)
+    assert found.solver == solver
+    assert found.complete is (None if solver == "superlu" else True)
+    np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(30), atol=1e-11)
+    # the eigenvalue error is the square of the subspace residual, so the equation holds to about the latter
+    assert backward_errors(K, M, found.eigenvalues, found.shapes).max() < 1e-7
+
+
+def test_restarts_find_the_same_modes_in_less_memory() -> None:
+    K, exact = lattice((15, 14, 13))
+    options = EigenOptions(block=4, subspace=80)
+    found = modes(K, sparse.eye_array(K.shape[0], format="csr"), 40, options=options)
+    np.testing.assert_allclose(found.eigenvalues, exact[:40], rtol=1e-9)
+    assert found.complete is True
+
+
+def test_a_basis_too_small_to_converge_is_refused() -> None:
+    K, _ = lattice((15, 14, 13))
+    with pytest.raises(EigenError, match="of 60 modes converged after 0 restarts"):
+        modes(K, sparse.eye_array(K.shape[0], format="csr"), 60, options=EigenOptions(block=4, subspace=70, restarts=0))
+
+
+def test_modes_hidden_from_the_start_are_counted_and_found() -> None:
+    """A start that does not touch one of two separate parts cannot see its modes: only the count by inertia tells."""
+    one, exact_one = lattice((9, 8, 7))
+    two, exact_two = lattice((7, 6, 5))
+    K = sparse.block_diag([one, two], format="csr")
+    M = sparse.eye_array(K.shape[0], format="csr")
+    exact = np.sort(np.concatenate([exact_one, exact_two]))[:12]
+    start = np.zeros((K.shape[0], 16))
+    start[: one.shape[0]] = np.random.default_rng(5).standard_normal((one.shape[0], 16))
+    stages: list[str] = []
+    uncounted = BlockLanczos(K, M, start=start).modes(12, count=False)
+    assert uncounted.complete is None
+    np.testing.assert_allclose(uncounted.eigenvalues, exact_one[:12], rtol=1e-9)
+    found = modes(K, M, 12, start=start, listener=lambda event: stages.append(event.stage))
+    np.testing.assert_allclose(found.eigenvalues, exact, rtol=1e-9)
+    assert found.complete is True
+    assert "modes were missing, searching on" in stages
+
+
+def test_all_modes_of_a_small_structure() -> None:
+    K, exact = lattice((3, 3, 3))
+    M = sparse.eye_array(27, format="csr")
+    for count in (1, 26, 27):
+        found = modes(K, M, count)
+        np.testing.assert_allclose(found.eigenvalues, exact[:count], rtol=1e-10)
+        assert found.complete is True
+    assert modes(chain(1), sparse.eye_array(1), 1).omega[0] == pytest.approx(np.sqrt(2.0))
+
+
+def free_chain(n: int) -> sparse.csr_array:
+    K = chain(n).tolil()
+    K[0, 0] = K[n - 1, n - 1] = 1.0
+    return sparse.csr_array(K)
+
+
+def test_a_free_body_needs_a_negative_shift() -> None:
+    K, M = free_chain(60), sparse.eye_array(60, format="csr")
+    with pytest.raises(SingularMatrixError, match=r"a mechanism or an unconstrained body.*negative shift such as -"):
+        modes(K, M, 5)
+    found = modes(K, M, 5, shift=-1e-3)
+    exact = 4.0 * np.sin(np.pi * np.arange(5) / 120) ** 2
+    np.testing.assert_allclose(found.eigenvalues, exact, atol=1e-12)
+    assert found.omega[0] < 1e-6
+    with pytest.raises(SingularMatrixError, match="the shift is an eigenvalue"):
+        modes(sparse.diags_array([1.0, 2.0, 3.0]), sparse.eye_array(3), 1, shift=1.0)
+
+
+def test_work_done_is_kept_when_more_modes_are_asked() -> None:
+    K, exact = lattice((9, 8, 7))
+    iteration = BlockLanczos(K, sparse.eye_array(K.shape[0], format="csr"))
+    few = iteration.modes(8, count=False)
+    used = iteration.m
+    again = iteration.modes(8)
+    assert iteration.m == used
+    more = iteration.modes(40)
+    np.testing.assert_allclose(few.eigenvalues, exact[:8], rtol=1e-10)
+    np.testing.assert_allclose(again.eigenvalues, exact[:8], rtol=1e-10)
+    np.testing.assert_allclose(more.eigenvalues, exact[:40], rtol=1e-10)
+
+
+def test_results_repeat_to_the_bit_and_signs_are_fixed() -> None:
+    K, _ = lattice((9, 8, 7))
+    M = sparse.eye_array(K.shape[0], format="csr")
+    first, second = modes(K, M, 12), modes(K, M, 12)
+    np.testing.assert_array_equal(first.shapes, second.shapes)
+    largest = np.abs(first.shapes).max(axis=0)
+    assert (first.shapes.max(axis=0) >= (1.0 - 1e-6) * largest).all()
+
+
+def test_progress_counts_up_to_the_modes_wanted() -> None:
+    K, _ = lattice((9, 8, 7))
+    events: list[Progress] = []
+    modes(K, sparse.eye_array(K.shape[0], format="csr"), 20, listener=events.append)
+    counted = [event.done for event in events if event.stage == "modes"]
+    assert counted[0] == 0
+    assert counted[-1] == 20
+
+
+def test_massless_dofs_and_negative_mass() -> None:
+    K, _ = lattice((6, 5, 4))
+    mass = np.ones(120)
+    mass[::3] = 0.0
+    M = sparse.csr_array(sparse.diags_array(mass))
+    heavy = np.flatnonzero(mass)
+    dense = K.toarray()
+    light = np.flatnonzero(mass == 0.0)
+    condensed = dense[np.ix_(heavy, heavy)] - dense[np.ix_(heavy, light)] @ np.linalg.solve(
+        dense[np.ix_(light, light)], dense[np.ix_(light, heavy)]
+    )
+    found = modes(K, M, 10)
+    np.testing.assert_allclose(found.eigenvalues, np.linalg.eigvalsh(condensed)[:10], rtol=1e-9)
+    with pytest.raises(InputError, match="indefinite"):
+        modes(K, -M, 3)
+
+
+def test_an_impossible_number_is_refused() -> None:
+    with pytest.raises(InputError, match="n_modes = 28 is not to be had from 27 dofs"):
+        modes(lattice((3, 3, 3))[0], sparse.eye_array(27), 28)
