@@ -59,10 +59,15 @@ def _fields(lines: list[bytes], start: int, total: int, layout: tuple[int, int],
     per_line, width = layout
     needed = -(-total // max(per_line, 1))
     block = lines[start : start + needed]
-    padded = b"".join(line.rstrip(b"\r").ljust(per_line * width)[: per_line * width] for line in block)
-    if len(block) < needed or width <= 0 or len(padded) < total * width:
+    text = b" ".join(block).translate(bytes.maketrans(b"Dd", b"Ee"))
+    words = text.split()
+    if len(words) != total:  # touching numbers: cut by the width the header gives
+        padded = b"".join(line.rstrip(b"\r").ljust(per_line * width)[: per_line * width] for line in block)
+        padded = padded[: total * width].translate(bytes.maketrans(b"Dd", b"Ee"))
+        words = [padded[at : at + width] for at in range(0, len(padded), max(width, 1))]
+    if len(block) < needed or len(words) != total:
         raise InputError(f"{path.name}: ends before its {total} numbers; the file is truncated")
-    texts = np.frombuffer(padded[: total * width].translate(bytes.maketrans(b"Dd", b"Ee")), dtype=f"S{width}")
+    texts = np.array(words)
     try:
         return texts.astype(np.float64)
     except ValueError:
