@@ -1,0 +1,1 @@
+"""The multiharmonic balance: problems, their residual and Jacobian, scales, checks and first points."""

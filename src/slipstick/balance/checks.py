@@ -1,4 +1,4 @@
-"""Physics pre-flight: what cannot be computed (faults) and what looks wrong before computing (warnings), in sentences."""
+"""Physics pre-flight: what cannot be computed (faults) and what looks wrong (warnings), in sentences."""
 
 from __future__ import annotations
 
@@ -29,8 +29,10 @@ def problem_faults(problem: Problem) -> list[str]:
         faults += _load_faults(load, problem, excitation)
     for pair in problem.contacts:
         faults += _rubbing_faults(pair, problem.harmonics.orders, rubbing)
-    if not isfinite(problem.load_factor):
-        faults.append(f"load factor: found {problem.load_factor}; expected a finite number")
+    for name in ("load", "friction"):
+        value = getattr(problem, name)
+        if not isfinite(value) or (name == "friction" and value < 0):
+            faults.append(f"{name} factor: found {value}; expected a finite number" + " >= 0" * (name == "friction"))
     return faults
 
 
@@ -48,7 +50,7 @@ def range_faults(start: float, stop: float, *, name: str = "frequency range", po
 def problem_warnings(problem: Problem, omega: Sequence[float] = ()) -> list[str]:
     """What can be computed but looks wrong; ``omega`` holds the ends of the frequency range, rad/s."""
     found = [*_harmonic_warnings(problem), *_contact_warnings(problem)]
-    if not any(load.cos or load.sin for load in problem.loads) and not any(p.motion.moves for p in problem.contacts):
+    if not any(load.cos or load.sin for load in problem.loads) and not any(p.rubbing.moves for p in problem.contacts):
         found.append("nothing moves the structure: there is no load and no rubbing motion; give one of them")
     if len(omega):
         found += _frequency_warnings(problem, float(min(omega)), float(max(omega)))
@@ -93,7 +95,7 @@ def _contact_faults(pair: ContactPair, dofs: Sequence[str]) -> Iterator[str]:
     for name in ("kt", "mu", "kn", "gap"):
         if np.ndim(getattr(pair.contact, name)):
             yield f"contact '{pair.name}', {name}: found an array; expected one number (one pair is one element)"
-    motion = pair.motion
+    motion = pair.rubbing
     if any(np.ndim(v) for v in (motion.velocity, *motion.cos.values(), *motion.sin.values())):
         yield f"contact '{pair.name}', rubbing: found an array; expected one number (one pair is one element)"
 
@@ -117,7 +119,7 @@ def _load_faults(load: Any, problem: Problem, order: int) -> Iterator[str]:
 
 
 def _rubbing_faults(pair: ContactPair, orders: Sequence[int], factor: int) -> Iterator[str]:
-    for order in pair.motion.orders:
+    for order in pair.rubbing.orders:
         if order * factor not in orders:
             yield f"contact '{pair.name}', rubbing motion: {_not_kept(order, factor, orders)}"
 
@@ -135,14 +137,14 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     orders = problem.harmonics.orders
     if _rubbed(problem) and len(orders) > 1 and not any(m % 2 == 0 for m in orders[1:]):
         yield (
-            f"harmonics {list(orders)}: friction under one-sided rubbing produces even harmonics, and none but 0 is kept; "
-            "amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones up to the highest"
+            f"harmonics {list(orders)}: friction under one-sided rubbing produces even harmonics, and none but 0 is "
+            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones up to the highest"
         )
     frictional = any(pair.value("mu") > 0 and pair.value("kt") > 0 for pair in problem.contacts)
     if frictional and orders[-1] < 3:
         yield (
-            f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is {orders[-1]}, "
-            "keep at least 0..5 and compare with more"
+            f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is "
+            f"{orders[-1]}, keep at least 0..5 and compare with more"
         )
 
 
@@ -176,7 +178,7 @@ def _static_reach(problem: Problem, normal: Any) -> float:
 
 def _frequency_warnings(problem: Problem, low: float, high: float) -> Iterator[str]:
     natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
-    factor = problem.excitation_order
+    factor = problem.load_order
     low, high = low * factor, high * factor
     if natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
         return

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.checks import problem_faults
+from slipstick.balance.checks import problem_faults, suggestion
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion, common_period
 from slipstick.errors import InputError
@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 
 PARAMETERS = ("velocity", "mu", "kt", "kn", "gap", "normal_load")
 """What can be changed or followed of a contact, as in "tip.velocity"; "*.velocity" means all contacts together."""
+
+FACTORS = ("load", "friction")
+"""Factors on all loads and on all friction coefficients."""
 
 MOST_OUTPUTS = 100
 
@@ -54,7 +57,7 @@ class Load:
 class ContactPair:
     """A friction contact between two directions of the structure, or between one and the ground.
 
-    The relative motion is ``sum cosine * dof``, node 1 minus node 2: give the second node's dofs with the opposite sign.
+    The relative motion is ``sum cosine * dof``, node 1 minus node 2: the second node's dofs have the opposite sign.
 
     Parameters
     ----------
@@ -74,13 +77,15 @@ class ContactPair:
     contact: FrictionContact
     tangential: Mapping[str, float] | str
     normal: Mapping[str, float] | str | None = None
-    rubbing: RubbingMotion | None = None
+    rubbing: RubbingMotion = field(default_factory=RubbingMotion)
 
     def __post_init__(self) -> None:
         for side in ("tangential", "normal"):
             given = getattr(self, side)
             if given is not None:
                 object.__setattr__(self, side, {given: 1.0} if isinstance(given, str) else dict(given))
+        if self.rubbing is None:
+            object.__setattr__(self, "rubbing", RubbingMotion())
 
     @property
     def directions(self) -> tuple[Mapping[str, float], Mapping[str, float] | None]:
@@ -88,14 +93,9 @@ class ContactPair:
         return self.tangential, self.normal  # type: ignore[return-value]
 
     @property
-    def motion(self) -> RubbingMotion:
-        """The rubbing motion, at rest where none is given."""
-        return self.rubbing or RubbingMotion()
-
-    @property
     def velocity(self) -> float:
         """Constant rubbing velocity, length/time."""
-        return float(np.asarray(self.motion.velocity))
+        return float(np.asarray(self.rubbing.velocity))
 
     def value(self, name: str) -> float:
         """One of ``PARAMETERS``."""
@@ -106,7 +106,7 @@ class ContactPair:
     def with_value(self, name: str, value: float) -> ContactPair:
         """A copy with one of ``PARAMETERS`` changed; a normal load becomes a gap at the present ``kn``."""
         if name == "velocity":
-            return replace(self, rubbing=replace(self.motion, velocity=value))
+            return replace(self, rubbing=replace(self.rubbing, velocity=value))
         if name == "normal_load":
             kn = self.value("kn")
             if value < 0 or (kn == 0 and value != 0):
@@ -136,8 +136,8 @@ class Problem:
         rubbing motions count their own frequency; ``omega`` is always the principal one.
     title
         Written on results.
-    load_factor
-        Multiplies all loads: the parameter called "load".
+    load, friction
+        Factors on all loads and on all friction coefficients: the parameters "load" and "friction".
 
     Raises
     ------
@@ -153,7 +153,8 @@ class Problem:
     outputs: Sequence[str] | None = None
     period_ratio: tuple[int, int] = (1, 1)
     title: str = ""
-    load_factor: float = 1.0
+    load: float = 1.0
+    friction: float = 1.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.harmonics, Harmonics):
@@ -172,9 +173,14 @@ class Problem:
         return common_period(*self.period_ratio)
 
     @property
-    def excitation_order(self) -> int:
-        """Excitation frequency over ``omega``."""
+    def load_order(self) -> int:
+        """Harmonic of the principal frequency on which the excitation sits."""
         return self.orders[0]
+
+    @property
+    def rubbing_order(self) -> int:
+        """Harmonic of the principal frequency on which the rubbing motion sits."""
+        return self.orders[1]
 
     @cached_property
     def load_targets(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -184,60 +190,50 @@ class Problem:
         return dofs, shapes
 
     def load_coefficients(self) -> Array:
-        """Coefficients of the loads on ``load_targets`` (dofs, then shapes), (n, L), load factor included."""
+        """Coefficients of the loads on ``load_targets`` (dofs, then shapes), (n, L), factor included."""
         dofs, shapes = self.load_targets
         P = np.zeros((len(dofs) + len(shapes), self.harmonics.size))
         for load in self.loads:
             row = dofs.index(load.dof) if load.dof is not None else len(dofs) + shapes.index(load.target)
-            order = load.harmonic * self.excitation_order
+            order = load.harmonic * self.load_order
             P[row, self.harmonics.index(order, "c")] += load.cos
             if order:
                 P[row, self.harmonics.index(order, "s")] += load.sin
-        return self.load_factor * P
+        return self.load * P
 
     def rubbing_coefficients(self) -> Array:
         """Coefficients ``U`` of the periodic rubbing motion, (n_contacts, L)."""
         U = np.zeros((len(self.contacts), self.harmonics.size))
         for row, pair in zip(U, self.contacts, strict=True):
-            row[:] = pair.motion.coefficients(self.harmonics, self.orders[1])
+            row[:] = pair.rubbing.coefficients(self.harmonics, self.rubbing_order)
         return U
 
     def contact_values(self, name: str) -> Array:
-        """One of ``PARAMETERS`` of all contacts, (n_contacts,)."""
-        return np.array([pair.value(name) for pair in self.contacts], dtype=float)
+        """One of ``PARAMETERS`` of all contacts, (n_contacts,); mu with the friction factor."""
+        factor = self.friction if name == "mu" else 1.0
+        return np.array([factor * pair.value(name) for pair in self.contacts], dtype=float)
 
     def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
-        """Direction cosines on all dofs, (n_dofs, n_directions)."""
-        chosen = list(directions)
-        place = {name: i for i, name in enumerate(self.structure.dofs)}
-        matrix = np.zeros((len(place), len(chosen)))
-        for column, cosines in enumerate(chosen):
-            for name, cosine in cosines.items():
-                matrix[place[name], column] += cosine
-        return matrix
+        """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""
+        return direction_vectors(self.structure.dofs, list(directions))
 
     def parameter_targets(self, name: str) -> tuple[tuple[int, ...], str]:
-        """Which contacts a named parameter belongs to, and what it is; ``((), "load")`` for the load factor."""
-        if name == "load":
-            return (), "load"
+        """Which contacts a named parameter belongs to, and what it is; ``((), name)`` for the factors."""
+        if name in FACTORS:
+            return (), name
         contact, _, quantity = name.rpartition(".")
         at = tuple(i for i, pair in enumerate(self.contacts) if contact in (pair.name, "*"))
         if not at or quantity not in PARAMETERS:
-            known = ["load", *(f"{c}.{p}" for c in ("*", *(pair.name for pair in self.contacts)) for p in PARAMETERS)]
-            from difflib import get_close_matches
-
-            close = get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = (
-                f"did you mean '{close[0]}'?" if close else f"known are {', '.join(known[: 1 + 2 * len(PARAMETERS)])}"
-            )
-            raise InputError(f"there is no parameter '{name}'; {hint}")
+            names = [*(pair.name for pair in self.contacts), "*"]
+            known = [*(f"{c}.{p}" for c in names for p in PARAMETERS), *FACTORS]
+            raise InputError(f"there is no parameter '{name}'; {suggestion(name, known)}")
         return at, quantity
 
     def parameter(self, name: str) -> float:
         """Value of a named parameter such as "tip.velocity", "*.mu" or "load"; of several contacts, the mean."""
         at, quantity = self.parameter_targets(name)
-        if quantity == "load":
-            return self.load_factor
+        if not at:
+            return float(getattr(self, quantity))
         return float(np.mean([self.contacts[i].value(quantity) for i in at]))
 
     def with_parameter(self, name: str, value: float) -> Problem:
@@ -245,7 +241,24 @@ class Problem:
         at, quantity = self.parameter_targets(name)
         if not np.isfinite(value):
             raise InputError(f"{name}: found {value}; expected a finite number")
-        if quantity == "load":
-            return replace(self, load_factor=float(value))
+        if not at:
+            return self._with_factor(quantity, float(value))
         changed = [pair.with_value(quantity, float(value)) if i in at else pair for i, pair in enumerate(self.contacts)]
         return replace(self, contacts=changed)
+
+    def _with_factor(self, name: str, value: float) -> Problem:
+        if name == "load":
+            return replace(self, load=value)
+        if value < 0:
+            raise InputError(f"friction: found {value:g}; expected a factor >= 0")
+        return replace(self, friction=value)
+
+
+def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, float]]) -> Array:
+    """Direction cosines as columns, (n_dofs, n_directions)."""
+    place = {name: i for i, name in enumerate(dofs)}
+    columns = np.zeros((len(place), len(directions)))
+    for column, cosines in enumerate(directions):
+        for name, cosine in cosines.items():
+            columns[place[name], column] += cosine
+    return columns

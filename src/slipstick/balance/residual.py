@@ -1,0 +1,286 @@
+"""Residual ``R = X + A (F - P)`` of the multiharmonic balance and its derivatives (THEORY.md section 9).
+
+Unknowns are the coefficients of the relative motion at the contact ports: one tangential port for each contact, then
+one normal port for each contact that has a normal direction. A pair (cosine, sine) is handled as the complex number
+``c + i s``, which makes ``x = conj(A) f``; harmonic 0 is one more such number with a real, static compliance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.problem import Problem
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.solve.newton import Evaluation
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What is given to the balance besides motion and frequency; also a direction in the space of all that."""
+
+    velocity: Array
+    """(n_contacts,), length/time, as are kt, mu, kn, gap."""
+    kt: Array
+    mu: Array
+    kn: Array
+    gap: Array
+    U: Array
+    """Periodic rubbing motion (n_contacts, L)."""
+    P: Array
+    """Load coefficients (n_loads, L)."""
+
+    def moved(self, direction: Inputs, step: float) -> Inputs:
+        """``self + step * direction``."""
+        return Inputs(**{name: value + step * getattr(direction, name) for name, value in vars(self).items()})
+
+    def scaled(self, factor: float = 0.0) -> Inputs:
+        """All multiplied by a factor."""
+        return Inputs(**{name: factor * value for name, value in vars(self).items()})
+
+    def only(self, *names: str) -> Inputs:
+        """Zero but for some."""
+        return replace(self.scaled(0.0), **{name: getattr(self, name) for name in names})
+
+
+def inputs_of(problem: Problem) -> Inputs:
+    """The numbers of a problem."""
+    names = ("velocity", "kt", "mu", "kn", "gap")
+    return Inputs(
+        **{name: problem.contact_values(name) for name in names},
+        U=problem.rubbing_coefficients(),
+        P=problem.load_coefficients(),
+    )
+
+
+def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
+    """Inputs where the named parameter is zero, and their derivative by it; every named parameter acts linearly."""
+    at, quantity = problem.parameter_targets(name)
+    base = inputs_of(problem)
+    zero = base.scaled(0.0)
+    if quantity == "load":
+        unit = replace(problem, load=1.0).load_coefficients()
+        return replace(base, P=np.zeros_like(unit)), replace(zero, P=unit)
+    if quantity == "friction":
+        unit = replace(problem, friction=1.0).contact_values("mu")
+        return replace(base, mu=np.zeros_like(unit)), replace(zero, mu=unit)
+    field = "gap" if quantity == "normal_load" else quantity
+    start, slope = getattr(base, field).copy(), np.zeros(len(problem.contacts))
+    rows = list(at)
+    start[rows] = 0.0
+    slope[rows] = -1.0 / base.kn[rows] if quantity == "normal_load" else 1.0
+    return replace(base, **{field: start}), replace(zero, **{field: slope})
+
+
+class Compliance:
+    """Receptances of one frequency for all harmonics: ``conj(A)`` and its derivative, (n_columns, n_rows, n + 1)."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, receptance: Any, orders: Array, omega: float) -> None:
+        static = receptance.static
+        shape = (static.shape[1], static.shape[0], orders.size + 1)
+        self.value, self.slope = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
+        self.value[:, :, 0] = static.T
+        self.slope[:, :, 0] = 0.0
+        if orders.size:
+            value, slope = receptance.at(orders * omega)
+            np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
+            np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
+            self.slope[:, :, 1:] *= orders
+
+
+class Detail:
+    """What a solution keeps of its evaluation: contact forces, inputs, frequency."""
+
+    __slots__ = ("forces", "inputs", "omega")
+
+    def __init__(self, forces: ContactForces, inputs: Inputs, omega: float) -> None:
+        self.forces, self.inputs, self.omega = forces, inputs, omega
+
+
+class Balance:
+    """A problem made ready for the balance.
+
+    Parameters
+    ----------
+    problem
+        The problem; its structure is projected on the contact ports and the loads once.
+
+    Attributes
+    ----------
+    n_contacts, n_ports, size
+        Numbers of contacts, ports, unknowns ``N = n_ports L``.
+    with_normal
+        Indices of the contacts with a normal port, in the order of these ports.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.harmonics = problem, problem.harmonics
+        pairs = [pair.directions for pair in problem.contacts]
+        self.n_contacts = len(pairs)
+        self.with_normal = np.array([i for i, (_, normal) in enumerate(pairs) if normal is not None], dtype=int)
+        directions = [t for t, _ in pairs] + [n for _, n in pairs if n is not None]
+        self.directions = problem.direction_matrix(directions)
+        dofs, shapes = problem.load_targets
+        self.columns = np.hstack([self.directions, problem.direction_matrix({dof: 1.0} for dof in dofs)])
+        self.shapes = shapes
+        self.n_ports = len(directions)
+        self.orders = self.harmonics.m.astype(float)
+        self.L = self.harmonics.size
+        self.size = self.n_ports * self.L
+        self.receptance = self.rows_to(self.directions)
+
+    def rows_to(self, rows: Array) -> Any:
+        """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
+        return self.problem.structure.project(rows, self.columns, self.shapes)
+
+    def compliance(self, omega: float) -> Compliance:
+        """Receptances at the harmonics of ``omega``, between ports and from loads to ports."""
+        return Compliance(self.receptance, self.orders, omega)
+
+    def split(self, x: Array) -> tuple[Array, Array]:
+        """Tangential and normal relative motion (..., n_contacts, L) of unknowns (..., N); zero without a normal."""
+        X = x.reshape(*x.shape[:-1], self.n_ports, self.L)
+        Y = np.zeros((*x.shape[:-1], self.n_contacts, self.L))
+        if self.with_normal.size:
+            Y[..., self.with_normal, :] = X[..., self.n_contacts :, :]
+        return X[..., : self.n_contacts, :], Y
+
+    def forces(self, x: Array, omega: float, inputs: Inputs) -> ContactForces:
+        """Contact forces at unknowns (N,): the one place where element parameters meet the motion."""
+        X, Y = self.split(x)
+        return element_forces(
+            self.harmonics, X + inputs.U, Y, v=inputs.velocity / omega,
+            kt=inputs.kt, mu=inputs.mu, kn=inputs.kn, gap=inputs.gap,
+        )  # fmt: skip
+
+    def residual(self, x: Array, forces: ContactForces, P: Array, compliance: Compliance) -> tuple[Array, ComplexArray]:
+        """Residual (N,), and the forces on all columns as complex numbers (n_columns, n + 1)."""
+        G = self.excitation(forces.Fx, forces.Fy, P)
+        moved = np.add.reduce(compliance.value * G[:, None, :], axis=0)
+        return x + self.real(moved), G
+
+    def excitation(self, Fx: Array, Fy: Array, P: Array) -> ComplexArray:
+        """``F - P`` on all columns as complex numbers (n_columns, n + 1)."""
+        c, p = self.n_contacts, self.n_ports
+        G = np.zeros((p + len(P), 2 * self.orders.size + 2))
+        G[:c, 2:], G[:c, 0] = Fx[:, 1:], Fx[:, 0]
+        if p > c:
+            chosen = Fy[self.with_normal]
+            G[c:p, 2:], G[c:p, 0] = chosen[:, 1:], chosen[:, 0]
+        if len(P):
+            G[p:, 2:], G[p:, 0] = P[:, 1:], P[:, 0]
+            np.negative(G[p:], out=G[p:])
+        return G.view(complex)
+
+    def real(self, z: ComplexArray) -> Array:
+        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
+        pairs = z.view(float)
+        out = np.empty((len(z), self.L))
+        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
+        return out.reshape(-1)
+
+    def jacobian(self, xx: Array, xy: Array, yy: Array, compliance: Compliance) -> Array:
+        """``I + A dF/dX`` (N, N) for tangents ``dFx/dX``, ``dFx/dY``, ``dFy/dY`` (n_contacts, L, L)."""
+        c, p, B = self.n_contacts, self.n_ports, compliance.value
+        transposed = np.empty((p, self.L, p, self.L))
+        self._fill(transposed[:c], self._complex_rows(xx), B[:c])
+        if p > c:
+            at = self.with_normal
+            self._fill(transposed[c:], self._complex_rows(xy[at]), B[at], self._complex_rows(yy[at]), B[c:p])
+        matrix = transposed.reshape(self.size, self.size)
+        matrix.reshape(-1)[:: self.size + 1] += 1.0
+        return matrix.T
+
+    def _complex_rows(self, matrices: Array) -> ComplexArray:
+        """Derivatives (c, L, L) with their rows paired: (c, column, n + 1)."""
+        out = np.zeros((len(matrices), self.L, 2 * self.orders.size + 2))
+        turned = matrices.transpose(0, 2, 1)
+        out[:, :, 0], out[:, :, 2:] = turned[:, :, 0], turned[:, :, 1:]
+        return out.view(complex)
+
+    @staticmethod
+    def _fill(target: Array, z: ComplexArray, B: ComplexArray, z2: Any = None, B2: Any = None) -> None:
+        moved = z[:, :, None, :] * B[:, None, : target.shape[2], :]
+        if z2 is not None:
+            moved += z2[:, :, None, :] * B2[:, None, : target.shape[2], :]
+        pairs = moved.view(float)
+        target[..., 0], target[..., 1:] = pairs[..., 0], pairs[..., 2:]
+
+    def moved_by(self, dFx: Array, dFy: Array, dP: Array, compliance: Compliance) -> Array:
+        """``A (dF - dP)`` (N,)."""
+        return self.real(np.add.reduce(compliance.value * self.excitation(dFx, dFy, dP)[:, None, :], axis=0))
+
+    def omega_derivative(
+        self, forces: ContactForces, G: ComplexArray, inputs: Inputs, at: Compliance, w: float
+    ) -> Array:
+        """``dR/domega`` (N,): ``(dA/domega) (F - P) + A dF/domega`` at constant rubbing velocity."""
+        z = np.add.reduce(at.slope * G[:, None, :], axis=0)
+        if inputs.velocity.any():
+            slope = (-inputs.velocity / (w * w))[:, None] * forces.dFx_dv
+            own = self.excitation(slope, np.zeros_like(slope), inputs.P[:0])
+            z += np.add.reduce(at.value[: self.n_ports] * own[:, None, :], axis=0)
+        return self.real(z)
+
+
+class FrequencySystem:
+    """The balance as a system in omega: what the continuation follows."""
+
+    def __init__(self, balance: Balance, inputs: Inputs) -> None:
+        self.balance, self.inputs = balance, inputs
+
+    def evaluate(self, x: Array, parameter: float) -> Evaluation:
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega."""
+        balance, inputs = self.balance, self.inputs
+        compliance = balance.compliance(parameter)
+        forces = balance.forces(x, parameter, inputs)
+        residual, G = balance.residual(x, forces, inputs.P, compliance)
+        return Evaluation(
+            residual,
+            balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance),
+            balance.omega_derivative(forces, G, inputs, compliance, parameter),
+            Detail(forces, inputs, parameter),
+        )
+
+
+class ParameterSystem:
+    """The balance at a fixed frequency as a system in a parameter: inputs are ``base + parameter * direction``."""
+
+    def __init__(self, balance: Balance, base: Inputs, direction: Inputs, omega: float) -> None:
+        self.balance, self.base, self.direction, self.omega = balance, base, direction, omega
+        self._compliance = balance.compliance(omega)
+        self._moving = {name for name, value in vars(direction).items() if np.any(value)}
+
+    def evaluate(self, x: Array, parameter: float) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter."""
+        balance, compliance = self.balance, self._compliance
+        inputs = self.base.moved(self.direction, parameter)
+        forces = balance.forces(x, self.omega, inputs)
+        residual, _ = balance.residual(x, forces, inputs.P, compliance)
+        dFx, dFy = self.force_derivatives(forces)
+        return Evaluation(
+            residual,
+            balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance),
+            balance.moved_by(dFx, dFy, self.direction.P, compliance),
+            Detail(forces, inputs, self.omega),
+        )
+
+    def force_derivatives(self, forces: ContactForces) -> tuple[Array, Array]:
+        """Derivatives of the contact forces (n_contacts, L) by the parameter at fixed motion."""
+        dFx, dFy, d = np.zeros_like(forces.Fx), np.zeros_like(forces.Fy), self.direction
+        if "velocity" in self._moving:
+            dFx += (d.velocity / self.omega)[:, None] * forces.dFx_dv
+        for name in self._moving & {"kt", "mu", "kn", "gap"}:
+            dFx += getattr(d, name)[:, None] * getattr(forces, f"dFx_d{name}")
+        for name in self._moving & {"kn", "gap"}:
+            dFy += getattr(d, name)[:, None] * getattr(forces, f"dFy_d{name}")
+        if "U" in self._moving:
+            dFx += np.einsum("cij,cj->ci", forces.dFx_dX, d.U)
+        return dFx, dFy
