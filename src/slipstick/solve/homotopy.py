@@ -1,0 +1,59 @@
+"""Solutions from far away: the Newton homotopy, followed round its turning points and corners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.solve.arc import ArclengthScaling
+from slipstick.solve.continuation import ContinuationOptions, continuation
+from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
+
+Array = NDArray[np.float64]
+
+
+class _Shifted:
+    """``residual(x) - (1 - t) residual(x0)``: zero at x0 for t = 0, the system itself for t = 1."""
+
+    def __init__(self, system: Callable[[Array], Evaluation], x0: Array) -> None:
+        self._system = system
+        self._offset = system(x0).residual.copy()
+
+    def evaluate(self, x: Array, parameter: float) -> Evaluation:
+        value = self._system(x)
+        return Evaluation(value.residual - (1.0 - parameter) * self._offset, value.jacobian, self._offset)
+
+
+def homotopy(
+    system: Callable[[Array], Evaluation],
+    x0: ArrayLike,
+    *,
+    scale: ArrayLike = 1.0,
+    options: NewtonOptions | None = None,
+    max_points: int = 400,
+) -> NewtonResult:
+    """Solve ``system(x).residual = 0`` where ``newton`` fails from ``x0``: slower by far, and much surer.
+
+    The residual of the first guess is taken away bit by bit (H. B. Keller, Global homotopies and Newton methods, 1978),
+    by arclength, so that the path may turn back. ``scale`` as for ``newton``: a change of the unknowns of that size
+    counts as much as the whole way.
+
+    Examples
+    --------
+    >>> result = homotopy(lambda x: Evaluation(np.arctan(x), np.diag(1.0 / (1.0 + x * x))), [50.0], scale=50.0)
+    >>> result.converged, abs(float(result.x[0])) < 1e-9
+    (True, True)
+    """
+    start = np.array(x0, dtype=float)
+    walk = ContinuationOptions(first_step=0.05, max_step=0.3, locate_turning_points=False, max_points=max_points)
+    scaling = ArclengthScaling(x=scale, adaptive=False, weight=1.0)
+    last = start
+    path = continuation(_Shifted(system, start), start, 0.0, 1.0, options=walk, scaling=scaling)
+    for step in path:
+        last = step.x
+    result = newton(system, last, options=options, scale=scale)
+    result.evaluations += path.evaluations + 1
+    result.solves += path.solves
+    return result
