@@ -108,6 +108,12 @@ class Case:
         given = {name: value for name in names if (value := getattr(self.response, name)) is not None}
         return ContinuationOptions(**given)
 
+    def warnings(self) -> list[str]:
+        """What can be computed but looks wrong, one sentence each."""
+        from slipstick.balance.checks import problem_warnings
+
+        return list(problem_warnings(self.problem(), self.omega))
+
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
         from slipstick.analysis.response import forced_response, parameter_response

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ class Reading:
     def __init__(self, raw: dict[str, Any], folder: Path) -> None:
         self.raw, self.folder = raw, folder
         self.faults: list[str] = []
+        self.meant: set[str] = set()
         self.title = ""
         self.structure: Structure | None = None
         self.response: ResponseTable | None = None
@@ -52,21 +54,29 @@ class Reading:
         flat = {key: value for key, value in self.raw.items() if key not in _SECTIONS}
         known = (*(f.alias or n for n, f in TopTable.model_fields.items()), *_SECTIONS)
         unknown = [key for key in flat if key not in TopTable.model_fields]
-        self.faults += [f"unknown key '{key}' in the case file; {suggestion(key, known)}" for key in unknown]
+        absent = [key for key in known if key not in self.raw]
+        for key in unknown:
+            meant = get_close_matches(key, absent, n=1)
+            self.meant.update(meant)
+            self.faults.append(f"unknown key '{key}' in the case file; {suggestion(key, meant or known)}")
         table, faults = model_faults(TopTable, {k: v for k, v in flat.items() if k not in unknown}, "")
-        self.faults += faults
+        self.faults += [
+            fault for fault in faults if not fault.startswith(tuple(f"{key} is missing" for key in self.meant))
+        ]
         return table
 
     def _structure(self) -> tuple[Structure | None, list[str]]:
         if "structure" not in self.raw:
-            return None, ["[structure] is missing; describe the structure by its matrices or its modes"]
+            return None, [] if "structure" in self.meant else [
+                "[structure] is missing; describe the structure by its matrices or its modes"
+            ]
         return build_structure(self.raw["structure"], self.folder)
 
     def _one(self, section: str, model: type[Table], *, optional: bool = False) -> Any:
         raw = self.raw.get(section)
         where = section_name(section)
         if raw is None:
-            if not optional:
+            if not optional and section not in self.meant:
                 self.faults.append(f"{where} is missing; give it with the keys from and to")
             return None
         if not isinstance(raw, Mapping):

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
 
-from slipstick.app.units import angle, frequency, harmonic_orders, period_ratio
+from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
 
 
 def _positive_frequency(value: Any) -> float:
@@ -94,7 +94,7 @@ class TopTable(Table):
     harmonics: Annotated[list[int], PlainValidator(harmonic_orders)] = Field(
         description='the harmonics kept, such as "0..10" or [0, 1, 3, 5]'
     )
-    period_ratio: Annotated[tuple[int, int], PlainValidator(period_ratio)] | None = Field(
+    period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
     )
 
@@ -194,7 +194,7 @@ class ContactTable(Table):
             faults.append("both gap and normal_load are given; keep one (normal_load = -kn gap)")
         elif "gap" not in raw and "normal_load" not in raw:
             faults.append("the normal load is missing; give normal_load = 800.0, or normal, kn and gap")
-        if "kn" not in raw and ("normal" in raw or "gap" in raw):
+        if "kn" not in raw and ("normal" in raw or ("gap" in raw and "normal_load" not in raw)):
             faults.append("kn is missing; give the normal contact stiffness, needed with normal or gap")
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append("kn = 0 cannot carry a normal load; give kn > 0")
@@ -211,7 +211,7 @@ class ResponseTable(Table):
     parameter: str | None = Field(default=None, description='the name of a parameter such as "damper.velocity"')
     omega: Frequency | None = Field(default=None, description="the fixed frequency of a parameter curve, rad/s")
     at: list[Any] = Field(default=[], description="a list of values that become exact points of the curve")
-    period_ratio: Annotated[tuple[int, int], PlainValidator(period_ratio)] | None = Field(
+    period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
     )
     peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")

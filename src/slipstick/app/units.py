@@ -82,10 +82,10 @@ def _ranges(value: Any) -> Iterator[tuple[int, int]]:
         yield int(match[1]), int(match[2] or match[1])
 
 
-def period_ratio(value: Any) -> tuple[int, int]:
+def ratio_of_periods(value: Any) -> tuple[int, int]:
     """``T_p / T_u`` from ``"3/2"`` or ``[3, 2]``.
 
-    >>> period_ratio("3/2"), period_ratio([1, 1])
+    >>> ratio_of_periods("3/2"), ratio_of_periods([1, 1])
     ((3, 2), (1, 1))
     """
     parts = value

@@ -1,0 +1,114 @@
+"""The ``check`` verb: what a case describes, what looks wrong, and what the linear limits are."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.app.case import Case
+from slipstick.app.guard import complain, say
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+_LISTED = 10
+_SAMPLES = 2001
+
+
+def check_case(path: Path) -> None:
+    """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults."""
+    case = Case.from_file(path)
+    problem = case.problem()
+    warn(case)
+    say(f"{case.title} ({path})")
+    _structure(problem)
+    _request(case, problem)
+    _contacts(problem)
+    if case.parameter is None:
+        _linear_limits(problem, case.omega)
+    say(f"ok: 'slipstick run {path}' can start")
+
+
+def warn(case: Case) -> None:
+    """Print the warnings of a case on standard error."""
+    for sentence in case.warnings():
+        complain(f"warning: {sentence}")
+
+
+def hertz(omega: float) -> str:
+    """A frequency in both units."""
+    return f"{omega:.6g} rad/s ({omega / (2 * pi):.5g} Hz)"
+
+
+def _structure(problem: Problem) -> None:
+    structure = problem.structure
+    shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
+    say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
+    frequencies = np.asarray(structure.natural_frequencies)
+    say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
+    for number, omega in enumerate(frequencies[:_LISTED], start=1):
+        say(f"  {number:>3}  {hertz(float(omega))}")
+
+
+def _request(case: Case, problem: Problem) -> None:
+    start, stop = case.span
+    if case.parameter is None:
+        say(f"range: {hertz(start)} to {hertz(stop)}")
+    else:
+        say(f"range: {case.parameter} from {start:g} to {stop:g} at {hertz(case.omega[0])}")
+    orders = problem.harmonics.orders
+    unknowns = sum(1 + (pair.normal is not None) for pair in problem.contacts) * problem.harmonics.size
+    say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
+    if problem.period_ratio != (1, 1):
+        say(
+            "period of the load over that of the rub: {}/{}; omega is that of the common period".format(
+                *problem.period_ratio
+            )
+        )
+    say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
+
+
+def _contacts(problem: Problem) -> None:
+    for pair in problem.contacts:
+        c, rub = pair.contact, pair.motion
+        load = float(np.asarray(c.normal_load))
+        what = (
+            "constant normal load"
+            if pair.normal is None
+            else f"normal {_cosines(pair.normal)}, kn {c.kn:g}, load at rest"
+        )
+        moving = f", rubbing at {float(np.asarray(rub.velocity)):g}" if rub.moves else ", no rubbing"
+        periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
+        say(
+            f"contact '{pair.name}': slides along {_cosines(pair.tangential)}, kt {c.kt:g}, mu {c.mu:g}, "
+            f"{what} {load:g}{moving}{periodic}"
+        )
+
+
+def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:
+    """Highest point of the linear response without contacts and with all of them stuck."""
+    from slipstick.analysis.response import linear_response
+
+    grid = np.linspace(min(omega), max(omega), _SAMPLES)
+    for state, words in (("free", "without contacts"), ("stuck", "with all contacts stuck")):
+        found = linear_response(problem, omega=grid, state=state)
+        data = getattr(found, "dataset", found)
+        amplitude = data["amplitude"]
+        for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
+            values = amplitude.sel(dof=dof).to_numpy()
+            at = int(np.argmax(values))
+            say(f"linear response {words}: largest amplitude of {dof} {values[at]:.4g} near {hertz(float(grid[at]))}")
+
+
+def _cosines(cosines: object) -> str:
+    if not isinstance(cosines, dict):
+        return str(cosines)
+    return " ".join(dof if c == 1 else f"{c:+g} {dof}" for dof, c in cosines.items())
+
+
+def _some(names: object, most: int = 8) -> str:
+    listed = [str(n) for n in names]  # type: ignore[attr-defined]
+    return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")
