@@ -126,8 +126,11 @@ def factorise(A: Any, *, solver: str | None = None, check: bool = True) -> Facto
         matrix.sum_duplicates()
     matrix = matrix.T  # stored by columns without a copy: A is symmetric
     _require_no_empty_row(matrix)
-    with one_blas_thread():
-        factors = function(matrix)
+    try:
+        with one_blas_thread():
+            factors = function(matrix)
+    except SingularMatrixError as error:
+        raise SingularMatrixError(str(error), _free_motion(matrix, function)) from error
     if check:
         _require_regular(matrix, factors)
     return factors
@@ -180,6 +183,20 @@ def _require_regular(A: Any, factors: Factorisation) -> None:
         raise SingularMatrixError(
             f"the matrix is singular to working accuracy: it annihilates a motion to {left:.0e}", np.asarray(x / scale)
         )
+
+
+def _free_motion(A: Any, function: Callable[[Any], Factorisation]) -> NDArray[Any] | None:
+    """What a singular matrix annihilates: inverse iteration with a trace of stiffness added; None if that fails too."""
+    added = sparse.diags_array(1e-10 * _row_maximum(A), format="csc")
+    try:
+        factors = function(sparse.csc_array(A + added))
+    except SingularMatrixError:
+        return None
+    x = np.random.default_rng(0).standard_normal(A.shape[0])
+    for _ in range(3):
+        x = factors.solve(x)
+        x = x / np.abs(x).max()
+    return x
 
 
 def _row_maximum(A: Any) -> NDArray[np.float64]:

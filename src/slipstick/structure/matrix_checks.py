@@ -28,10 +28,11 @@ def name_of(dofs: Sequence[str] | None, index: int) -> str:
 
 
 def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
-    for name, matrix in (("stiffness", K), ("mass", M)):
-        if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
-            yield f"the {name} matrix has shape {matrix.shape}; give a square one"
-    if K.shape != M.shape:
+    odd = [
+        (name, A.shape) for name, A in (("stiffness", K), ("mass", M)) if A.shape != A.shape[:1] * 2 or not A.shape[0]
+    ]
+    yield from (f"the {name} matrix has shape {shape}; give a square one" for name, shape in odd)
+    if not odd and K.shape != M.shape:
         yield f"stiffness {K.shape} and mass {M.shape} differ in size; export both with the same constraints"
     if dofs is not None and len(dofs) != K.shape[0]:
         yield f"{len(dofs)} dof names for matrices of {K.shape[0]} rows; give the map that belongs to these matrices"

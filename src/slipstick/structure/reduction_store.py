@@ -36,7 +36,7 @@ def _digest(array: NDArray[Any]) -> str:
 def read(path: Path) -> dict[str, NDArray[Any]] | None:
     """Arrays of a stored reduction; None when there is none or it cannot be read (it is then made again)."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
     except (OSError, ValueError, EOFError, BadZipFile):
         return None
