@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
+from slipstick.fem.assembly import assemble, conduction
 from slipstick.fem.blade import blade_shape
+from slipstick.fem.boundary import surface_towards
 from slipstick.fem.box import box
-from slipstick.fem.contact_model import contact_model
+from slipstick.fem.contact_model import contact_model, of_import, with_contacts
+from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
+from slipstick.fem.model import elastic_model
 from slipstick.fem.rubbing_blade import BLADE_STEEL, INCONEL_718, BladeModel, finite_element_blade, rubbing_blade
 from slipstick.solve.factorisation import factorise
 
@@ -107,7 +111,7 @@ def test_blade_converges_with_the_mesh():
     places = tuple(map(tuple, finite_element_blade(BladeModel(shape=blade_shape("medium"))).patches.positions.tolist()))
     found = []
     for size in ("small", "medium", "large"):
-        setup = BladeModel(shape=blade_shape(size), contacts=places, radius=3e-3, modes=4)
+        setup = BladeModel(shape=blade_shape(size), contacts=places, radius=4e-3, modes=4)
         result = rubbing_blade(setup)
         compliance = np.diag(result.structure.static_compliance)
         found.append(np.array([result.structure.omega[0], *compliance[1:3], *np.diag(result.influence)[:2]]))
@@ -115,3 +119,53 @@ def test_blade_converges_with_the_mesh():
     assert change[1][0] < 2e-3
     assert change[1].max() < 0.03
     assert np.all(change[1] < np.maximum(change[0], 2e-3))
+
+
+def imported_block(mesh):
+    """A block as if it came from another code: shuffled rows, labels of its own."""
+    mesh = replace(mesh, node_labels=np.arange(mesh.n_nodes)[::-1] * 7 + 3)
+    model = elastic_model(mesh, METAL, "z0")
+    order = np.random.default_rng(1).permutation(len(model.free))
+    return model, ImportedModel(
+        K=model.K[order][:, order],
+        M=model.M[order][:, order],
+        dof_nodes=mesh.labels[model.free[order] // 3],
+        dof_components=model.free[order] % 3,
+        mesh=mesh,
+        materials={"all": METAL},
+        source="block.full",
+    )
+
+
+def test_contacts_on_an_imported_model():
+    mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "hex20")
+    model, imported = imported_block(mesh)
+    options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressures": {"push": "z1"}}
+    ours, theirs = with_contacts(model, **options), with_contacts(of_import(imported), **options)
+    compliance = [
+        np.asarray(body.directions.T @ factorise(body.model.K).solve(body.directions.toarray()))
+        for body in (ours, theirs)
+    ]
+    np.testing.assert_allclose(compliance[1], compliance[0], rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(theirs.influence, ours.influence, rtol=1e-12)
+    assert theirs.loads["push"].sum() == pytest.approx(ours.loads["push"].sum())
+    with pytest.raises(InputError, match="need the mesh"):
+        of_import(replace(imported, mesh=None))
+    with pytest.raises(InputError, match="is not in the mesh"):
+        of_import(replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)))
+    bare = of_import(replace(imported, materials={}))
+    with pytest.raises(InputError, match="no material has a conductivity"):
+        with_contacts(bare, **options)
+
+
+def test_conduction_alone_and_faces_towards():
+    mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "wedge15")
+    np.testing.assert_allclose(
+        conduction(mesh, {"all": METAL}).toarray(), assemble(mesh, METAL).conduction.toarray(), atol=1e-13
+    )
+    tip = surface_towards(mesh, [0.1, 0.0, 1.0], depth=0.2)
+    assert set(tip.nodes) == set(mesh.surface("z1").nodes)
+    with pytest.raises(InputError, match="no boundary face looks"):
+        surface_towards(mesh, [1.0, 1.0, 1.0])
+    with pytest.raises(InputError, match="not zero"):
+        surface_towards(mesh, [0.0, 0.0, 0.0])

@@ -68,6 +68,21 @@ def assemble(mesh: Mesh, materials: Materials) -> SolidMatrices:
     )
 
 
+def conduction(mesh: Mesh, materials: Materials) -> csr_array:
+    """Conduction matrix alone, (n_nodes, n_nodes)."""
+    pattern = pattern_of(mesh)
+    conductivity = element_values(mesh, materials, lambda m: m.conductivity)
+    total = np.zeros(pattern.n_couplings)
+    for element, part in _chunks(mesh, 9):
+        gradients, weights = solid_gradients(mesh, element, part.start, mesh.blocks[element.name][part])
+        count, n_points, n, _ = gradients.shape
+        scaled = (gradients * np.sqrt(weights)[:, :, None, None]).transpose(0, 1, 3, 2).reshape(count, 3 * n_points, n)
+        products = np.matmul(np.ascontiguousarray(scaled.transpose(0, 2, 1)), scaled)
+        products = (products + products.transpose(0, 2, 1)) / 2.0
+        _add(total, pattern.slots[element.name][part].ravel(), conductivity[element.name][part, None, None] * products)
+    return pattern.scalar_matrix(total)
+
+
 def _gradient_matrices(mesh: Mesh, materials: Materials, pattern: Pattern) -> tuple[Array, Array]:
     lame = element_values(mesh, materials, lambda m: m.lame)
     shear = element_values(mesh, materials, lambda m: m.shear_modulus)

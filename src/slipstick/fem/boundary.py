@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import FACES
@@ -75,4 +75,34 @@ def surface_from_nodes(mesh: Mesh, nodes: IntArray) -> Surface:
         raise InputError(
             f"no face of the boundary lies in this set of {len(nodes)} nodes; give the nodes of whole faces"
         )
+    return surface
+
+
+def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, depth: float = 0.1) -> Surface:
+    """Boundary faces that look in a direction and lie at that end of the body, such as the tip of a blade.
+
+    ``angle`` (degrees) is the largest between a face's normal and the direction (3,); ``depth`` how far from the
+    extreme point a face's corners may lie, over the extent of the body in that direction.
+
+    Raises
+    ------
+    InputError
+        If the direction is zero or no face qualifies.
+    """
+    wanted = np.asarray(direction, dtype=float)
+    if wanted.shape != (3,) or not np.linalg.norm(wanted) > 0.0:
+        raise InputError(f"direction {wanted.tolist()}: expected a vector (3,) that is not zero")
+    wanted = wanted / np.linalg.norm(wanted)
+    height = mesh.nodes @ wanted
+    low, high = height[mesh.used_nodes].min(), height[mesh.used_nodes].max()
+    chosen = {}
+    for kind, faces in boundary(mesh).faces.items():
+        corners = mesh.nodes[faces[:, : FACES[kind].n_corners]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+        towards = normal @ wanted >= np.cos(np.deg2rad(angle)) * np.linalg.norm(normal, axis=1)
+        near = (corners @ wanted).min(axis=1) >= high - depth * (high - low) - 1e-12 * abs(high)
+        chosen[kind] = faces[towards & near]
+    surface = Surface(faces={kind: faces for kind, faces in chosen.items() if len(faces)})
+    if not surface.n_faces:
+        raise InputError(f"no boundary face looks towards {wanted.round(3).tolist()} within {angle} degrees there")
     return surface

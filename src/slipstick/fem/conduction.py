@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
 
@@ -32,10 +33,14 @@ def default_solver(A: csr_array, B: Array) -> Array:
 
 
 def conductance(mesh: Mesh, conduction: csr_array, films: Mapping[str, float]) -> csr_array:
-    """Conduction matrix plus convection, films given as ``{surface name: h}``, W/(m2 K)."""
+    """Conduction matrix plus convection, films given as ``{surface name: h}``, W/(m2 K).
+
+    "boundary" is the whole boundary where the mesh has no surface of that name.
+    """
     total = conduction
     for name, coefficient in films.items():
-        total = total + film_matrix(mesh, mesh.surface(name), coefficient)
+        whole = name == "boundary" and name not in mesh.surfaces
+        total = total + film_matrix(mesh, boundary(mesh) if whole else mesh.surface(name), coefficient)
     return total.tocsr()
 
 

@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem.assembly import conduction
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
+from slipstick.fem.imported import ImportedModel
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
-from slipstick.fem.mesh import Mesh
+from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ElasticModel, elastic_model
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 
@@ -108,11 +110,16 @@ def cosines(vectors: Array) -> list[dict[str, float]]:
 
 
 def contact_model(
-    mesh: Mesh,
-    materials: Materials,
+    mesh: Mesh, materials: Materials, *, fixed: str | Sequence[str] | IntArray, surface: str, **options: Any
+) -> ContactModel:
+    """Assemble a mesh, fix it, and put contacts on a surface: ``elastic_model`` and then ``with_contacts``."""
+    return with_contacts(elastic_model(mesh, materials, fixed), surface=surface, **options)
+
+
+def with_contacts(
+    model: ElasticModel,
     *,
-    fixed: str | Sequence[str] | IntArray,
-    surface: str,
+    surface: str | Surface,
     contacts: int | ArrayLike = 8,
     radius: float | None = None,
     pressures: Mapping[str, str] | None = None,
@@ -120,19 +127,18 @@ def contact_model(
     cold: str | None = None,
     solve: LinearSolver = default_solver,
 ) -> ContactModel:
-    """Assemble a mesh, fix it, and put contacts on a surface.
+    """Put contacts on a surface of a constrained model.
 
     Parameters
     ----------
-    fixed
-        Node sets or surfaces held in x, y, z.
     surface, contacts, radius
         Contacts: how many spread uniformly over the surface, or node indices, or positions (n, 3); see
         ``contact_patches`` for the radius.
     pressures
         Load shapes ``{name: surface}``: unit pressure, positive into the body.
     films
-        Convection coefficient by surface, W/(m2 K); with a conductivity it gives the influence matrix.
+        Convection coefficient by surface, W/(m2 K), or for the "boundary"; with a conductivity it gives the influence
+        matrix.
     cold
         Node set or surface whose temperature does not rise.
 
@@ -141,11 +147,11 @@ def contact_model(
     InputError
         For unknown names and what the parts refuse.
     """
-    where = mesh.surface(surface)
+    mesh = model.mesh
+    where = mesh.surface(surface) if isinstance(surface, str) else surface
     loads = {name: pressure_load(mesh, mesh.surface(on)) for name, on in (pressures or {}).items()}
     at = spread_nodes(mesh, where, contacts) if isinstance(contacts, int) else contacts
     patches = contact_patches(mesh, where, at, radius)
-    model = elastic_model(mesh, materials, fixed)
     return ContactModel(
         model=model,
         patches=patches,
@@ -159,8 +165,40 @@ def _influence(
 ) -> Array | None:
     if not films and cold is None:
         return None
-    if not model.conduction.diagonal().max() > 0.0:
+    if model.conduction is None or not model.conduction.diagonal().max() > 0.0:
         raise InputError("convection is given, but no material has a conductivity; give one > 0, W/(m K)")
     matrix = conductance(model.mesh, model.conduction, films)
     fixed = None if cold is None else model.mesh.node_set(cold)
     return influence_matrix(matrix, patches.weights, fixed=fixed, solve=solve)
+
+
+def of_import(imported: ImportedModel) -> ElasticModel:
+    """The elastic model of an imported one that brought its mesh: its own matrices, our surfaces and patches.
+
+    Raises
+    ------
+    InputError
+        If it has no mesh, has rotations, or its nodes are not those of the mesh.
+    """
+    if imported.mesh is None:
+        raise InputError(
+            f"{imported.source}: contacts on a surface need the mesh; import it too, or name contact nodes"
+        )
+    if np.any(imported.dof_components > 2):
+        raise InputError(f"{imported.source}: contacts on a surface need solid elements; the model has rotations")
+    labels = imported.mesh.labels
+    order = np.argsort(labels)
+    place = order[np.searchsorted(labels, imported.dof_nodes, sorter=order).clip(max=len(order) - 1)]
+    if np.any(labels[place] != imported.dof_nodes):
+        stray = imported.dof_nodes[labels[place] != imported.dof_nodes][0]
+        raise InputError(
+            f"{imported.source}: node {stray} of the matrices is not in the mesh; give the mesh they came from"
+        )
+    conducts = imported.materials and all(m.conductivity > 0.0 for m in imported.materials.values())
+    return ElasticModel(
+        mesh=imported.mesh,
+        K=imported.K,
+        M=imported.M,
+        free=3 * place + imported.dof_components,
+        conduction=conduction(imported.mesh, imported.materials) if conducts else None,
+    )

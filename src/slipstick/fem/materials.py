@@ -59,7 +59,7 @@ class Material:
 
 
 Materials = Material | Mapping[str, Material]
-"""One material, or one for each element set (sets that together hold every element once)."""
+"""One material, or one for each element set (sets that together hold every element once); "all" is every element."""
 
 
 def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material], float]) -> dict[str, Array]:
@@ -72,6 +72,8 @@ def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material],
     """
     if isinstance(materials, Material):
         return {kind: np.full(len(block), value(materials)) for kind, block in mesh.blocks.items()}
+    if set(materials) == {"all"} - set(mesh.element_sets):
+        return element_values(mesh, materials["all"], value)
     unknown = sorted(set(materials) - set(mesh.element_sets))
     if unknown:
         raise InputError(

@@ -35,14 +35,14 @@ class ElasticModel:
     free
         Index (n_free,) of each kept degree of freedom in the node-major list ``3 node + axis``.
     conduction
-        Conduction matrix of all nodes, (n_nodes, n_nodes).
+        Conduction matrix of all nodes, (n_nodes, n_nodes); None where no conductivity is known.
     """
 
     mesh: Mesh
     K: csr_array
     M: csr_array
     free: IntArray
-    conduction: csr_array
+    conduction: csr_array | None
 
     @cached_property
     def dofs(self) -> tuple[str, ...]:
