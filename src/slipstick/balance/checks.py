@@ -138,7 +138,7 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     if _rubbed(problem) and len(orders) > 1 and not any(m % 2 == 0 for m in orders[1:]):
         yield (
             f"harmonics {list(orders)}: friction under one-sided rubbing produces even harmonics, and none but 0 is "
-            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones up to the highest"
+            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones too"
         )
     frictional = any(pair.value("mu") > 0 and pair.value("kt") > 0 for pair in problem.contacts)
     if frictional and orders[-1] < 3:

@@ -1,0 +1,192 @@
+"""The first point of a branch, found without help: a ladder of strategies, each attempt told to the caller."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.problem import Problem
+from slipstick.balance.residual import Balance, FrequencySystem, Inputs, ParameterSystem, inputs_of
+from slipstick.balance.scaling import Scales, linear_motions, scales
+from slipstick.solve.continuation import ContinuationOptions, continuation
+from slipstick.solve.newton import NewtonOptions, newton
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+Strategy = tuple[str, Callable[[], "Array | None"]]
+
+_NEWTON = NewtonOptions(max_iterations=40)
+_RAMP = ContinuationOptions(first_step=0.05, max_step=0.2, max_points=400, locate_turning_points=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrategyTried:
+    """One rung of the ladder to a first point."""
+
+    name: str
+    found: bool
+    omega: float
+    seconds: float
+    reason: str = ""
+
+
+class FirstPoint:
+    """Search for a solution at one frequency.
+
+    Parameters
+    ----------
+    balance, inputs, omega
+        The problem made ready, its numbers, the frequency.
+    guess
+        Unknowns (N,) to try first.
+    report
+        Called with every ``StrategyTried``.
+    """
+
+    def __init__(
+        self,
+        balance: Balance,
+        inputs: Inputs,
+        omega: float,
+        *,
+        guess: Array | None = None,
+        report: Callable[[StrategyTried], None] | None = None,
+        last_resort: Callable[[], Array | None] | None = None,
+    ) -> None:
+        self.balance, self.inputs, self.omega = balance, inputs, omega
+        self.guess, self.report, self.last_resort = guess, report or (lambda event: None), last_resort
+        self.scales: Scales = scales(balance, inputs, omega)
+        self._reason = ""
+
+    def find(self) -> Array | None:
+        """Unknowns (N,), or None when every strategy failed."""
+        for name, attempt in self.strategies():
+            begin, self._reason = time.perf_counter(), ""
+            x = attempt()
+            self.report(
+                StrategyTried(
+                    name=name,
+                    found=x is not None,
+                    omega=self.omega,
+                    seconds=time.perf_counter() - begin,
+                    reason="" if x is not None else self._reason,
+                )
+            )
+            if x is not None:
+                return x
+        return None
+
+    def strategies(self) -> Iterator[Strategy]:
+        """The rungs in order; later ones cost more."""
+        guess = self.guess
+        if guess is not None:
+            yield "guess given", lambda: self._solve(guess)
+        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega))
+        names = ("sliding", "stuck", "free") if self.inputs.velocity.any() else ("stuck", "free")
+        for name in names:
+            if name in motions:
+                yield f"from the linear response, contacts {name}", lambda x=motions[name]: self._solve(x)  # type: ignore[misc]
+        if len(self.balance.harmonics.orders) > 3:
+            yield "fewer harmonics first", self._fewer_harmonics
+        yield from self._ramps()
+        if self.last_resort is not None:
+            yield "time integration", self._from_outside
+
+    def _ramps(self) -> Iterator[Strategy]:
+        """Continuations of a parameter from a problem that is easily solved."""
+        still = self.inputs.only("P", "U")
+        if np.any(still.P) or np.any(still.U):
+            yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still)
+        if self.inputs.velocity.any():
+            fast = self.inputs.only("velocity").scaled(self._slipping_factor())
+            yield (
+                "velocity ramp from permanent sliding",
+                lambda: self._ramp(self.inputs.moved(fast, 1.0), fast.scaled(-1)),
+            )
+        friction = self.inputs.only("mu")
+        yield "friction ramp", lambda: self._ramp(self.inputs.moved(friction, -1.0), friction)
+        normal = self.inputs.only("gap")
+        if np.any(normal.gap < 0):
+            yield "normal load ramp", lambda: self._ramp(self.inputs.moved(normal, -0.999), normal.scaled(0.999))
+
+    def _solve(self, x: Array) -> Array | None:
+        system = FrequencySystem(self.balance, self.inputs)
+        scale = self._scale(x)
+        result = newton(lambda z: system.evaluate(z, self.omega), x, options=_NEWTON, scale=scale)
+        self._reason = result.reason
+        return result.x if result.converged else None
+
+    def _scale(self, x: Array) -> float:
+        size = float(np.linalg.norm(x))
+        return max(size, 1e-6 * self.scales.displacement)
+
+    def _ramp(self, base: Inputs, direction: Inputs) -> Array | None:
+        """Follow ``base + s direction`` from s = 0 to 1, where it is the problem itself."""
+        first = FirstPoint(self.balance, base, self.omega)
+        for _, attempt in first._simple():
+            x = attempt()
+            if x is not None:
+                break
+        else:
+            self._reason = "no solution where the ramp begins"
+            return None
+        system = ParameterSystem(self.balance, base, direction, self.omega)
+        run = continuation(system, x, 0.0, 1.0, options=_RAMP, scaling=self.scales.arclength())
+        last = None
+        for step in run:
+            last = step
+        self._reason = run.message
+        return self._solve(last.x) if last is not None and last.parameter == 1.0 else None
+
+    def _simple(self) -> Iterator[Strategy]:
+        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega))
+        for name, x in motions.items():
+            yield name, lambda x=x: self._solve(x)  # type: ignore[misc]
+
+    def _slipping_factor(self) -> float:
+        """How many times faster the rubbing has to be for permanent sliding."""
+        slowest = float(np.min(np.abs(self.inputs.velocity[self.inputs.velocity != 0])))
+        return max(2.0 * self.scales.velocity / slowest, 1.0)
+
+    def _fewer_harmonics(self) -> Array | None:
+        """Solve with the driven harmonics and the lowest only, then take in the others."""
+        problem, kept = self.balance.problem, self._essential()
+        small = _with_harmonics(problem, kept)
+        balance = Balance(small)
+        inputs = replace(self.inputs, U=small.rubbing_coefficients(), P=small.load_coefficients())
+        x = FirstPoint(balance, inputs, self.omega).find()
+        if x is None:
+            self._reason = "no solution with fewer harmonics"
+            return None
+        places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
+        full = np.zeros((self.balance.n_ports, self.balance.L))
+        full[:, places] = x.reshape(-1, kept.size)
+        return self._solve(full.reshape(-1))
+
+    def _essential(self) -> Harmonics:
+        harmonics = self.balance.harmonics
+        driven = np.any(self.inputs.P != 0, axis=0)
+        driven[: self.balance.L] |= np.any(self.inputs.U != 0, axis=0)
+        orders = {0, *harmonics.orders[1:3]}
+        orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
+        return Harmonics(sorted(orders))
+
+    def _from_outside(self) -> Array | None:
+        assert self.last_resort is not None
+        x = self.last_resort()
+        return None if x is None else self._solve(x)
+
+
+def _with_harmonics(problem: Problem, harmonics: Harmonics) -> Problem:
+    return replace(problem, harmonics=harmonics)
+
+
+def first_point(
+    problem: Problem, omega: float, *, report: Callable[[StrategyTried], None] | None = None
+) -> Array | None:
+    """Unknowns of a solution at one frequency, (n_ports * L,), or None; see ``FirstPoint``."""
+    return FirstPoint(Balance(problem), inputs_of(problem), omega, report=report).find()
