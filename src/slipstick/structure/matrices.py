@@ -63,15 +63,15 @@ class MatrixStructure:
     ) -> None:
         self._dofs, faults = dof_names(dofs)
         n = len(self._dofs)
-        given = {"M": _matrix(M), "K": _matrix(K)} | ({} if C is None else {"C": _matrix(C)})
+        given = {"M": _matrix("M", M), "K": _matrix("K", K)} | ({} if C is None else {"C": _matrix("C", C)})
         for name, matrix in given.items():
             wrong = _matrix_faults(name, matrix, n)
             faults += wrong or symmetry_faults(name, matrix)
         self._shapes = {name: np.asarray(v, dtype=float) for name, v in (load_shapes or {}).items()}
         for name, vector in self._shapes.items():
             faults += array_faults(f"load shape {name!r}", vector, (n,))
-        if not (np.isfinite(loss_factor) and loss_factor >= 0):
-            faults.append(f"loss_factor: found {loss_factor}; expected a number >= 0")
+        if np.ndim(loss_factor) or not (np.isfinite(loss_factor) and loss_factor >= 0):
+            faults.append(f"loss_factor: found {loss_factor}; expected one number >= 0")
         if faults:
             raise InputError(faults)
         self.loss_factor = float(loss_factor)
@@ -214,8 +214,11 @@ class MatrixStructure:
         return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
 
 
-def _matrix(value: Any) -> Any:
-    return value.astype(float) if hasattr(value, "toarray") else np.array(value, dtype=float)
+def _matrix(name: str, value: Any) -> Any:
+    try:
+        return value.tocsc().astype(float) if hasattr(value, "tocsc") else np.array(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: not a matrix of real numbers ({error}); give rows of equal length") from error
 
 
 def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:

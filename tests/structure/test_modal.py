@@ -1,0 +1,237 @@
+"""ModalStructure against the matrices it comes from, and what it refuses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slipstick.errors import InputError
+from slipstick.structure.matrices import MatrixStructure
+from slipstick.structure.modal import LoadShape, ModalStructure, read_arrays
+from slipstick.structure.protocol import Structure
+
+RNG = np.random.default_rng(9)
+N = 12
+BLADE = Path("/work/shared/data/blade_reduced/blade_reduced.npz")
+
+
+def beam():
+    """A chain with a loaded tip; its modes mass-normalised."""
+    K = 2.0 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1)
+    M = np.diag(1.0 + 0.2 * RNG.random(N))
+    root = np.diag(1 / np.sqrt(np.diag(M)))
+    squared, modes = np.linalg.eigh(root @ K @ root)
+    return M, K, np.sqrt(squared), root @ modes
+
+
+def truncated(kept, *, second=False, **damping):
+    """Modal structure of some modes at three dofs with its residual, and the full one."""
+    M, K, omega, modes = beam()
+    load = RNG.standard_normal(N)
+    inverse = np.linalg.inv(K)
+    at = [2, 7, 11]
+    phi, w = modes[at][:, :kept], omega[:kept]
+    grow = inverse @ M @ inverse
+    participation = modes[:, :kept].T @ load
+    shape = LoadShape(
+        participation=participation,
+        static_response=(inverse @ load)[at],
+        second_response=(grow @ load)[at] - phi @ (participation / w**4) if second else None,
+    )
+    reduced = ModalStructure(
+        omega=w,
+        mode_shapes=phi,
+        static_compliance=inverse[np.ix_(at, at)],
+        second_residual=grow[np.ix_(at, at)] - (phi / w**4) @ phi.T if second else None,
+        dofs=["a", "b", "c"],
+        load_shapes={"pressure": shape},
+        **damping,
+    )
+    full = MatrixStructure(
+        M=M,
+        K=K,
+        dofs=[f"d{i}" for i in range(N)],
+        loss_factor=float(np.max(damping.get("loss_factor", 0.0))),
+        load_shapes={"p": load},
+    )
+    return reduced, full.project(np.eye(N)[:, at], np.eye(N)[:, at], ["p"]), omega
+
+
+def seen(structure):
+    return structure.project(np.eye(3), np.eye(3), structure.load_shapes)
+
+
+def test_all_modes_equal_the_matrices():
+    structure, exact, omega = truncated(N, loss_factor=0.03)
+    w = np.linspace(0.1, 2.5, 9) * omega[3]
+    for a, b in zip(seen(structure).at(w), exact.at(w), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(seen(structure).static, exact.static, rtol=1e-11)
+    assert isinstance(structure, Structure)
+
+
+@pytest.mark.parametrize("second, order", [(False, 2), (True, 4)])
+def test_what_the_modes_miss_falls_with_the_frequency(second, order):
+    """Without residual the error is constant; with it order 2, with the second one order 4 in the frequency."""
+    structure, exact, omega = truncated(5, second=second)
+    w = omega[5] * np.array([0.02, 0.04])
+    errors = [np.abs(a - b).max() for a, b in zip(seen(structure).at(w)[0], exact.at(w)[0], strict=True)]
+    assert np.log2(errors[1] / errors[0]) == pytest.approx(order, abs=0.05)
+    np.testing.assert_allclose(seen(structure).static, exact.static, rtol=1e-11)
+
+
+def test_residual_error_falls_with_the_number_of_modes():
+    errors = []
+    for kept in (2, 4, 6, 8, 10):
+        structure, exact, omega = truncated(kept, loss_factor=1e-3)
+        w = np.linspace(0.2, 1.5, 7) * omega[0]
+        errors.append(np.abs(seen(structure).at(w)[0] - exact.at(w)[0]).max() / np.abs(exact.static).max())
+    assert errors[0] < 0.02
+    assert np.all(np.diff(errors) < 0)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_frequency_derivative_by_central_differences(second):
+    structure, _, omega = truncated(
+        6, second=second, loss_factor=0.02 * np.arange(6), damping_ratio=0.01 * np.arange(6.0)[::-1]
+    )
+    h = 1e-5
+    w = np.linspace(0.3, 2.0, 6) * omega[1]
+    ahead, behind = seen(structure).at(w + h)[0], seen(structure).at(w - h)[0]
+    slope = seen(structure).at(w)[1]
+    # truncation h^2/6 A''' ~ 1e-10 / (half bandwidth 0.01)^3 relative to the value, rounding 1e-11
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), rtol=1e-5, atol=1e-6 * np.abs(slope).max())
+
+
+def test_formula_with_damping_written_out():
+    structure, _, _ = truncated(4, second=True, loss_factor=0.01, damping_ratio=0.02)
+    phi, w0 = structure.mode_shapes, structure.omega
+    for w in (0.4, 1.1):
+        terms = w0**2 * (1 + 0.01j) + 2j * 0.02 * w0 * w - w * w
+        expected = (phi / terms) @ phi.T + structure.static_compliance - (phi / w0**2) @ phi.T
+        expected = expected + w * w * structure.second_residual
+        np.testing.assert_allclose(seen(structure).at([w])[0][0, :, :3], expected, rtol=1e-12)
+
+
+def test_directions_are_combined():
+    structure, _, _ = truncated(5, second=True, loss_factor=0.01)
+    rows, columns = RNG.standard_normal((3, 2)), RNG.standard_normal((3, 4))
+    all_value, _ = seen(structure).at([0.7])
+    value, _ = structure.project(rows, columns, ["pressure"]).at([0.7])
+    np.testing.assert_allclose(value[0, :, :4], rows.T @ all_value[0, :, :3] @ columns, rtol=1e-11)
+    np.testing.assert_allclose(value[0, :, 4], rows.T @ all_value[0, :, 3], rtol=1e-11)
+
+
+def test_time_equations_have_the_same_receptance():
+    structure, _, omega = truncated(5, damping_ratio=0.03)
+    rows, columns = RNG.standard_normal((3, 2)), RNG.standard_normal((3, 1))
+    equations = structure.time_equations(rows, columns, ["pressure"])
+    w = np.linspace(0.2, 2.0, 5) * omega[0]
+    value, _ = structure.project(rows, columns, ["pressure"]).at(w)
+    for each, a in zip(w, value, strict=True):
+        Z = equations.K - each**2 * equations.M + 1j * each * equations.C
+        np.testing.assert_allclose(
+            equations.rows @ np.linalg.solve(Z, equations.columns) + equations.feedthrough, a, rtol=1e-11
+        )
+    static = equations.rows @ np.linalg.solve(equations.K, equations.columns) + equations.feedthrough
+    np.testing.assert_allclose(static, structure.project(rows, columns, ["pressure"]).static, rtol=1e-11)
+
+
+def test_hysteretic_damping_in_time_has_the_same_value_at_each_resonance():
+    structure, _, _ = truncated(5, loss_factor=0.004)
+    equations = structure.time_equations(np.eye(3), np.eye(3))
+    np.testing.assert_allclose(np.diag(equations.C), 0.004 * structure.omega)
+
+
+def test_without_compliance_the_modes_are_all_there_is():
+    structure = ModalStructure(omega=[2.0], mode_shapes=[[0.5], [1.0]], dofs=["a", "b"])
+    np.testing.assert_allclose(structure.static_compliance, [[0.0625, 0.125], [0.125, 0.25]])
+    assert structure.project(np.eye(2), np.eye(2)).at([0.0])[0][0] == pytest.approx(structure.static_compliance)
+
+
+def test_large_projection_takes_the_real_products():
+    """Above 2000 products real and imaginary parts are multiplied apart: the same sums."""
+    omega, phi = 1 + np.arange(40.0), RNG.standard_normal((9, 40))
+    structure = ModalStructure(omega=omega, mode_shapes=phi, dofs=list("abcdefghi"), loss_factor=0.01)
+    value, slope = structure.project(np.eye(9), np.eye(9)).at([3.3, 8.0])
+    small = structure.project(np.eye(9)[:, :1], np.eye(9)[:, :2]).at([3.3, 8.0])
+    np.testing.assert_allclose(value[:, :1, :2], small[0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(slope[:, :1, :2], small[1], rtol=1e-12, atol=1e-15)
+
+
+GOOD = {"omega": np.array([1.0, 2.0]), "mode_shapes": np.ones((3, 2)), "static_compliance": np.eye(3), "dofs": "abc"}
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"omega": [1.0, 0.0]}, "omega: the smallest entry is 0"),
+        ({"omega": [1.0, np.nan]}, "omega: some entries are not finite"),
+        ({"omega": []}, "at least one mode"),
+        ({"mode_shapes": np.ones((2, 3))}, r"mode_shapes: found shape \(2, 3\); expected \(3, 2\)"),
+        ({"static_compliance": np.eye(2)}, "static_compliance: found shape"),
+        ({"static_compliance": np.triu(np.ones((3, 3)))}, "static_compliance: not symmetric"),
+        ({"second_residual": np.ones(3)}, "second_residual: found shape"),
+        ({"loss_factor": -0.1}, "loss_factor: the smallest entry is -0.1"),
+        ({"damping_ratio": [0.1, 0.1, 0.1]}, "damping_ratio: found shape"),
+        ({"dofs": ["a", "b", "b"]}, "more than once"),
+        ({"load_shapes": {"p": LoadShape(participation=[1.0], static_response=[1.0] * 3)}}, "'p', participation"),
+        ({"load_shapes": {"p": LoadShape(participation=[1.0] * 2, static_response=[1.0])}}, "'p', static_response"),
+    ],
+)
+def test_faults_are_said_in_a_sentence(change, words):
+    given = GOOD | {"dofs": list("abc")} | change
+    with pytest.raises(InputError, match=words):
+        ModalStructure(**given)
+
+
+def test_all_faults_at_once_and_unknown_names():
+    with pytest.raises(InputError) as error:
+        ModalStructure(omega=[1.0, -2.0], mode_shapes=np.ones((2, 2)), dofs=list("abb"), loss_factor=-1.0)
+    assert len(error.value.problems) == 4
+    structure = ModalStructure(**GOOD | {"dofs": list("abc")})
+    with pytest.raises(InputError, match="load shape 'wind' is unknown; the structure has: none"):
+        structure.project(np.eye(3), np.eye(3), ["wind"])
+    with pytest.raises(InputError, match="columns"):
+        structure.project(np.eye(3), np.ones(3))
+
+
+def test_arrays_from_a_file(tmp_path):
+    arrays = {
+        "omega": [10.0, 20.0],
+        "mode_shapes": np.ones((6, 2)),
+        "static_compliance": np.eye(6),
+        "load_participation": [1.0, 2.0],
+        "static_load_response": np.ones(6),
+        "coordinates": np.zeros((2, 3)),
+        "thermal_influence": np.eye(2),
+    }
+    np.savez(tmp_path / "model.npz", **arrays)
+    structure = ModalStructure.load(tmp_path / "model.npz", loss_factor=1e-3, load="pressure")
+    assert structure.dofs == ("n1.x", "n1.y", "n1.z", "n2.x", "n2.y", "n2.z")
+    assert structure.load_shapes == ("pressure",)
+    del arrays["coordinates"]
+    assert ModalStructure.from_arrays(arrays).dofs[0] == "d1"
+    assert ModalStructure.from_arrays(arrays | {"dofs": list("uvwxyz")}).dofs[1] == "v"
+    with pytest.raises(InputError, match="'omega' is missing; found mode_shapes"):
+        ModalStructure.from_arrays({"mode_shapes": np.eye(2)})
+    with pytest.raises(InputError, match="static_load_response"):
+        ModalStructure.from_arrays({k: v for k, v in arrays.items() if k != "static_load_response"})
+
+
+def test_files_that_are_not_plain_arrays(tmp_path):
+    (tmp_path / "text.npz").write_text("not an archive")
+    np.savez(tmp_path / "objects.npz", omega=np.array([{"a": 1}], dtype=object))
+    for name in ("text.npz", "objects.npz", "missing.npz"):
+        with pytest.raises(InputError, match="not readable"):
+            read_arrays(tmp_path / name)
+
+
+@pytest.mark.skipif(not BLADE.exists(), reason="the reduced blade is not on this machine")
+def test_reduced_blade():
+    structure = ModalStructure.load(BLADE, loss_factor=1e-3, load="pressure")
+    assert structure.natural_frequencies[0] == pytest.approx(1315.14, abs=0.01)
+    rows = np.eye(24)[:, [1]]
+    grid = structure.natural_frequencies[0] * (1 + np.linspace(-1e-4, 1e-4, 201))
+    amplitude = 2.0 * np.abs(structure.project(rows, np.zeros((24, 0)), ["pressure"]).at(grid)[0][:, 0, 0])
+    assert amplitude.max() == pytest.approx(3.470e-3, rel=3e-4)  # the frictionless amplitude in its README
