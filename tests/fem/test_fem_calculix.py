@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 
-from slipstick.fem.assembly import assemble
-from slipstick.fem.blade import blade, blade_shape
+from slipstick.fem.assembly import assemble, conduction
+from slipstick.fem.blade import WETTED, blade, blade_shape
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
+from slipstick.fem.conduction import conductance, steady_temperature
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh
+from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.refine import quadratic
 
 pytestmark = [pytest.mark.verify, pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not here")]
@@ -24,8 +25,8 @@ NAMES = {"hex8": "C3D8", "hex20": "C3D20", "tet4": "C3D4", "tet10": "C3D10", "we
 SOLID = Material(young=2.0, poisson=0.3, density=3.0)
 
 
-def calculix(mesh: Mesh, material: Material, folder: Path) -> dict[str, coo_array]:
-    """Its stiffness ("sti") and mass ("mas") in our order of degrees of freedom."""
+def model_lines(mesh: Mesh) -> list[str]:
+    """Nodes and elements; element numbers run through the blocks."""
     lines = ["*NODE,NSET=ALL"]
     lines += [f"{i},{','.join(f'{v:.12e}' for v in x)}" for i, x in enumerate(mesh.nodes, start=1)]
     for kind, block in mesh.blocks.items():
@@ -35,6 +36,17 @@ def calculix(mesh: Mesh, material: Material, folder: Path) -> dict[str, coo_arra
             lines += [",".join(words[:11]) + ("," if words[11:] else "")] + (
                 [",".join(words[11:])] if words[11:] else []
             )
+    return lines
+
+
+def run(lines: list[str], folder: Path) -> None:
+    (folder / "m.inp").write_text("\n".join(lines) + "\n")
+    subprocess.run(["ccx", "-i", "m"], cwd=folder, capture_output=True, check=False)
+
+
+def calculix(mesh: Mesh, material: Material, folder: Path) -> dict[str, coo_array]:
+    """Its stiffness ("sti") and mass ("mas") in our order of degrees of freedom."""
+    lines = model_lines(mesh)
     lines += [
         "*MATERIAL,NAME=M",
         "*ELASTIC",
@@ -43,8 +55,7 @@ def calculix(mesh: Mesh, material: Material, folder: Path) -> dict[str, coo_arra
         repr(material.density),
     ]
     lines += ["*SOLID SECTION,ELSET=E,MATERIAL=M", "*STEP", "*FREQUENCY,SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    (folder / "m.inp").write_text("\n".join(lines) + "\n")
-    subprocess.run(["ccx", "-i", "m"], cwd=folder, capture_output=True, check=False)
+    run(lines, folder)
     names = [line.strip().split(".") for line in (folder / "m.dof").read_text().split()]
     dof = np.array([3 * (int(node) - 1) + int(axis) - 1 for node, axis in names])
     result = {}
@@ -103,3 +114,39 @@ def test_blade(tmp_path):
     ours = assemble(mesh, steel)
     assert abs(ours.stiffness - theirs["sti"]).max() < 1e-12 * abs(theirs["sti"]).max()
     assert abs(ours.mass - theirs["mas"]).max() < 1e-12 * abs(theirs["mas"]).max()
+
+
+def faces_of(mesh: Mesh, surface: Surface) -> list[tuple[int, int]]:
+    """Element and face number of each face of a surface, from 1, as CalculiX counts (F1, F2, ...)."""
+    wanted = {tuple(sorted(face)) for face in surface.faces["quad8"].tolist()}
+    block = mesh.blocks["hex20"]
+    return [
+        (number, k)
+        for k, (_, local) in enumerate(ELEMENTS["hex20"].faces, start=1)
+        for number, face in enumerate(np.sort(block[:, list(local)], axis=1).tolist(), start=1)
+        if tuple(face) in wanted
+    ]
+
+
+def test_heat_of_the_blade(tmp_path):
+    """Temperatures under convection, a fixed root and a source at one node of the shroud, to the seven digits printed."""
+    made = blade(blade_shape("small"))
+    mesh = replace(rounded(made), surfaces=made.surfaces)
+    source, root = int(mesh.surface("shroud_top").nodes[5]), mesh.surface("root").nodes
+    lines = [*model_lines(mesh), "*NSET,NSET=ROOT", *(f"{n}," for n in root + 1)]
+    lines += ["*MATERIAL,NAME=M", "*CONDUCTIVITY", "25.", "*SOLID SECTION,ELSET=E,MATERIAL=M"]
+    lines += ["*INITIAL CONDITIONS,TYPE=TEMPERATURE", "ALL,0.", "*STEP", "*HEAT TRANSFER,STEADY STATE"]
+    lines += ["*BOUNDARY", "ROOT,11,11,0.", "*CFLUX", f"{source + 1},11,3.", "*FILM"]
+    lines += [f"{e},F{k},0.,200." for name in WETTED for e, k in faces_of(mesh, mesh.surface(name))]
+    lines += ["*NODE PRINT,NSET=ALL", "NT", "*END STEP"]
+    run(lines, tmp_path)
+    rows = [line.split() for line in (tmp_path / "m.dat").read_text().splitlines() if len(line.split()) == 2]
+    theirs = np.array([float(value) for _, value in rows])
+    assert len(theirs) == mesh.n_nodes
+    metal = Material(young=1.0, poisson=0.3, conductivity=25.0)
+    heat = np.zeros(mesh.n_nodes)
+    heat[source] = 3.0
+    ours = steady_temperature(
+        conductance(mesh, conduction(mesh, metal), dict.fromkeys(WETTED, 200.0)), heat, fixed=root
+    )
+    np.testing.assert_allclose(ours, theirs, rtol=2e-6, atol=1e-6 * theirs.max())
