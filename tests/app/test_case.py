@@ -141,8 +141,10 @@ def test_a_modal_structure_with_default_names(tmp_path: Path) -> None:
         static_load_response=np.full(6, 0.01),
     )
     text = GOOD.split("[structure]")[0] + (
-        '[structure]\nkind = "modal"\nfile = "m.npz"\nmodes = 2\nloss_factor = 0.01\n[[load]]\nshape = "pressure"\ncos = 1\n'
-        '[[contact]]\nname = "tip"\ntangential = "n2y"\nkt = 10\nmu = 0.3\nnormal_load = 1\n[response]\nfrom = 5\nto = 15\n'
+        '[structure]\nkind = "modal"\nfile = "m.npz"\nmodes = 2\nloss_factor = 0.01\n'
+        '[[load]]\nshape = "pressure"\ncos = 1\n'
+        '[[contact]]\nname = "tip"\ntangential = "n2y"\nkt = 10\nmu = 0.3\nnormal_load = 1\n'
+        "[response]\nfrom = 5\nto = 15\n"
     )
     problem = Case.from_text(text, tmp_path / "case.toml").problem()
     assert problem.structure.dofs == ("n1x", "n1y", "n1z", "n2x", "n2y", "n2z")
@@ -235,7 +237,7 @@ BAD = {
     "load on a harmonic not kept": (("harmonic = 1", "harmonic = 12"), "harmonic 12"),
     "rub on a harmonic not kept": (('"1" = 2.0', '"11" = 2.0'), "harmonic 11"),
     "new format": (("format = 1", "format = 2"), "format: found 2; expected format = 1"),
-    "single brackets": (("[[load]]", "[load]"), "[[load]]: found a table; expected tables that begin with [[load]]"),
+    "single brackets": (("[[load]]", "[load]"), "[[load]]: found a table; expected tables that begin"),
     "no normal load": (
         ("normal_load = 800.0", ""),
         "[[contact]] 'damper': the normal load is missing; give normal_load",
@@ -309,9 +311,7 @@ def test_all_faults_of_all_sections_at_once() -> None:
     assert len(found) == 10  # the misspelt sine leaves the load without a force
 
 
-@pytest.mark.parametrize(
-    "text", ["", "format = 1", "structure = 3\ncontact = 1\nload = [1]\nresponse = 'x'", "[output]"]
-)
+@pytest.mark.parametrize("text", ["", "format = 1", "structure = 3\ncontact = 1\nload = [1]\nresponse = 0", "[output]"])
 def test_little_is_told_completely(text: str) -> None:
     assert len(faults(text)) >= 3
 

@@ -67,9 +67,8 @@ class Reading:
 
     def _structure(self) -> tuple[Structure | None, list[str]]:
         if "structure" not in self.raw:
-            return None, [] if "structure" in self.meant else [
-                "[structure] is missing; describe the structure by its matrices or its modes"
-            ]
+            missing = "[structure] is missing; describe the structure by its matrices or its modes"
+            return None, [missing] if "structure" not in self.meant else []
         return build_structure(self.raw["structure"], self.folder)
 
     def _one(self, section: str, model: type[Table], *, optional: bool = False) -> Any:
