@@ -129,7 +129,7 @@ def faces_of(mesh: Mesh, surface: Surface) -> list[tuple[int, int]]:
 
 
 def test_heat_of_the_blade(tmp_path):
-    """Temperatures under convection, a fixed root and a source at one node of the shroud, to the seven digits printed."""
+    """Temperatures under convection, a fixed root and a source at one node of the shroud, to the digits printed."""
     made = blade(blade_shape("small"))
     mesh = replace(rounded(made), surfaces=made.surfaces)
     source, root = int(mesh.surface("shroud_top").nodes[5]), mesh.surface("root").nodes
