@@ -187,14 +187,14 @@ class PiecewiseLinear:
         n, nc, one = s.n, s.n_contacts, s.n_dynamic
         S, T = self._laws(states)
         n_forces = len(S)
-        forces: Array
         load = np.zeros((len(s.loads), s.size))
         load[:, one:] = s.loads
         D = s.equations.feedthrough
         free = np.zeros((len(s.equations.rows), s.size))
         free[:, :n] = s.equations.rows
         free += D[:, n_forces:] @ load
-        forces = np.linalg.solve(np.eye(n_forces) + S @ D[:n_forces, :n_forces], S @ free[:n_forces] + T)
+        coupled = np.eye(n_forces) + S @ D[:n_forces, :n_forces]
+        forces = np.asarray(np.linalg.solve(coupled, S @ free[:n_forces] + T), dtype=float)
         motion = free - D[:, :n_forces] @ forces
 
         A = np.zeros((s.size, s.size))

@@ -1,0 +1,105 @@
+"""One batch of mixed elements: microseconds an element, ours and the sampled rival's, on one core in the same run."""
+
+import time
+from collections import Counter
+
+import aft_rival
+import numba
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from slipstick.contact.forces import element_forces
+from slipstick.trig.harmonics import Harmonics
+
+ORDERS = tuple(range(11))
+COUNT = 1000
+
+
+def batch(count=COUNT, seed=0):
+    """Elements that stick all period, slip and stick, slip for good, open and close; one in three without rubbing."""
+    rng = np.random.default_rng(seed)
+    L = 2 * len(ORDERS) - 1
+    m = np.concatenate([[1.0], np.repeat(np.arange(1.0, len(ORDERS)), 2)])
+    X, Y = rng.normal(size=(count, L)) / m**1.5, 0.5 * rng.normal(size=(count, L)) / m**1.5
+    swing = np.abs(Y[:, 1:]).sum(axis=1)
+    gap = Y[:, 0] - swing * rng.uniform(0.2, 2.0, count)
+    v = rng.normal(size=count) * rng.choice([0.0, 1.0, 6.0], count)
+    kt = rng.uniform(0.2, 3.0, count)
+    kt[rng.random(count) < 0.2] *= 0.05
+    return {
+        "X": X, "Y": Y, "v": v, "kt": kt, "gap": gap,
+        "mu": rng.uniform(0.1, 0.6, count), "kn": rng.uniform(0.5, 2, count),
+    }  # fmt: skip
+
+
+def regimes(f):
+    """How many elements of each regime are in the batch."""
+    kinds = Counter()
+    for states in f.states:
+        names = {name for _, _, name in states}
+        if "separation" in names:
+            kinds["opening and closing"] += 1
+        elif len(states) == 1:
+            kinds["stuck all period" if names == {"stick"} else "permanent slip"] += 1
+        else:
+            kinds["stick and slip"] += 1
+    return dict(kinds)
+
+
+def best_of(function, repeats):
+    """Least and middle time of some calls, s."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times), float(np.median(times))
+
+
+def measure(repeats=15):
+    """Both on one core: numba and BLAS are held to one thread."""
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        with threadpool_limits(1):
+            return _measure(repeats)
+    finally:
+        numba.set_num_threads(threads)
+
+
+def _measure(repeats):
+    state, h = batch(), Harmonics(ORDERS)
+    table = aft_rival.tables(ORDERS)
+    f = element_forces(h, **state)
+    ours = best_of(lambda: element_forces(h, **state), repeats)
+    out = {
+        "elements": COUNT,
+        "coefficients": h.size,
+        "regimes": regimes(f),
+        "ours_us": 1e6 * ours[0] / COUNT,
+        "ours_us_median": 1e6 * ours[1] / COUNT,
+    }
+    # stuck all period without rubbing the rival takes the limit it started from, not the middle: not an error
+    same = (f.stick_fraction < 1 - 1e-9) | (state["v"] != 0)
+    for version in ("propagate", "tuned"):
+
+        def call(version=version):
+            return aft_rival.evaluate(ORDERS, **state, table=table, version=version)
+
+        Fx, _, dFx, _ = call()
+        time_of = best_of(call, max(3, repeats // 3))
+        exact = np.concatenate([f.dFx_dX, f.dFx_dY], axis=2)
+        error = np.abs(dFx[:, :, : 2 * h.size] - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
+        out |= {
+            f"{version}_us": 1e6 * time_of[0] / COUNT,
+            f"{version}_us_median": 1e6 * time_of[1] / COUNT,
+            f"{version}_ratio": time_of[0] / ours[0],
+            f"{version}_force_error": float((np.abs(Fx - f.Fx).max(axis=1) / np.abs(f.Fx).max(axis=1))[same].max()),
+            f"{version}_tangent_error_median": float(np.median(error[same])),
+        }
+    return out
+
+
+if __name__ == "__main__":
+    for key, value in measure().items():
+        print(f"{key:28s} {value if isinstance(value, (int, dict)) else f'{value:.4g}'}")
