@@ -28,6 +28,7 @@ FALLING = FrictionCurve(
     kn=[90.0, 88.0, 80.0, 75.0, 60.0],
     interpolation="pchip",
 )
+MU, KT, KN = (float(FALLING.at(25.0)[name].value) for name in ("mu", "kt", "kn"))
 INFLUENCE = np.array([[0.8, 0.3, 0.1], [0.3, 0.9, 0.2], [0.1, 0.2, 0.7]])
 
 
@@ -41,7 +42,7 @@ def state(seed: int) -> dict[str, Any]:
     W, Y = rng.normal(0, 1, (2, N, H.size)) * np.repeat([1.0, 1.0, 0.5, 0.25], [1, 2, 2, 2])
     return {
         "W": W, "Y": 0.5 * Y, "omega": 1.7, "velocity": rng.choice([0.0, 1.0, -3.0], N) + 0.3 * rng.normal(size=N),
-        "kt": np.full(N, 77.0), "mu": np.full(N, 0.4), "kn": np.full(N, 85.0), "gap": rng.normal(-0.5, 0.3, N),
+        "kt": np.full(N, KT), "mu": np.full(N, MU), "kn": np.full(N, KN), "gap": rng.normal(-0.5, 0.3, N),
     }  # fmt: skip
 
 
@@ -149,10 +150,23 @@ def test_contact_without_curve_keeps_its_parameters_and_heats_the_others() -> No
     curve = FrictionCurve(temperature=[20, 3000], mu=[0.5, 0.2])
     heated = ThermalModel(curve={"b": curve}, background=25.0, resistance=INFLUENCE).elements(NAMES)
     at = forces(heated, state(0))
-    np.testing.assert_array_equal(at.mu[[0, 2]], 0.4)
-    np.testing.assert_array_equal(at.kt, 77.0)
-    np.testing.assert_allclose(at.mu[1], curve.mu(at.temperature[1]))
+    np.testing.assert_array_equal(at.mu[[0, 2]], MU)
+    np.testing.assert_array_equal(at.kt, KT)
+    np.testing.assert_allclose(at.mu[1], curve.mu(at.temperature[1]) * MU / curve.mu(25.0))
     np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.power, rtol=1e-11)
+
+
+def test_total_derivative_by_a_cold_value() -> None:
+    """A factor on the friction coefficient scales the whole curve."""
+    heated, given = model(), state(3)
+    at = forces(heated, given)
+    ratio = heated.per_cold("mu", at.temperature)
+    np.testing.assert_allclose(ratio, FALLING.mu(at.temperature) / MU, rtol=1e-14)
+    added = at.tangent.forces_common(at.power.mu * ratio)[0]
+    assert_difference(
+        at.forces.dFx_dmu * ratio[:, None] + added,
+        lambda h: forces(heated, moved(given, "mu", 1.0, h), start=at.temperature).forces.Fx,
+    )
 
 
 def test_beyond_the_table_the_solver_gets_a_value_and_the_user_a_sentence() -> None:
@@ -162,7 +176,7 @@ def test_beyond_the_table_the_solver_gets_a_value_and_the_user_a_sentence() -> N
     assert np.all(np.isfinite(at.forces.Fx))
     hot = at.temperature > 60
     assert hot.any()
-    np.testing.assert_array_equal(at.mu[hot], 0.45)
+    np.testing.assert_allclose(at.mu[hot], 0.45 * MU / curve.mu(25.0), rtol=1e-14)
     np.testing.assert_array_equal(at.tangent.dFx_dT[hot], 0.0)
     assert "leaves its table, 20 to 60" in (at.equilibrium.problem(NAMES) or "")
 

@@ -70,7 +70,13 @@ class ThermalModel:
         groups = tuple(
             (curve, np.array([i for i, own in enumerate(curves) if own is curve])) for curve in distinct.values()
         )
-        return HeatedContacts(names=tuple(names), background=T0, resistance=R, limits=bounds, curves=groups)
+        nominal: dict[str, Array] = {}
+        for curve, rows in groups:
+            for name, sampled in curve.at(T0[rows]).items():
+                nominal.setdefault(name, np.full(len(names), np.nan))[rows] = sampled.value
+        return HeatedContacts(
+            names=tuple(names), background=T0, resistance=R, limits=bounds, curves=groups, nominal=nominal
+        )
 
     def _unknown(self, names: Sequence[str]) -> list[str]:
         tables = {"curve": self.curve, "background": self.background, "resistance": self.resistance}
@@ -130,25 +136,44 @@ class HeatedForces:
 
 @dataclass(frozen=True, kw_only=True)
 class HeatedContacts:
-    """A thermal model bound to n contact elements: validated arrays; ``curves`` with the elements each is for."""
+    """A thermal model bound to n contact elements: validated arrays; ``curves`` with the elements each is for.
+
+    ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them.
+    """
 
     names: tuple[str, ...]
     background: Array
     resistance: Array
     limits: tuple[Array, Array]
     curves: tuple[tuple[FrictionCurve, NDArray[np.intp]], ...]
+    nominal: Mapping[str, Array]
 
-    def parameters(self, T: Array, constant: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Sampled]]:
-        """All of mu, kt, kn at T (n,), and those that some curve gives with their slopes; held beyond the limits."""
+    def parameters(self, T: Array, cold: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Sampled]]:
+        """All of mu, kt, kn at T (n,), and those that some curve gives with their slopes; held beyond the limits.
+
+        ``cold`` are the values without heat: a curve is scaled by the cold value over its own at the background.
+        """
         inside = np.clip(T, *self.limits)
         sampled: dict[str, Sampled] = {}
         for curve, rows in self.curves:
             for name, (value, slope) in curve.at(inside[rows]).items():
                 if name not in sampled:
-                    sampled[name] = Sampled(np.array(constant[name], dtype=float), np.zeros(T.size))
-                sampled[name].value[rows] = value
-                sampled[name].derivative[rows] = np.where(inside[rows] == T[rows], slope, 0.0)
-        return {**constant, **{name: parameter.value for name, parameter in sampled.items()}}, sampled
+                    sampled[name] = Sampled(np.array(cold[name], dtype=float), np.zeros(T.size))
+                own = self.nominal[name][rows]
+                scale = np.divide(cold[name][rows], own, out=np.ones_like(own), where=own > 0)
+                sampled[name].value[rows] = scale * value
+                sampled[name].derivative[rows] = np.where(inside[rows] == T[rows], scale * slope, 0.0)
+        return {**cold, **{name: parameter.value for name, parameter in sampled.items()}}, sampled
+
+    def per_cold(self, name: str, T: Array) -> Array:
+        """Derivative of a parameter at T by its cold value, (n,): the curve over its value at the background."""
+        ratio = np.ones_like(T)
+        inside = np.clip(T, *self.limits)
+        for curve, rows in self.curves:
+            if name in curve.names:
+                own = self.nominal[name][rows]
+                ratio[rows] = np.divide(curve.at(inside[rows])[name].value, own, out=np.ones_like(own), where=own > 0)
+        return ratio
 
     def forces(
         self,
@@ -166,7 +191,7 @@ class HeatedContacts:
     ) -> HeatedForces:
         """Forces at the temperatures that balance their own power.
 
-        ``W`` (n, L) is ``X + U``, ``v`` (n,) is velocity/omega; mu, kt, kn (n,) serve where no curve gives them.
+        ``W`` (n, L) is ``X + U``, ``v`` (n,) is velocity/omega; mu, kt, kn (n,) are the values without heat.
         ``start`` (n,) is the neighbouring solution; cold without it. A temperature outside the tables does not raise:
         see ``Equilibrium.problem``.
         """
@@ -222,17 +247,17 @@ class _Element:
         Y: Array,
         v: Array,
         omega: float,
-        constant: dict[str, Array],
+        cold: dict[str, Array],
         gap: Array,
     ) -> None:
         self.heated, self.harmonics, self.W, self.Y = heated, harmonics, W, Y
-        self.v, self.omega, self.constant, self.gap = v, omega, constant, gap
+        self.v, self.omega, self.cold, self.gap = v, omega, cold, gap
         self.LW = harmonics.derivative(W)
         self.last: tuple[Array, ContactForces, dict[str, Array], dict[str, Sampled]] | None = None
 
     def at(self, T: Array) -> tuple[ContactForces, dict[str, Array], dict[str, Sampled]]:
         if self.last is None or not np.array_equal(self.last[0], T):
-            parameters, sampled = self.heated.parameters(T, self.constant)
+            parameters, sampled = self.heated.parameters(T, self.cold)
             forces = element_forces(self.harmonics, self.W, self.Y, v=self.v, gap=self.gap, **parameters)
             self.last = (T, forces, parameters, sampled)
         return self.last[1:]
