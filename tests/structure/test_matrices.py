@@ -69,6 +69,20 @@ def test_solved_and_summed_over_modes_agree():
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * abs(a).max())
 
 
+def test_nearly_critical_damping_is_still_exact():
+    """Two poles that meet have parallel complex modes: the expansion over the poles is not to be trusted there."""
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    M, K = np.eye(3), np.diag([4.0, 1.0, 9.0])
+    for distance in (0.0, 1e-12, 1e-6, 1e-2):
+        C = turn.T @ np.diag([4.0 * (1.0 + distance), 0.1, 0.2]) @ turn
+        structure = MatrixStructure(M=M, C=C, K=K, dofs=names(3))
+        value, _ = structure.project(np.eye(3), np.eye(3)).at(FREQUENCIES)
+        for w, a in zip(FREQUENCIES, value, strict=True):
+            np.testing.assert_allclose(a, direct(M, C, K, 0.0, w, np.eye(3), np.eye(3)), rtol=1e-9, atol=1e-10)
+    defective = MatrixStructure(M=[[1.0]], C=[[4.0]], K=[[4.0]], dofs=["x"])
+    assert defective._poles is None
+
+
 @pytest.mark.parametrize("loss", [0.0, 0.02])
 def test_large_sparse_structure_is_solved_sparsely(monkeypatch, loss):
     M, K = chain(40)

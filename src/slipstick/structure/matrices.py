@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.errors import InputError
 from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, symmetry_faults
 from slipstick.structure.protocol import Receptance, TimeEquations
-from slipstick.structure.receptance import ModalReceptance, SolvedReceptance
+from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 
 Array = NDArray[np.float64]
 
 #: Largest number of dofs treated densely: all modes are computed.
 DENSE_LIMIT = 1500
 _LISTED_FREQUENCIES = 20
+_POLE_LIMIT = 200
+_POLE_ERROR = 1e-10
 
 
 class MatrixStructure:
@@ -138,6 +140,31 @@ class MatrixStructure:
         rest = np.abs(projected - np.diag(diagonal)).max()
         return diagonal if rest <= 1e-12 * max(np.abs(diagonal).max(), 1e-300) else None
 
+    @cached_property
+    def _poles(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
+        """Poles (2 n,) and complex modes (n, 2 n) with ``mode^T (2 pole M + C) mode = 1``, or None.
+
+        They are not good where two poles meet (critical damping), so they are tried against direct solutions.
+        """
+        n = len(self._dofs)
+        if not self._dense or self.C is None or n > _POLE_LIMIT:
+            return None
+        inverse = np.linalg.inv(self.M)
+        stiffness = self.K * (1.0 + 1j * self.loss_factor)
+        companion = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ self.C]])
+        poles, vectors = np.linalg.eig(companion)
+        modes = vectors[:n]
+        weights = 2.0 * poles * np.einsum("ik,ij,jk->k", modes, self.M, modes)
+        weights += np.einsum("ik,ij,jk->k", modes, self.C, modes)
+        if np.any(weights == 0.0):
+            return None
+        modes = modes / np.sqrt(weights)
+        for w in np.quantile(self.natural_frequencies, (0.0, 0.5, 1.0)) * (1.0, 1.1, 3.0):
+            exact = self._solve(float(w), np.eye(n))[0]
+            if not np.abs((modes / (1j * w - poles)) @ modes.T - exact).max() <= _POLE_ERROR * np.abs(exact).max():
+                return None
+        return poles, modes
+
     def _columns(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
         known_shapes(shapes, self._shapes)
         given = directions("columns", columns, len(self._dofs))
@@ -146,7 +173,8 @@ class MatrixStructure:
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and load shapes.
 
-        Summed over all modes (exact) where these diagonalise the damping; solved at each frequency otherwise.
+        Summed over all modes (exact) where these diagonalise the damping, over the poles where it is small enough for
+        that, and solved at each frequency otherwise.
         """
         left, right = directions("rows", rows, len(self._dofs)), self._columns(columns, shapes)
         static = left.T @ self._static_solve(right)
@@ -158,6 +186,11 @@ class MatrixStructure:
                 stiffness=squared * (1.0 + 1j * self.loss_factor),
                 damping=self._modal_damping,
                 static=static,
+            )
+        if self._poles is not None:
+            poles, shapes_at_poles = self._poles
+            return PoleReceptance(
+                left=left.T @ shapes_at_poles, right=right.T @ shapes_at_poles, poles=poles, static=static
             )
         return SolvedReceptance(solve=self._solve, rows=left, columns=right, static=static)
 

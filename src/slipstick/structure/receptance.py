@@ -77,6 +77,36 @@ class ModalReceptance:
         return out
 
 
+class PoleReceptance:
+    """``A(w) = sum_k left_k right_k / (i w - pole_k)`` over the 2 n poles of a viscously damped structure.
+
+    Parameters
+    ----------
+    left, right
+        Complex modes at the rows (n_rows, n_poles) and columns (n_columns, n_poles), normalised so that
+        ``mode^T (2 pole M + C) mode = 1``.
+    poles
+        (n_poles,), complex.
+    static
+        Exact static compliance (n_rows, n_columns).
+    """
+
+    def __init__(self, *, left: ComplexArray, right: ComplexArray, poles: ComplexArray, static: Array) -> None:
+        self.static = static
+        self._poles = poles
+        self._products = np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, poles.size).T)
+
+    def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
+        w = np.asarray(frequency, dtype=float).reshape(-1, 1)
+        both = np.empty((2, w.size, self._poles.size), dtype=complex)
+        np.divide(1.0, 1j * w - self._poles, out=both[0])
+        np.multiply(both[0], -1j * both[0], out=both[1])
+        summed: ComplexArray = both.reshape(2 * w.size, -1) @ self._products
+        value, slope = summed.reshape(2, w.size, *self.static.shape)
+        return value, slope
+
+
 class SolvedReceptance:
     """``A(w) = rows^T Z(w)^-1 columns`` with one solution of ``Z(w)`` for each frequency.
 
