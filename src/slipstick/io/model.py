@@ -217,7 +217,11 @@ def _plain(roles: _Roles, first: Path) -> RawModel:
         from slipstick.io.calculix import read_abaqus_matrices
         from slipstick.io.dof_map import read_dof_map
 
-        return read_abaqus_matrices(roles.matrices, read_dof_map(roles.dof_map)[0] if roles.dof_map else None)
+        if roles.dof_map is None:
+            return read_abaqus_matrices(roles.matrices)
+        rows, nodes = read_dof_map(roles.dof_map)
+        raw = read_abaqus_matrices(roles.matrices, rows)
+        return replace(raw, nodes=replace(nodes, held=raw.nodes.held))
     return matrix_market.read_plain(roles.matrices, roles.dof_map)
 
 

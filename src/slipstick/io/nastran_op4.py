@@ -67,7 +67,7 @@ def read_op4(path: Path) -> dict[str, Any]:
     try:
         for matrix in _binary(data, path) if _is_binary(data) else _text(data, path):
             matrices[matrix.name] = matrix.build()
-    except (struct.error, ValueError, IndexError, StopIteration, UnicodeDecodeError) as error:
+    except (struct.error, ValueError, IndexError, RuntimeError) as error:  # RuntimeError: lines ended in a generator
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path.name}: not a readable op4 file; it is damaged or truncated") from None
