@@ -1,0 +1,252 @@
+"""A branch of solutions: one labelled dataset, and what can be asked of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.errors import InputError, Outcome
+from slipstick.results.measures import friction_force
+from slipstick.results.record import KINDS, Point, Recorder
+from slipstick.trig.harmonics import Harmonics
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.balance.problem import Problem
+    from slipstick.results.plotting import BranchPlots
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeCheck:
+    """A point of a branch against time integration, by output dof, both (n_outputs,)."""
+
+    omega: float
+    dofs: tuple[str, ...]
+    amplitude: Array
+    amplitude_in_time: Array
+    mean: Array
+    mean_in_time: Array
+    relative_difference: float
+    """Largest difference of amplitudes and zero harmonics over the largest of all of them."""
+    converged: bool
+    """Whether the time integration became periodic."""
+
+
+class Branch:
+    """Points along a branch.
+
+    Parameters
+    ----------
+    dataset
+        Variables over ``point``, ``dof``, ``coefficient``, ``contact``, each with units and long name; or a function
+        that makes it when it is first asked for.
+    outcome
+        How the computation ended.
+    problem
+        The problem, where it is known: a branch read from a file has none.
+    """
+
+    def __init__(self, dataset: Any, outcome: Outcome, problem: Problem | None = None) -> None:
+        self._source, self.outcome, self.problem = dataset, outcome, problem
+
+    @cached_property
+    def dataset(self) -> xarray.Dataset:
+        """All numbers with their labels."""
+        dataset: xarray.Dataset = self._source() if callable(self._source) else self._source
+        return dataset
+
+    @classmethod
+    def from_dataset(cls, dataset: xarray.Dataset, problem: Problem | None = None) -> Branch:
+        """From a stored dataset; the outcome is read from its attributes."""
+        name = str(dataset.attrs.get("outcome", ""))
+        outcome = Outcome[name] if name in Outcome.__members__ else Outcome.INTERRUPTED
+        if "kind" not in dataset and "kind_code" in dataset:
+            dataset = dataset.assign(kind=("point", _kinds(dataset["kind_code"].to_numpy())))
+        return cls(dataset, outcome, problem)
+
+    def __len__(self) -> int:
+        return int(self.dataset.sizes.get("point", 0))
+
+    def __repr__(self) -> str:
+        return f"Branch({len(self)} points, {self.outcome.name.lower()})"
+
+    @property
+    def harmonics(self) -> Harmonics:
+        """The harmonics kept."""
+        labels = [str(label) for label in self.dataset["coefficient"].to_numpy()]
+        return Harmonics([0, *(int(label[1:]) for label in labels[1::2])])
+
+    @property
+    def followed(self) -> str:
+        """Name of the variable that was followed: ``omega`` or ``parameter``."""
+        return "parameter" if "parameter" in self.dataset else "omega"
+
+    def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
+        """Located local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
+
+        ``dof`` is by default the first one.
+        """
+        d = self._index("dof", dof)
+        at = np.flatnonzero(self.dataset["peak_dof"].to_numpy() == d)
+        where = self.dataset[self.followed].to_numpy()[at]
+        size = self.dataset["amplitude"].to_numpy()[at, d]
+        return [(float(w), float(a)) for w, a in zip(where, size, strict=True)]
+
+    def at(self, value: float) -> int:
+        """Number of the first point at a requested frequency or parameter, else of the nearest one."""
+        return int(np.argmin(np.abs(self.dataset[self.followed].to_numpy() - value)))
+
+    def contact_forces(self, point: int) -> ContactForces:
+        """Contact forces at a point, computed again with states and tangents from the dataset alone."""
+        d = self._point(point)
+        omega = float(d["omega"])
+        names = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+        forces = element_forces(
+            self.harmonics,
+            d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
+            d["contact_normal"].to_numpy(),
+            v=d["rubbing_velocity"].to_numpy() / omega,
+            **{key: d[name].to_numpy() for key, name in names.items()},
+        )
+        forces.omega = omega
+        return forces
+
+    def states(self, point: int) -> dict[str, list[tuple[float, float, str]]]:
+        """Intervals (start, end, state) of one period, rad, by contact."""
+        names = (str(name) for name in self.dataset["contact"].to_numpy())
+        return dict(zip(names, self.contact_forces(point).states, strict=True))
+
+    def loop(self, point: int, contact: str | None = None, *, samples: int = 721) -> dict[str, Array]:
+        """One period of a contact, exactly: "tau", "motion" (without rubbing), "total" motion, "friction", "limit".
+
+        Each is (samples,); friction is not the truncated series but the force of the states themselves.
+        """
+        c, d = self._index("contact", contact), self._point(point)
+        h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
+        X, Y = d["contact_tangential"].to_numpy()[c], d["contact_normal"].to_numpy()[c]
+        W, v = X + d["rubbing_motion"].to_numpy()[c], float(d["rubbing_velocity"][c] / d["omega"])
+        kt, kn, gap = (float(d[name][c]) for name in ("tangential_stiffness", "normal_stiffness", "gap"))
+        mu, H = float(d["friction_coefficient"][c]), h.H_minus(tau)
+        force = friction_force(
+            h, forces.states[c], tau, W=W, Y=Y, v=v, kt=kt, mu=mu, kn=kn, gap=gap, mean=float(forces.Fx[c, 0])
+        )
+        limit = mu * kn * np.maximum(H @ Y - gap, 0.0)
+        return {"tau": tau, "motion": H @ X, "total": H @ W + v * tau, "friction": force, "limit": limit}
+
+    @property
+    def plot(self) -> BranchPlots:
+        """Figures of this branch; each returns matplotlib Axes."""
+        from slipstick.results.plotting import BranchPlots
+
+        return BranchPlots(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write all as netCDF-4 and return the path."""
+        from slipstick.io.store import save_dataset
+
+        save_dataset(self.dataset, path)
+        return Path(path)
+
+    def check_in_time(self, point: int, **options: Any) -> TimeCheck:
+        """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
+
+        ``options`` are those of ``slipstick.transient``. Raises InputError where the problem is not known.
+        """
+        from slipstick.analysis.starting import HarmonicStart
+        from slipstick.analysis.transient import transient
+
+        d, problem = self._point(point), self._problem_at(point)
+        start = HarmonicStart(
+            harmonics=problem.harmonics,
+            tangential=d["contact_tangential"].to_numpy(),
+            normal=d["contact_normal"].to_numpy(),
+        )
+        result = transient(problem, float(d["omega"]), initial=start, **options)
+        amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
+        pairs = ((amplitude, result.amplitude), (mean, result.mean))
+        size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
+        return TimeCheck(
+            omega=float(d["omega"]),
+            dofs=tuple(result.outputs),
+            amplitude=amplitude,
+            amplitude_in_time=result.amplitude,
+            mean=mean,
+            mean_in_time=result.mean,
+            relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
+            converged=result.converged,
+        )
+
+    def _problem_at(self, point: int) -> Problem:
+        """The problem with the followed parameter as it is at a point; friction parameters as they are when hot."""
+        if self.problem is None:
+            raise InputError("this branch was read from a file and has no problem; build it again from its case")
+        problem, name = self.problem, str(self.dataset.attrs.get("parameter", ""))
+        if name:
+            problem = problem.with_parameter(name, float(self.dataset["parameter"][point]))
+        return problem
+
+    def _point(self, point: int) -> xarray.Dataset:
+        if not -len(self) <= point < len(self):
+            raise InputError(f"point {point}: the branch has {len(self)} points")
+        return self.dataset.isel(point=point)
+
+    def _index(self, dim: str, name: str | None) -> int:
+        known = [str(label) for label in self.dataset[dim].to_numpy()]
+        if name is None:
+            return 0
+        if name not in known:
+            raise InputError(f"there is no {dim} '{name}' in the results; there are {', '.join(known)}")
+        return known.index(name)
+
+
+def _kinds(codes: Array) -> NDArray[np.str_]:
+    return np.array([KINDS[int(code)] for code in codes], dtype=np.str_).reshape(len(codes))
+
+
+def make_dataset(recorder: Recorder, points: list[Point], attributes: dict[str, Any]) -> xarray.Dataset:
+    """The dataset of a branch."""
+    import xarray
+
+    meanings, variables = recorder.meanings, recorder.variables
+    describe = {name: {"units": units, "long_name": text} for name, (units, text) in meanings.items()}
+    coords: dict[str, Any] = {dim: (dim, list(names), describe[dim]) for dim, names in recorder.labels.items()}
+    coords["point"] = ("point", np.arange(len(points)), describe["point"])
+    values = recorder.values(points)
+    data: dict[str, Any] = {
+        name: (("point", *variables[name]), value, describe[name]) for name, value in values.items()
+    }
+    meaning = {"units": "1", "long_name": "kind of point"}
+    data["kind"] = (("point",), _kinds(values["kind_code"]), meaning)
+    return xarray.Dataset(data, coords=coords, attrs=attributes)
+
+
+def attributes_of(
+    problem: Problem, outcome: Outcome, message: str, *, parameter: str = "", **more: Any
+) -> dict[str, Any]:
+    """Attributes of a results dataset: outcome, versions, title, settings, work."""
+    from importlib.metadata import version
+
+    return {
+        "title": problem.title,
+        "outcome": outcome.name,
+        "outcome_text": message or outcome.text,
+        "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
+        "parameter": parameter,
+        "slipstick_version": version("slipstick"),
+        "numpy_version": np.__version__,
+        **more,
+    }
+
+
+def with_attributes(branch: Branch, **attributes: Any) -> Branch:
+    """The branch with more attributes in its dataset, such as the text of its case."""
+    return Branch(branch.dataset.assign_attrs(attributes), branch.outcome, branch.problem)
