@@ -207,23 +207,38 @@ def test_bifurcation_is_crossed_and_noted():
     assert all(s.x[0] == 0.0 for s in steps)
 
 
-def test_does_not_jump_to_a_neighbouring_branch():
-    """Two steep fronts 0.02 apart, each 0.02 wide: a large step would end on the other one."""
+def fronts(width, gap):
+    """Two steep fronts x = tanh((p - 1/2) / width), one ``gap`` above the other; distance of steps from the first."""
 
     def front(p):
-        return np.tanh((p - 0.5) / 0.02)
+        return np.tanh((p - 0.5) / width)
 
-    def slope(p):
-        return (1 - front(p) ** 2) / 0.02
+    def by_parameter(x, p):
+        return -(1 - front(p) ** 2) / width * (2 * (x - front(p)) - gap)
 
     system = scalar(
-        lambda x, p: (x - front(p)) * (x - front(p) - 0.02),
-        lambda x, p: 2 * (x - front(p)) - 0.02,
-        lambda x, p: -slope(p) * (2 * (x - front(p)) - 0.02),
+        lambda x, p: (x - front(p)) * (x - front(p) - gap), lambda x, p: 2 * (x - front(p)) - gap, by_parameter
     )
+    return system, lambda steps: max(abs(s.x[0] - front(s.parameter)) for s in steps)
+
+
+@pytest.mark.parametrize("width", [0.02, 0.005, 0.002, 0.0005])
+@pytest.mark.parametrize("gap", [0.02, 0.1, 0.5])
+def test_does_not_jump_to_a_neighbouring_branch(width, gap):
+    system, distance = fronts(width, gap)
     steps = list(continuation(system, [-1.0], 0.0, 1.0, scaling=ArclengthScaling(adaptive=False)))
-    assert max(abs(s.x[0] - front(s.parameter)) for s in steps) < 1e-9
+    assert distance(steps) < 1e-6  # 1e-10 in p times the slope 1 / width
     assert steps[-1].parameter == 1.0
+    assert max(np.diff([s.x[0] for s in steps])) < 0.25  # and the front is resolved
+
+
+def test_unguarded_it_would_jump():
+    """The counterpart of the test above: each of these ends on the wrong front with the acceptance tests off."""
+    off = ContinuationOptions(max_angle=1.57, max_correction=1e9, kink_step=1.0)
+    for width, gap in ((0.005, 0.02), (0.002, 0.1), (0.0005, 0.02)):
+        system, distance = fronts(width, gap)
+        steps = list(continuation(system, [-1.0], 0.0, 1.0, options=off, scaling=ArclengthScaling(adaptive=False)))
+        assert distance(steps) > 0.5 * gap
 
 
 def corrections(length, order):
