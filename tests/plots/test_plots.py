@@ -12,18 +12,21 @@ import xarray
 
 from slipstick import plots
 from slipstick.errors import InputError
+from slipstick.results.record import KINDS
 
 OMEGA = np.linspace(2.0, 15.0, 40)
 
 
 def dataset(factor: float = 1.0) -> xarray.Dataset:
     amplitude = factor / np.abs(40 - OMEGA**2 + 0.4j * OMEGA)
-    kinds = np.array(["regular"] * 40)
-    kinds[[0, 13, -1]] = "start", "peak", "end"
+    kinds, peak_of = np.ones(40), np.full(40, -1)
+    kinds[[0, 13, 20]] = KINDS.index("start"), KINDS.index("peak"), KINDS.index("peak")
+    peak_of[[13, 20]] = 1, 0
     units = {"omega": "rad/s", "amplitude": "m", "mean": "m", "dissipated_power": "W"}
     data = {
         "omega": ("point", OMEGA),
-        "kind": ("point", kinds),
+        "kind_code": ("point", kinds),
+        "peak_dof": ("point", peak_of),
         "amplitude": (("point", "dof"), np.stack([amplitude, 2 * amplitude], axis=1)),
         "mean": (("point", "dof"), np.stack([-amplitude, amplitude], axis=1)),
         "dissipated_power": (("point", "contact"), np.stack([amplitude, 3 * amplitude], axis=1)),

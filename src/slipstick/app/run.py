@@ -1,0 +1,241 @@
+"""The ``run`` verb: compute a case with everything kept as it is found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.case import Case
+from slipstick.app.check import hertz, warn
+from slipstick.app.guard import (
+    BAD_INPUT,
+    DONE,
+    STOPPED,
+    complain,
+    os_sentence,
+    report_problems,
+    say,
+    termination_as_interrupt,
+)
+from slipstick.app.info import versions
+from slipstick.app.output import OutputFolder
+from slipstick.app.prepare import prepare_kernel
+from slipstick.app.progress import Progress, duration, progress
+from slipstick.errors import InputError, Outcome
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.io.store import ResultStore
+    from slipstick.results.record import Recorder
+
+
+def run_case(path: Path, output: Path | None, *, force: bool = False, figures: bool = True, quiet: bool = False) -> int:
+    """Compute a case into a folder; the exit code.
+
+    Raises
+    ------
+    InputError
+        If the case has faults or its results cannot be written, before anything is computed.
+    """
+    case = Case.from_file(path)
+    tell = _nothing if quiet else say
+    warn(case)
+    folder = OutputFolder(
+        output if output is not None else Path(f"{case.name}-results"),
+        case_path=path,
+        case_text=case.text,
+        force=force,
+    )
+    try:
+        run = _Run(case, folder, tell)
+        run.compute(quiet=quiet)
+    except BaseException:
+        folder.abandon()
+        raise
+    return run.finish(figures=figures)
+
+
+def _nothing(_text: str) -> None:
+    pass
+
+
+@dataclass
+class _Run:
+    """One run from its start to its summary; what it found survives however it ends."""
+
+    case: Case
+    folder: OutputFolder
+    tell: Callable[[str], None]
+    outcome: Outcome = Outcome.INTERRUPTED
+    message: str = ""
+    failures: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def compute(self, *, quiet: bool) -> None:
+        """Follow the branch; every point goes to the store at once."""
+        from slipstick.balance.residual import Balance
+        from slipstick.io.journal import Layout
+        from slipstick.io.store import ResultStore
+        from slipstick.results.record import Recorder
+
+        self.tell(f"{self.case.title}: {self._request()}")
+        prepare_kernel(self.tell)
+        recorder = Recorder(Balance(self.case.problem()), parameter=self.case.parameter or "")
+        layout = Layout(
+            labels=recorder.labels,
+            variables=recorder.variables,
+            meanings=recorder.meanings,
+            attributes=self._attributes(),
+        )
+        self.store = ResultStore(self.folder.results, layout)
+        self.folder.copy_case()
+        begin = time.perf_counter()
+        unit = " rad/s" if self.case.parameter is None else ""
+        with termination_as_interrupt(), progress(*self.case.span, unit, quiet=quiet) as shown:
+            self._follow(_Listener(self.store, recorder, shown))
+        self.seconds = time.perf_counter() - begin
+        self._close()
+
+    def _follow(self, listener: _Listener) -> None:
+        try:
+            branch = self.case.run(listeners=(listener,))
+            self.outcome = branch.outcome
+            self.message = str(branch.dataset.attrs.get("outcome_text", ""))
+        except KeyboardInterrupt:
+            self.outcome = Outcome.INTERRUPTED
+        except InputError as error:
+            self.failures += error.problems
+        except OSError as error:
+            self.failures.append(os_sentence(error))
+
+    def _close(self) -> None:
+        ended = {"outcome": self.outcome.name, "outcome_text": self.text, "seconds": f"{self.seconds:.3f}"}
+        try:
+            self.store.close(ended)
+        except OSError as error:
+            kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
+            self.failures.append(f"{os_sentence(error)}; {kept}")
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was asked for is there."""
+        return self.outcome.ok and not self.failures
+
+    @property
+    def text(self) -> str:
+        """How it ended, in words."""
+        return "stopped: " + " ".join(self.failures) if self.failures else self.message or self.outcome.text
+
+    def _request(self) -> str:
+        start, stop = self.case.span
+        if self.case.parameter is None:
+            return f"{hertz(start)} to {hertz(stop)}"
+        return f"{self.case.parameter} from {start:g} to {stop:g} at {hertz(self.case.omega[0])}"
+
+    def _attributes(self) -> Mapping[str, str]:
+        made = {f"{name}_version": number for name, number in versions().items()}
+        return {
+            "Conventions": "CF-1.11",
+            "title": self.case.title,
+            "case": self.case.text,
+            "case_file": self.case.path.name,
+            "harmonics": " ".join(str(m) for m in self.case.problem().harmonics.orders),
+            "parameter": self.case.parameter or "",
+            "outcome": Outcome.INTERRUPTED.name,
+            "outcome_text": "unfinished: the run ended before it could say why; every point found is kept",
+            **made,
+        }
+
+    def finish(self, *, figures: bool) -> int:
+        """Figures and summary; the exit code."""
+        found = len(self.store)
+        if figures and found > 1:
+            self._draw()
+        if self.complete:
+            self.folder.complete()
+        self._summary(found)
+        report_problems(tuple(self.failures))
+        if self.complete:
+            return DONE
+        return BAD_INPUT if self.failures and not found else STOPPED
+
+    def _draw(self) -> None:
+        from slipstick.app.figures import draw_figures
+        from slipstick.io.store import load_dataset
+
+        try:
+            draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
+        except OSError as error:
+            self.failures.append(f"figures: {os_sentence(error)}")
+
+    def _summary(self, found: int) -> None:
+        from slipstick.io.store import load_dataset
+
+        if found:
+            data = load_dataset(self.folder.results)
+            iterations = int(data["newton_iterations"].sum())
+            for line in peak_lines(data):
+                self.tell(line)
+            self.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
+        say(self.text)
+        say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")
+        if self.folder.replaces:
+            complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")
+
+
+class _Listener:
+    """Writes points to the store and shows them."""
+
+    def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress) -> None:
+        self._store, self._recorder, self._shown = store, recorder, shown
+        self._last: float | None = None
+
+    def __call__(self, event: Any) -> None:
+        kind = type(event).__name__
+        if kind == "PointFound":
+            self._point(event.point)
+        elif kind == "StrategyTried":
+            why = f": {event.reason}" if event.reason else ""
+            result = "found the first point" if event.found else f"did not help{why}"
+            self._shown.note(f"  start by {event.name} at {event.omega:.6g} rad/s {result}")
+
+    def _point(self, point: Any) -> None:
+        self._store.append(self._recorder.record(point))
+        value = float(point.parameter)
+        step = abs(value - self._last) if self._last is not None else 0.0
+        self._last = value
+        self._shown.at(value, step, states_text(point.forces))
+
+
+def states_text(forces: Any) -> str:
+    """How the contacts share stick, slip and separation, averaged over them.
+
+    >>> from types import SimpleNamespace as N
+    >>> states_text(N(stick_fraction=[0.25], slip_fraction=[0.75], separation_fraction=[0.0]))
+    'stick 25 % slip 75 %'
+    """
+    import numpy as np
+
+    names = ("stick", "slip", "separation")
+    parts = [(name, float(np.mean(v)) if np.size(v := getattr(forces, f"{name}_fraction")) else 0.0) for name in names]
+    return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
+
+
+def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:
+    """One line for each located peak, the largest of each dof first."""
+    from slipstick.results.record import KINDS
+
+    code, of = data["kind_code"].to_numpy(), data["peak_dof"].to_numpy().astype(int)
+    axis = "parameter" if data.attrs.get("parameter") else "omega"
+    lines = []
+    for i in (code == KINDS.index("peak")).nonzero()[0]:
+        dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
+        value, size = float(data[axis][i]), float(data["amplitude"][i, max(of[i], 0)])
+        where = hertz(value) if axis == "omega" else f"{value:.6g}"
+        lines.append((size, f"peak of {dof}: amplitude {size:.6g} at {where}"))
+    lines.sort(key=lambda pair: -pair[0])
+    return [line for _, line in lines[:most]]
