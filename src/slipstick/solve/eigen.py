@@ -171,6 +171,7 @@ class BlockLanczos:
 
     def _converge(self, n_modes: int) -> None:
         limit = self._limit(n_modes)
+        self._reserve(limit)
         restarts = 0
         while True:
             converged = self._converged(n_modes)
@@ -195,7 +196,6 @@ class BlockLanczos:
     def _step(self) -> None:
         """Take the next block into the basis and make the one after it."""
         Q, m, width = self.next, self.m, self.next.shape[1]
-        self._reserve(m + width)
         self.V[:, m : m + width] = Q
         self.m = m + width
         W = self.solve(self.M_next)
@@ -209,8 +209,9 @@ class BlockLanczos:
         self.next, self.M_next, self.coupling = self._orthonormalise(W)
 
     def _reserve(self, m: int) -> None:
+        """Room for m vectors; memory is taken by the system only when they are written."""
         if m > self.V.shape[1]:
-            grown = np.zeros((self.n, min(self.n, m + 8 * self.options.block)), order="F")
+            grown = np.zeros((self.n, m), order="F")
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
