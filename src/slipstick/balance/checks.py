@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.balance.heat import heat_faults
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import InputError
 
@@ -21,6 +22,7 @@ def problem_faults(problem: Problem) -> list[str]:
     faults = list(_name_faults(problem))
     for pair in problem.contacts:
         faults += _contact_faults(pair, problem.structure.dofs)
+    faults += _heat_faults(problem)
     try:
         excitation, rubbing = common_period(*problem.period_ratio)
     except InputError as error:
@@ -64,6 +66,13 @@ def suggestion(name: Any, known: Sequence[str]) -> str:
         return f"did you mean '{close[0]}'?"
     listed = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
     return f"known are {listed}" if known else "there are none"
+
+
+def _heat_faults(problem: Problem) -> list[str]:
+    try:
+        return heat_faults(problem.contacts, problem.heated) if problem.heated is not None else []
+    except InputError as error:
+        return list(error.problems)
 
 
 def _name_faults(problem: Problem) -> Iterator[str]:

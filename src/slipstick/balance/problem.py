@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.checks import problem_faults, suggestion
+from slipstick.balance.heat import cold_pairs
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion, common_period
 from slipstick.errors import InputError
 from slipstick.structure.protocol import Structure
+from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -138,6 +140,9 @@ class Problem:
         Written on results.
     load, friction
         Factors on all loads and on all friction coefficients: the parameters "load" and "friction".
+    thermal
+        How friction heats the contacts and what that does to mu, kt, kn: these then stand for the values at the
+        background temperature and are taken from the curves. None: nothing depends on temperature.
 
     Raises
     ------
@@ -155,6 +160,7 @@ class Problem:
     title: str = ""
     load: float = 1.0
     friction: float = 1.0
+    thermal: ThermalModel | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.harmonics, Harmonics):
@@ -166,6 +172,13 @@ class Problem:
         faults = problem_faults(self)
         if faults:
             raise InputError(faults)
+        if self.heated is not None:
+            object.__setattr__(self, "contacts", cold_pairs(self.contacts, self.heated))
+
+    @cached_property
+    def heated(self) -> HeatedContacts | None:
+        """The thermal model for the contacts in their order, or None."""
+        return None if self.thermal is None else self.thermal.elements([pair.name for pair in self.contacts])
 
     @cached_property
     def orders(self) -> tuple[int, int]:
@@ -227,6 +240,8 @@ class Problem:
             names = [*(pair.name for pair in self.contacts), "*"]
             known = [*(f"{c}.{p}" for c in names for p in PARAMETERS), *FACTORS]
             raise InputError(f"there is no parameter '{name}'; {suggestion(name, known)}")
+        if self.heated is not None and self.heated.follows(quantity, at):
+            raise InputError(f"{name} follows the temperature by its table; use the factor 'friction' instead")
         return at, quantity
 
     def parameter(self, name: str) -> float:

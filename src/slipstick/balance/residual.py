@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.heat import heat_columns, power_along, power_rows, warm_direction
 from slipstick.balance.problem import Problem
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.solve.newton import Evaluation
+from slipstick.thermal.model import HeatedForces
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -97,12 +99,12 @@ class Compliance:
 
 
 class Detail:
-    """What a solution keeps of its evaluation: contact forces, inputs, frequency."""
+    """What a solution keeps of its evaluation: contact forces, inputs, frequency, and the heat where there is any."""
 
-    __slots__ = ("forces", "inputs", "omega")
+    __slots__ = ("forces", "heat", "inputs", "omega")
 
-    def __init__(self, forces: ContactForces, inputs: Inputs, omega: float) -> None:
-        self.forces, self.inputs, self.omega = forces, inputs, omega
+    def __init__(self, forces: ContactForces, inputs: Inputs, omega: float, heat: HeatedForces | None = None) -> None:
+        self.forces, self.inputs, self.omega, self.heat = forces, inputs, omega, heat
 
 
 class Balance:
@@ -119,6 +121,9 @@ class Balance:
         Numbers of contacts, ports, unknowns ``N = n_ports L``.
     with_normal
         Indices of the contacts with a normal port, in the order of these ports.
+    heated, temperature
+        The thermal model of the contacts, or None; temperatures (n_contacts,) near which those of the next evaluations
+        are sought, None for from cold: whoever follows a branch sets them at every point found.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -136,6 +141,8 @@ class Balance:
         self.L = self.harmonics.size
         self.size = self.n_ports * self.L
         self.receptance = self.rows_to(self.directions)
+        self.heated = problem.heated
+        self.temperature: Array | None = None
 
     def rows_to(self, rows: Array) -> Any:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
@@ -154,12 +161,18 @@ class Balance:
         return X[..., : self.n_contacts, :], Y
 
     def forces(self, x: Array, omega: float, inputs: Inputs) -> ContactForces:
-        """Contact forces at unknowns (N,): the one place where element parameters meet the motion."""
+        """Contact forces at unknowns (N,)."""
+        return self.detail(x, omega, inputs).forces
+
+    def detail(self, x: Array, omega: float, inputs: Inputs) -> Detail:
+        """Forces, and heat if any, at unknowns (N,): the one place where element parameters meet the motion."""
         X, Y = self.split(x)
-        return element_forces(
-            self.harmonics, X + inputs.U, Y, v=inputs.velocity / omega,
-            kt=inputs.kt, mu=inputs.mu, kn=inputs.kn, gap=inputs.gap,
-        )  # fmt: skip
+        given = {name: getattr(inputs, name) for name in ("kt", "mu", "kn", "gap")}
+        W, v = X + inputs.U, inputs.velocity / omega
+        if self.heated is None:
+            return Detail(element_forces(self.harmonics, W, Y, v=v, **given), inputs, omega)
+        heat = self.heated.forces(self.harmonics, W, Y, v=v, omega=omega, start=self.temperature, **given)
+        return Detail(heat.forces, inputs, omega, heat)
 
     def residual(self, x: Array, forces: ContactForces, P: Array, compliance: Compliance) -> tuple[Array, ComplexArray]:
         """Residual (N,), and the forces on all columns as complex numbers (n_columns, n + 1)."""
@@ -179,6 +192,12 @@ class Balance:
             G[p:, 2:], G[p:, 0] = P[:, 1:], P[:, 0]
             np.negative(G[p:], out=G[p:])
         return G.view(complex)
+
+    def paired(self, force: Array) -> ComplexArray:
+        """Coefficients (rows, L) as complex numbers (rows, n + 1)."""
+        out = np.zeros((len(force), 2 * self.orders.size + 2))
+        out[:, 0], out[:, 2:] = force[:, 0], force[:, 1:]
+        return out.view(complex)
 
     def real(self, z: ComplexArray) -> Array:
         """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
@@ -240,14 +259,16 @@ class FrequencySystem:
         """Residual, Jacobian and derivative by omega at ``parameter`` = omega."""
         balance, inputs = self.balance, self.inputs
         compliance = balance.compliance(parameter)
-        forces = balance.forces(x, parameter, inputs)
+        detail = balance.detail(x, parameter, inputs)
+        forces, heat = detail.forces, detail.heat
         residual, G = balance.residual(x, forces, inputs.P, compliance)
-        return Evaluation(
-            residual,
-            balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance),
-            balance.omega_derivative(forces, G, inputs, compliance, parameter),
-            Detail(forces, inputs, parameter),
-        )
+        jacobian = balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance)
+        slope = balance.omega_derivative(forces, G, inputs, compliance, parameter)
+        if heat is not None:
+            columns = heat_columns(balance, heat, compliance)
+            jacobian += columns @ power_rows(balance, heat)
+            slope += columns @ heat.power.omega
+        return Evaluation(residual, jacobian, slope, detail)
 
 
 class ParameterSystem:
@@ -262,19 +283,22 @@ class ParameterSystem:
         """Residual, Jacobian and derivative by the parameter."""
         balance, compliance = self.balance, self._compliance
         inputs = self.base.moved(self.direction, parameter)
-        forces = balance.forces(x, self.omega, inputs)
+        detail = balance.detail(x, self.omega, inputs)
+        forces, heat, direction = detail.forces, detail.heat, self.direction
+        if balance.heated is not None and heat is not None:
+            direction = warm_direction(balance.heated, heat, direction)
         residual, _ = balance.residual(x, forces, inputs.P, compliance)
-        dFx, dFy = self.force_derivatives(forces)
-        return Evaluation(
-            residual,
-            balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance),
-            balance.moved_by(dFx, dFy, self.direction.P, compliance),
-            Detail(forces, inputs, self.omega),
-        )
+        jacobian = balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance)
+        slope = balance.moved_by(*self.force_derivatives(forces, direction), direction.P, compliance)
+        if heat is not None:
+            columns = heat_columns(balance, heat, compliance)
+            jacobian += columns @ power_rows(balance, heat)
+            slope += columns @ power_along(heat, direction)
+        return Evaluation(residual, jacobian, slope, detail)
 
-    def force_derivatives(self, forces: ContactForces) -> tuple[Array, Array]:
-        """Derivatives of the contact forces (n_contacts, L) by the parameter at fixed motion."""
-        dFx, dFy, d = np.zeros_like(forces.Fx), np.zeros_like(forces.Fy), self.direction
+    def force_derivatives(self, forces: ContactForces, d: Inputs) -> tuple[Array, Array]:
+        """Derivatives of the contact forces (n_contacts, L) along a direction in the inputs at fixed motion."""
+        dFx, dFy = np.zeros_like(forces.Fx), np.zeros_like(forces.Fy)
         if "velocity" in self._moving:
             dFx += (d.velocity / self.omega)[:, None] * forces.dFx_dv
         for name in self._moving & {"kt", "mu", "kn", "gap"}:

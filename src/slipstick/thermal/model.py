@@ -165,6 +165,10 @@ class HeatedContacts:
                 sampled[name].derivative[rows] = np.where(inside[rows] == T[rows], scale * slope, 0.0)
         return {**cold, **{name: parameter.value for name, parameter in sampled.items()}}, sampled
 
+    def follows(self, name: str, rows: Sequence[int]) -> bool:
+        """Whether a curve gives this parameter of one of these elements."""
+        return name in self.nominal and bool(np.any(np.isfinite(self.nominal[name][list(rows)])))
+
     def per_cold(self, name: str, T: Array) -> Array:
         """Derivative of a parameter at T by its cold value, (n,): the curve over its value at the background."""
         ratio = np.ones_like(T)
