@@ -7,6 +7,7 @@ point of a branch is the truncation of the harmonic series.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -92,6 +93,7 @@ def transient(
     initial: HarmonicStart | None = None,
     record_periods: int = 1,
     steps: int | None = None,
+    held: Mapping[str, Array] | None = None,
 ) -> TransientResult:
     """Steady vibration by exact integration in time, independent of the balance and of the contact element.
 
@@ -115,14 +117,17 @@ def transient(
     steps
         Steps a period; None chooses by the fastest mode. The result does not depend on it but for events that begin
         and end within a thirteenth of a step.
+    held
+        Contact parameters "mu", "kt", "kn", "gap", (n_contacts,), instead of the problem's: those of hot contacts,
+        whose heat is not integrated in time.
 
     Raises
     ------
     InputError
-        If an option is out of range or the mass matrix is singular.
+        If an option is out of range, contacts heat up and are not held, or the mass matrix is singular.
     """
     _check_options(omega, periods, tolerance, method, record_periods)
-    system = friction_system(problem, omega)
+    system = friction_system(problem, omega, held)
     outputs = tuple(problem.outputs or ())
     contacts = tuple(pair.name for pair in problem.contacts)
     return integrate(
