@@ -164,6 +164,13 @@ def test_massless_dofs_and_negative_mass() -> None:
         modes(K, -M, 3)
 
 
+def test_a_shift_above_eigenvalues_is_refused() -> None:
+    K, M = chain(40), sparse.eye_array(40, format="csr")
+    with pytest.raises(InputError, match=r"4 eigenvalues lie below the shift 0.1; give a lower one"):
+        modes(K, M, 3, shift=0.1)
+    assert 4.0 * np.sin(4 * np.pi / 82) ** 2 < 0.1 < 4.0 * np.sin(5 * np.pi / 82) ** 2
+
+
 def test_an_impossible_number_is_refused() -> None:
     with pytest.raises(InputError, match="n_modes = 28 is not to be had from 27 dofs"):
         modes(lattice((3, 3, 3))[0], sparse.eye_array(27), 28)

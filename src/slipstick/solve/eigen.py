@@ -91,6 +91,8 @@ def modes(
     array([1., 2.])
     """
     iteration = BlockLanczos(K, M, shift=shift, solver=solver, options=options, start=start, listener=listener)
+    if iteration.inertia is not None and iteration.inertia.negative:
+        raise InputError(f"{iteration.inertia.negative} eigenvalues lie below the shift {shift:g}; give a lower one")
     return iteration.modes(n_modes)
 
 
