@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 
 _STRAIGHT = 0.7
+_KINK_SHARE = 0.25
+_KINK_CORRECTION = 5.0
 
 
 def _corrector_options() -> NewtonOptions:
@@ -208,7 +210,8 @@ class Continuation(Iterator[Step]):
             if new.kind == "end":
                 back = new.parameter == self._start
                 return self._end(Outcome.COMPLETED, "the branch came back to the start of the range" if back else "")
-            arc, last = self._corrector.arc(last, new), new
+            sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
+            arc, last = None if sharp else self._corrector.arc(last, new), new
             self._metric.renew(new.x)
         return self._end(Outcome.POINT_LIMIT)
 
@@ -295,16 +298,17 @@ class Continuation(Iterator[Step]):
         options, metric = self._options, self._metric
         if new.kind != "end" and self._passed(new.parameter) is not None:
             return "the corrected point lies outside of the range"
-        if metric.length(new.state - guess) > options.max_correction * length:
-            return "the solution found is far from the predicted one"
         turned = last.orientation * new.orientation < 0
-        if length > options.kink_step:
-            if angle(metric.cosine(last.tangent, new.tangent)) > options.max_angle:
-                return "the direction of the branch changes too much"
-            if turned:
-                return "the orientation of the branch changes (bifurcation, or another branch)"
-        elif turned:
+        tiny = length <= options.kink_step
+        if turned and tiny:
             new.name = "orientation change"
+        elif turned:
+            return "the orientation of the branch changes (bifurcation, or another branch)"
+        kink = tiny or (length <= _KINK_SHARE * options.max_step and self._corrector.is_kink(last, new))
+        if metric.length(new.state - guess) > (_KINK_CORRECTION if kink else options.max_correction) * length:
+            return "the solution found is far from the predicted one"
+        if not kink and angle(metric.cosine(last.tangent, new.tangent)) > options.max_angle:
+            return "the direction of the branch changes too much"
         return ""
 
     def _turn(self, last: Step, length: float) -> tuple[Step | None, NewtonResult]:
@@ -315,9 +319,9 @@ class Continuation(Iterator[Step]):
         """
         unit = last.tangent / self._metric.length(last.tangent)
         ahead = self._corrector.tangent_at(last.state + 4.0 * length * unit, unit)
-        if ahead is None or ahead[1] == last.orientation:
+        if ahead is None:
             return None, NewtonResult(last.state)
-        direction = -ahead[0]
+        direction = ahead[0] if ahead[1] == last.orientation else -ahead[0]
         guess = last.state + 1.5 * length * unit + 4.0 * length * direction
         new, result = self._corrector.correct(guess, direction, "regular", name="corner")
         if new is None or new.orientation != last.orientation or self._passed(new.parameter) is not None:

@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.solve.arc import Arc, Metric
-from slipstick.solve.newton import NewtonOptions, NewtonResult, System, factorise, iterate
+from slipstick.solve.newton import NewtonOptions, NewtonResult, System, factorise, iterate, norm
 
 Array = NDArray[np.float64]
+
+_ENOUGH_DIMENSIONS = 5
+_SHARPEST = 0.1
+_CORNER_FIT = 0.05
 
 
 class Step:
@@ -179,6 +183,24 @@ class Corrector:
         b = second.tangent / metric.length(second.tangent)
         turn = angle(metric.cosine(a, b))
         return Arc(first.state, a, second.state, b, length * (1.0 + turn * turn / 24.0))
+
+    def is_kink(self, first: Step, second: Step) -> bool:
+        """Whether two points with different tangents lie on the two straight sides of one corner.
+
+        The chord is then a sum of positive multiples of the tangents, which another branch would not respect: with few
+        unknowns it might, so the answer is no.
+        """
+        weights = self.metric.weights
+        if weights.size < _ENOUGH_DIMENSIONS:
+            return False
+        a, b, chord = first.tangent * weights, second.tangent * weights, (second.state - first.state) * weights
+        a, b = a / norm(a), b / norm(b)
+        g, p, q = a.dot(b), a.dot(chord), b.dot(chord)
+        before, after = p - g * q, q - g * p
+        if g < _SHARPEST or before < 0 or after < 0:
+            return False
+        rest = chord * (1.0 - g * g) - before * a - after * b
+        return norm(rest) <= _CORNER_FIT * (1.0 - g * g) * norm(chord)
 
 
 def angle(cosine: float) -> float:
