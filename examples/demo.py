@@ -1,0 +1,35 @@
+"""Runs the examples and leaves their results and figures in demo-results/ (or the folder given)."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CASES = ("oscillator/case.toml", "blade_reduced/no_rub.toml", "blade_reduced/rub.toml")
+SCRIPTS = (
+    "oscillator/constant_velocity.py",
+    "oscillator/harmonics_kept.py",
+    "oscillator/oscillating_rub.py",
+    "oscillator/rub_excited.py",
+    "oscillator/friction_force.py",
+    "blade_reduced/blade.py",
+)
+
+
+def step(title, *command):
+    print(f"\n=== {title}", flush=True)
+    subprocess.run([sys.executable, *map(str, command)], check=True)
+
+
+def main(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    for case in CASES:
+        results = folder / case.removesuffix(".toml").replace("/", "_")
+        step(f"slipstick run examples/{case}", "-m", "slipstick", "run", HERE / case, "-o", results, "--force")
+    for script in SCRIPTS:
+        step(f"python examples/{script}", HERE / script, folder / "figures")
+    print(f"\nResults and figures are in {folder}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "demo-results").resolve())

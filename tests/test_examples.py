@@ -1,0 +1,130 @@
+"""Every example runs, and its numbers are those published or computed by independent means."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def load(path):
+    """Import an example as a module."""
+    sys.path.insert(0, str((EXAMPLES / path).parent))
+    try:
+        spec = importlib.util.spec_from_file_location("example_" + Path(path).stem, EXAMPLES / path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+    finally:
+        sys.path.pop(0)
+
+
+def highest(branch, dof):
+    return max(branch.peaks(dof), key=lambda peak: peak[1])
+
+
+def test_constant_velocity(tmp_path):
+    """Figs. 6 and 7: peaks and the zero harmonic (exact piecewise-linear integration gives these numbers)."""
+    module = load("oscillator/constant_velocity.py")
+    branches = module.compute()
+    expected = {0.0: (10.78, 3.340), 1.0: (10.78, 3.362), 10.0: (4.25, 4.820), 50.0: (5.82, 10.034),
+                100.0: (6.14, 18.249), 250.0: (6.319, 39.548)}  # fmt: skip
+    for v, (omega, amplitude) in expected.items():
+        found = highest(branches[v], "x")
+        assert found[1] == pytest.approx(amplitude, rel=1e-3), v
+        assert found[0] == pytest.approx(omega, rel=2e-3), v
+    second = sorted(branches[10.0].peaks("x"), key=lambda peak: peak[1])[-2]
+    assert second == (pytest.approx(9.84, rel=2e-3), pytest.approx(3.675, rel=1e-3))
+    for branch in branches.values():
+        assert branch.outcome.ok
+        assert float(branch.dataset.omega[0]) == 2.0
+        assert float(branch.dataset.omega[-1]) == 15.0
+    assert np.abs(branches[0.0].dataset["mean"]).max() < 1e-9
+    assert branches[250.0].dataset["mean"].values == pytest.approx(-6.0, abs=1e-9)
+    assert float(branches[250.0].dataset.stick_fraction.max()) == 0.0
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "oscillator_constant_velocity.png").stat().st_size > 10_000
+
+
+def test_harmonics_kept(tmp_path):
+    """Fig. 8: 0..7 coincides with 0..10 within 0.1 %; 0..3 is off by more than 2 % only for 3.6 .. 4.2 rad/s."""
+    module = load("oscillator/harmonics_kept.py")
+    omega = np.arange(2.2, 14.9, 0.1)
+    branches = module.compute(requested=omega)
+    curves = {}
+    for name, branch in branches.items():
+        data = branch.dataset.sel(dof="x")
+        at = [int(np.argmin(np.abs(data.omega.values - w))) for w in omega]
+        np.testing.assert_array_equal(data.omega.values[at], omega)
+        curves[name] = data.amplitude.values[at]
+    reference = curves["0..10"]
+    assert np.max(np.abs(curves["0..7"] / reference - 1)) < 2e-3
+    off = omega[np.abs(curves["0..3"] / reference - 1) > 0.02]
+    assert off.min() > 3.5
+    assert off.max() < 4.3
+    assert np.max(np.abs(curves["0 and odd"] / reference - 1)) == pytest.approx(0.36, abs=0.02)
+    module.draw(branches, tmp_path)
+
+
+def test_oscillating_rub(tmp_path):
+    """Figs. 9 and 10: u = v t + 2 cos(omega t)."""
+    module = load("oscillator/oscillating_rub.py")
+    branches = module.compute()
+    omega, amplitude = highest(branches[10.0], "x")
+    assert amplitude == pytest.approx(6.148, rel=1e-3)
+    assert omega == pytest.approx(9.33, rel=2e-3)
+    assert all(branch.outcome.ok for branch in branches.values())
+    module.draw(branches, tmp_path)
+
+
+def test_rub_excited(tmp_path):
+    """Fig. 11: resonance frequency falls with a, zero harmonic 0."""
+    module = load("oscillator/rub_excited.py")
+    branches = module.compute()
+    assert highest(branches[1.0], "x") == (pytest.approx(10.63, rel=2e-3), pytest.approx(3.513, rel=1e-3))
+    assert highest(branches[2.0], "x") == (pytest.approx(9.85, rel=2e-3), pytest.approx(4.661, rel=1e-3))
+    peaks = [highest(branch, "x") for branch in branches.values()]
+    assert np.all(np.diff([omega for omega, _ in peaks]) < 0)
+    assert np.all(np.diff([amplitude / a for a, (_, amplitude) in zip(branches, peaks, strict=True)]) < 0)
+    for branch in branches.values():
+        assert branch.outcome.ok
+        assert np.abs(branch.dataset["mean"]).max() < 1e-9
+    module.draw(branches, tmp_path)
+
+
+def test_friction_force(tmp_path):
+    """Figs. 2 to 5: the march from rest ends in the element's periodic force, where it gets there in six periods."""
+    module = load("oscillator/friction_force.py")
+    for A, normal, velocities in module.CASES.values():
+        for v in velocities:
+            f = module.periodic_force(A, normal, v)
+            tau, force = module.starting_force(A, normal, v)
+            last = force[tau >= tau[-1] - 2 * np.pi][:-1]
+            if A < 5.0 and v < 1.0:  # stuck, or needing more periods than six
+                continue
+            assert f.Fx[0] == pytest.approx(last.mean(), abs=0.2)
+    assert module.periodic_force(6.0, 0.0, 8.0).states == [(0.0, pytest.approx(2 * np.pi), "slip+")]
+    assert [s for _, _, s in module.periodic_force(6.0, 0.0, 4.0).states] == ["stick", "slip+"]
+    module.draw(tmp_path)
+
+
+def test_blade_reduced(tmp_path):
+    """The numbers that come with the reduced blade, and contacts that open."""
+    module = load("blade_reduced/blade.py")
+    branches = module.compute()
+    expected = {
+        "100 %, no rubbing": (307.7, 4.66e-5),
+        "400 %, no rubbing": (309.2, 1.76e-4),
+        "100 %, 1 m/s": (212.0, 7.92e-4),
+        "100 %, 5 m/s": (211.0, 3.480e-3),
+    }
+    for name, (hertz, amplitude) in expected.items():
+        omega, found = highest(branches[name], "n1y")
+        assert found == pytest.approx(amplitude, rel=5e-3), name
+        assert omega / (2 * np.pi) == pytest.approx(hertz, rel=5e-3), name
+        assert branches[name].outcome.ok
+    assert max(float(branch.dataset.separation_fraction.max()) for branch in branches.values()) > 0.05
+    module.draw(branches, tmp_path)
