@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.residual import Balance, Detail, Inputs
+from slipstick.balance.residual import Balance, Compliance, Detail, FrequencySystem, Inputs, ParameterSystem
 from slipstick.contact.forces import ContactForces
 from slipstick.results.measures import amplitude
 
@@ -25,6 +26,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "mean": (("dof",), "length", "zero harmonic"),
     "dissipated_power": (("contact",), "force length/time", "dissipated power"),
     "friction_coefficient": (("contact",), "1", "friction coefficient"),
+    "temperature": (("contact",), "temperature", "contact temperature"),
     "stick_fraction": (("contact",), "1", "fraction of the period in stick"),
     "slip_fraction": (("contact",), "1", "fraction of the period in slip"),
     "separation_fraction": (("contact",), "1", "fraction of the period in separation"),
@@ -69,14 +71,21 @@ class Point:
     """Unknowns of the balance (N,)."""
     forces: ContactForces
     inputs: Inputs
+    parameters: Mapping[str, Array]
+    """mu, kt, kn (n_contacts,) as they act here, and "temperature" where contacts are heated."""
     iterations: int
     residual: float
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
         """From the evaluation at a solution."""
-        size = float(np.linalg.norm(x))
+        size, heat = float(np.linalg.norm(x)), detail.heat
+        source = heat if heat is not None else detail.inputs
+        parameters = {name: getattr(source, name) for name in ("mu", "kt", "kn")}
+        if heat is not None:
+            parameters["temperature"] = heat.temperature
         return cls(
+            parameters=parameters,
             omega=detail.omega,
             x=x,
             kind=kind,
@@ -116,6 +125,26 @@ class Outputs:
             near = np.concatenate([Fx, Fy[:, b.with_normal], -P], axis=1)
             out[:, self._far] = self._answer(near, omega)
         return out
+
+    def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
+        """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L)."""
+        b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
+        X, dX = step.x.reshape(b.n_ports, b.L), tangent[:-1].reshape(b.n_ports, b.L)
+        motion, change = np.empty((len(self), b.L)), np.empty((len(self), b.L))
+        for i, port in enumerate(self._ports):
+            if port is not None:
+                motion[i], change[i] = X[port[0]] / port[1], dX[port[0]] / port[1]
+        if self._far:
+            rate = float(tangent[-1])
+            G = b.excitation(detail.forces.Fx, detail.forces.Fy, detail.inputs.P)
+            dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
+            at = Compliance(self._receptance, b.orders, detail.omega)
+            moved = np.add.reduce(at.value * dG[:, None, :], axis=0)
+            if isinstance(system, FrequencySystem):
+                moved += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
+            motion[self._far] = -b.real(np.add.reduce(at.value * G[:, None, :], axis=0)).reshape(-1, b.L)
+            change[self._far] = -b.real(moved).reshape(-1, b.L)
+        return motion, change
 
     def _answer(self, G: Array, omega: Array) -> Array:
         """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L), in slices of limited memory."""
@@ -165,7 +194,10 @@ class Recorder:
     @property
     def variables(self) -> dict[str, tuple[str, ...]]:
         """Dimensions of each variable after ``point``."""
-        return {name: dims for name, (dims, _, _) in VARIABLES.items() if self.parameter or name != "parameter"}
+        absent = {"parameter"} if not self.parameter else set()
+        if self.balance.heated is None:
+            absent.add("temperature")
+        return {name: dims for name, (dims, _, _) in VARIABLES.items() if name not in absent}
 
     @property
     def meanings(self) -> dict[str, tuple[str, str]]:
@@ -185,14 +217,15 @@ class Recorder:
             for name, extra in _FORCES.items() | {("Fx", (b.L,)), ("Fy", (b.L,))}
         }
         given = {
-            name: _stack([getattr(p.inputs, name) for p in points], (b.n_contacts,))
-            for name in ("velocity", "kt", "mu", "kn", "gap")
+            name: _stack([getattr(p.inputs, name) for p in points], (b.n_contacts,)) for name in ("velocity", "gap")
         }
+        names = ("mu", "kt", "kn", *(("temperature",) if b.heated is not None else ()))
+        given |= {name: _stack([p.parameters[name] for p in points], (b.n_contacts,)) for name in names}
         U = _stack([p.inputs.U for p in points], (b.n_contacts, b.L))
         P = _stack([p.inputs.P for p in points], (b.columns.shape[1] - b.n_ports + len(b.shapes), b.L))
         motion = self.outputs.motion(x, of["Fx"], of["Fy"], P, omega)
         X, Y = b.split(x)
-        names = self.outputs.names
+        outputs = self.outputs.names
         found = {
             "omega": omega,
             "excitation_frequency": omega * b.problem.load_order,
@@ -202,6 +235,7 @@ class Recorder:
             "mean": motion[:, :, 0],
             "dissipated_power": omega[:, None] * of["work"],
             "friction_coefficient": given["mu"],
+            "temperature": given.get("temperature", np.empty(0)),
             "stick_fraction": of["stick_fraction"],
             "slip_fraction": of["slip_fraction"],
             "separation_fraction": of["separation_fraction"],
@@ -218,7 +252,9 @@ class Recorder:
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=float),
             "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),
-            "peak_dof": np.array([names.index(p.peak_of) if p.peak_of in names else -1 for p in points], dtype=float),
+            "peak_dof": np.array(
+                [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=float
+            ),
         }
         return {name: found[name] for name in self.variables}
 

@@ -1,0 +1,44 @@
+"""Local maxima of amplitudes along a branch, as events the continuation locates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.residual import FrequencySystem, ParameterSystem
+from slipstick.results.measures import amplitude, amplitude_slope
+from slipstick.results.record import Outputs
+from slipstick.solve.events import Event
+
+Array = NDArray[np.float64]
+
+
+def peak_events(outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem) -> tuple[Event, ...]:
+    """An event for each named output dof: the derivative of its amplitude along the branch falls through zero."""
+    slopes = _Slopes(Outputs(outputs.balance, tuple(names)), system)
+    return tuple(
+        Event(name=name, kind="peak", function=lambda step, i=i: float(slopes.at(step)[i]), direction=-1)
+        for i, name in enumerate(names)
+    )
+
+
+class _Slopes:
+    """Derivatives of amplitudes along the branch, remembered for the last steps: each step is asked more than once."""
+
+    def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
+        self._outputs, self._system = outputs, system
+        self._known: list[tuple[Any, Array]] = []
+
+    def at(self, step: Any) -> Array:
+        """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
+        for known, value in self._known:
+            if known is step:
+                return value
+        motion, change = self._outputs.motion_along(step, self._system)
+        h = self._outputs.balance.harmonics
+        value = amplitude_slope(h, amplitude(h, motion), change)
+        self._known = [*self._known[-2:], (step, value)]
+        return value

@@ -1,0 +1,337 @@
+"""Forced response: branches of steady vibration over frequency or over any named parameter, and linear references."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.analysis.events import Listener, PointFound, Started, Stopped
+from slipstick.analysis.peaks import peak_events
+from slipstick.balance.checks import range_faults, suggestion
+from slipstick.balance.problem import Problem
+from slipstick.balance.residual import (
+    Balance,
+    FrequencySystem,
+    Inputs,
+    ParameterSystem,
+    inputs_of,
+    parameter_direction,
+)
+from slipstick.balance.start import FirstPoint
+from slipstick.errors import InputError, Outcome
+from slipstick.results.branch import Branch, attributes_of, make_dataset
+from slipstick.results.record import Point, Recorder
+from slipstick.solve.continuation import ContinuationOptions, Step, continuation
+
+Array = NDArray[np.float64]
+
+PEAK_OUTPUTS = 3
+"""Up to that many outputs, the peaks of all of them are located."""
+
+
+def response_options(**given: Any) -> ContinuationOptions:
+    """Options of a response curve: steps of at most 1/120 of the range, so that figures look smooth.
+
+    Any field of ``ContinuationOptions`` can be given.
+    """
+    return ContinuationOptions(**({"first_step": 1 / 300, "max_step": 1 / 120, "event_tolerance": 1e-9} | given))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Task:
+    """A branch to be followed: what varies, from where to where."""
+
+    problem: Problem
+    balance: Balance
+    system: FrequencySystem | ParameterSystem
+    inputs: Inputs
+    omega: float
+    """Frequency of the first point."""
+    start: float
+    stop: float
+    parameter: str = ""
+    requested: tuple[float, ...] = ()
+    peaks_of: tuple[str, ...] = ()
+    options: ContinuationOptions = field(default_factory=response_options)
+    listeners: tuple[Listener, ...] = ()
+    guess: Array | None = None
+
+
+def forced_response(
+    problem: Problem,
+    *,
+    omega: tuple[float, float],
+    requested: Iterable[float] = (),
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | None = None,
+    listeners: Iterable[Listener] = (),
+    guess: ArrayLike | None = None,
+) -> Branch:
+    """Follow the steady vibration over frequency.
+
+    Parameters
+    ----------
+    problem
+        What vibrates.
+    omega
+        First and last principal frequency, rad/s, in either order.
+    requested
+        Frequencies at which exact points are wanted, rad/s.
+    peaks_of
+        Names of output dofs whose amplitude's local maxima are located; by default all of at most 3 outputs, else those
+        that are loaded or, without such, the first one.
+    options
+        Step control; by default ``response_options()``.
+    listeners
+        Called with every event (``slipstick.analysis.events``).
+    guess
+        Unknowns at the first frequency to try first, such as those of another branch.
+
+    Returns
+    -------
+    Branch
+        With everything found, however it ended: look at ``outcome``. A KeyboardInterrupt ends it early.
+
+    Raises
+    ------
+    InputError
+        For a range, dof or frequency that cannot be used.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> pair = ss.ContactPair(
+    ...     name="damper", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
+    ...     rubbing=ss.RubbingMotion(velocity=100.0))
+    >>> problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(11))
+    >>> branch = forced_response(problem, omega=(2.0, 15.0))
+    >>> [(round(w, 2), round(a, 2)) for w, a in branch.peaks("x")]
+    [(6.14, 18.25)]
+    """
+    task = _frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)
+    return _collect(task)
+
+
+def follow(
+    problem: Problem,
+    *,
+    omega: tuple[float, float],
+    requested: Iterable[float] = (),
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | None = None,
+    listeners: Iterable[Listener] = (),
+    guess: ArrayLike | None = None,
+) -> Generator[Point, None, tuple[Outcome, str]]:
+    """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
+    return (yield from _walk(_frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)))
+
+
+def parameter_response(
+    problem: Problem,
+    parameter: str,
+    span: tuple[float, float],
+    *,
+    omega: float,
+    requested: Iterable[float] = (),
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | None = None,
+    listeners: Iterable[Listener] = (),
+    guess: ArrayLike | None = None,
+) -> Branch:
+    """Follow the steady vibration at one frequency over a named parameter.
+
+    Parameters
+    ----------
+    parameter
+        Such as "damper.velocity", "damper.normal_load" (at fixed kn), "*.mu" (all contacts), "load", "friction".
+    span
+        First and last value.
+    omega
+        Principal frequency, rad/s.
+
+    The other arguments, the result and the errors are those of ``forced_response``.
+    """
+    faults = range_faults(*span, name=f"range of {parameter}", positive=False)
+    if not (np.isfinite(omega) and omega > 0):
+        faults.append(f"omega: found {omega}; expected a frequency > 0 in rad/s")
+    if faults:
+        raise InputError(faults)
+    for end in span:
+        problem.with_parameter(parameter, float(end))
+    balance = _balance(problem)
+    base, direction = parameter_direction(problem, parameter)
+    task = _Task(
+        problem=problem, balance=balance, system=ParameterSystem(balance, base, direction, omega),
+        inputs=base.moved(direction, float(span[0])), omega=float(omega),
+        start=float(span[0]), stop=float(span[1]), parameter=parameter,
+        **_common(problem, requested, peaks_of, options, listeners, guess),
+    )  # fmt: skip
+    return _collect(task)
+
+
+def _frequency_task(
+    problem: Problem,
+    omega: tuple[float, float],
+    requested: Iterable[float],
+    peaks_of: Sequence[str] | str | None,
+    options: ContinuationOptions | None,
+    listeners: Iterable[Listener],
+    guess: ArrayLike | None,
+) -> _Task:
+    faults = range_faults(*omega)
+    if faults:
+        raise InputError(faults)
+    start, stop = float(omega[0]), float(omega[1])
+    balance, inputs = _balance(problem), inputs_of(problem)
+    return _Task(
+        problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
+        start=start, stop=stop, **_common(problem, requested, peaks_of, options, listeners, guess),
+    )  # fmt: skip
+
+
+def _balance(problem: Problem) -> Balance:
+    if not problem.contacts:
+        raise InputError("there is no contact; the response is linear: use linear_response, or give a contact")
+    return Balance(problem)
+
+
+def _common(
+    problem: Problem,
+    requested: Iterable[float],
+    peaks_of: Sequence[str] | str | None,
+    options: ContinuationOptions | None,
+    listeners: Iterable[Listener],
+    guess: ArrayLike | None,
+) -> dict[str, Any]:
+    return {
+        "requested": tuple(float(value) for value in requested),
+        "peaks_of": _peak_dofs(problem, peaks_of),
+        "options": options or response_options(),
+        "listeners": tuple(listeners),
+        "guess": None if guess is None else np.array(guess, dtype=float).reshape(-1),
+    }
+
+
+def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str, ...]:
+    outputs = tuple(problem.outputs or ())
+    if given is None:
+        loaded = tuple(load.dof for load in problem.loads if load.dof in outputs and load.dof is not None)
+        return outputs if len(outputs) <= PEAK_OUTPUTS else tuple(dict.fromkeys(loaded)) or outputs[:1]
+    chosen = (given,) if isinstance(given, str) else tuple(given)
+    faults = [
+        f"peaks_of: '{name}' is not among the outputs; {suggestion(name, outputs)}"
+        for name in chosen
+        if name not in outputs
+    ]
+    if faults:
+        raise InputError(faults)
+    return chosen
+
+
+@cache
+def _blas() -> Any:
+    """Finding the BLAS libraries takes milliseconds: once a process."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def _one_thread() -> AbstractContextManager[Any]:
+    """Matrices of the balance are small: more BLAS threads only wait for each other."""
+    limit: AbstractContextManager[Any] = _blas().limit(limits=1, user_api="blas")
+    return limit
+
+
+def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
+    """Points in order; tells the listeners. The generator's value is the outcome and its message."""
+    begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
+    outcome, message, number = Outcome.INTERRUPTED, "", 0
+    work: dict[str, Any] = {}
+    attributes = attributes_of(task.problem, outcome, "", parameter=task.parameter)
+    _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
+    try:
+        with _one_thread():
+            x = _first(task)
+        if x is None:
+            outcome = Outcome.NO_FIRST_POINT
+            return outcome, outcome.text
+        run = continuation(
+            task.system, x, task.start, task.stop,
+            options=task.options, scaling=_scaling(task, x), requested=task.requested,
+            events=peak_events(recorder.outputs, task.peaks_of, task.system),
+        )  # fmt: skip
+        while True:
+            with _one_thread():
+                step = next(run, None)
+            if step is None:
+                break
+            point = _point(step)
+            task.balance.temperature = point.parameters.get("temperature")
+            number += 1
+            if task.listeners:
+                progress = (point.parameter - task.start) / (task.stop - task.start)
+                _tell(task, PointFound(
+                    number=number, point=point, progress=progress, step=run.step_length, recorder=recorder
+                ))  # fmt: skip
+            yield point
+        outcome, message = run.outcome or Outcome.INTERRUPTED, run.message
+        work = {"evaluations": run.evaluations, "linear_solves": run.solves, "rejected_steps": run.rejected}
+        return outcome, message
+    except KeyboardInterrupt:
+        outcome = Outcome.INTERRUPTED
+        return outcome, outcome.text
+    finally:
+        seconds = time.perf_counter() - begin
+        work["seconds"] = seconds
+        attributes = attributes_of(task.problem, outcome, message, parameter=task.parameter, **work)
+        _tell(task, Stopped(
+            outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
+        ))  # fmt: skip
+
+
+def _tell(task: _Task, event: Any) -> None:
+    for listener in task.listeners:
+        listener(event)
+
+
+def _first(task: _Task) -> Array | None:
+    search = FirstPoint(
+        task.balance, task.inputs, task.omega, guess=task.guess, report=lambda event: _tell(task, event)
+    )
+    return search.find()
+
+
+def _scaling(task: _Task, x: Array) -> Any:
+    from slipstick.balance.scaling import scales
+
+    return scales(task.balance, task.inputs, task.omega).arclength()
+
+
+def _point(step: Step) -> Point:
+    return Point.at(
+        step.evaluation.detail, x=step.x, residual=step.residual_norm, iterations=step.iterations, kind=step.kind,
+        parameter=step.parameter, peak_of=step.name if step.kind == "peak" else "",
+    )  # fmt: skip
+
+
+def _collect(task: _Task) -> Branch:
+    points: list[Point] = []
+    last: list[Stopped] = []
+
+    def remember(event: Any) -> None:
+        if isinstance(event, Stopped):
+            last.append(event)
+
+    task = replace(task, listeners=(*task.listeners, remember))
+    points.extend(_walk(task))
+    end = last[-1]
+    recorder = Recorder(task.balance, parameter=task.parameter)
+    return Branch(lambda: make_dataset(recorder, points, dict(end.attributes)), end.outcome, task.problem)
