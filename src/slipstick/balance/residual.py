@@ -237,6 +237,18 @@ class Balance:
         """``A (dF - dP)`` (N,)."""
         return self.real(np.add.reduce(compliance.value * self.excitation(dFx, dFy, dP)[:, None, :], axis=0))
 
+    def force_rates(self, forces: ContactForces, dx: Array) -> tuple[Array, Array]:
+        """Change of Fx, Fy (n_contacts, L) for a change ``dx`` (N,) of the motion at fixed temperatures."""
+        dX, dY = self.split(dx)
+        dFx = np.einsum("cij,cj->ci", forces.dFx_dX, dX) + np.einsum("cij,cj->ci", forces.dFx_dY, dY)
+        return dFx, np.einsum("cij,cj->ci", forces.dFy_dY, dY)
+
+    def add_heat(self, dFx: Array, dFy: Array, heat: HeatedForces, dx: Array, dpower: Array) -> None:
+        """Add what the temperatures do, for a change ``dx`` of the motion and ``dpower`` (n_contacts,) besides."""
+        dT = heat.tangent.gain @ (power_rows(self, heat) @ dx + dpower)
+        dFx += dT[:, None] * heat.tangent.dFx_dT
+        dFy += dT[:, None] * heat.tangent.dFy_dT
+
     def omega_derivative(
         self, forces: ContactForces, G: ComplexArray, inputs: Inputs, at: Compliance, w: float
     ) -> Array:
@@ -270,6 +282,15 @@ class FrequencySystem:
             slope += columns @ heat.power.omega
         return Evaluation(residual, jacobian, slope, detail)
 
+    def rates(self, detail: Detail, dx: Array, rate: float) -> tuple[Array, Array, Array]:
+        """Change of Fx, Fy (n_contacts, L) and of the loads for changes ``dx`` (N,) and ``rate`` of omega."""
+        forces, velocity = detail.forces, detail.inputs.velocity
+        dFx, dFy = self.balance.force_rates(forces, dx)
+        dFx += (-rate * velocity / detail.omega**2)[:, None] * forces.dFx_dv
+        if detail.heat is not None:
+            self.balance.add_heat(dFx, dFy, detail.heat, dx, rate * detail.heat.power.omega)
+        return dFx, dFy, np.zeros_like(detail.inputs.P)
+
 
 class ParameterSystem:
     """The balance at a fixed frequency as a system in a parameter: inputs are ``base + parameter * direction``."""
@@ -295,6 +316,18 @@ class ParameterSystem:
             jacobian += columns @ power_rows(balance, heat)
             slope += columns @ power_along(heat, direction)
         return Evaluation(residual, jacobian, slope, detail)
+
+    def rates(self, detail: Detail, dx: Array, rate: float) -> tuple[Array, Array, Array]:
+        """Change of Fx, Fy (n_contacts, L) and of the loads for changes ``dx`` (N,) and ``rate`` of the parameter."""
+        forces, heat, direction = detail.forces, detail.heat, self.direction
+        if self.balance.heated is not None and heat is not None:
+            direction = warm_direction(self.balance.heated, heat, direction)
+        dFx, dFy = self.balance.force_rates(forces, dx)
+        by_parameter = self.force_derivatives(forces, direction)
+        dFx, dFy = dFx + rate * by_parameter[0], dFy + rate * by_parameter[1]
+        if heat is not None:
+            self.balance.add_heat(dFx, dFy, heat, dx, rate * power_along(heat, direction))
+        return dFx, dFy, rate * direction.P
 
     def force_derivatives(self, forces: ContactForces, d: Inputs) -> tuple[Array, Array]:
         """Derivatives of the contact forces (n_contacts, L) along a direction in the inputs at fixed motion."""
