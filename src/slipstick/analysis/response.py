@@ -1,4 +1,4 @@
-"""Forced response: branches of steady vibration over frequency or over any named parameter, and linear references."""
+"""Forced response: branches of steady vibration over frequency or over any named parameter."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.analysis.events import Listener, PointFound, Started, Stopped
+from slipstick.analysis.linear import linear_response
 from slipstick.analysis.peaks import peak_events
 from slipstick.balance.checks import range_faults, suggestion
 from slipstick.balance.problem import Problem
@@ -24,6 +25,7 @@ from slipstick.balance.residual import (
     inputs_of,
     parameter_direction,
 )
+from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome
 from slipstick.results.branch import Branch, attributes_of, make_dataset
@@ -265,7 +267,7 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
             return outcome, outcome.text
         run = continuation(
             task.system, x, task.start, task.stop,
-            options=task.options, scaling=_scaling(task, x), requested=task.requested,
+            options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(), requested=task.requested,
             events=peak_events(recorder.outputs, task.peaks_of, task.system),
         )  # fmt: skip
         while True:
@@ -309,12 +311,6 @@ def _first(task: _Task) -> Array | None:
     return search.find()
 
 
-def _scaling(task: _Task, x: Array) -> Any:
-    from slipstick.balance.scaling import scales
-
-    return scales(task.balance, task.inputs, task.omega).arclength()
-
-
 def _point(step: Step) -> Point:
     return Point.at(
         step.evaluation.detail, x=step.x, residual=step.residual_norm, iterations=step.iterations, kind=step.kind,
@@ -335,3 +331,6 @@ def _collect(task: _Task) -> Branch:
     end = last[-1]
     recorder = Recorder(task.balance, parameter=task.parameter)
     return Branch(lambda: make_dataset(recorder, points, dict(end.attributes)), end.outcome, task.problem)
+
+
+__all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]
