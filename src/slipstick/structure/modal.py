@@ -131,14 +131,14 @@ class ModalStructure:
         dofs: Iterable[str] | None = None,
         loss_factor: ArrayLike = 0.0,
         damping_ratio: ArrayLike = 0.0,
-        load: str = "load",
+        load: str = "pressure",
     ) -> ModalStructure:
         """A structure from named arrays, as stored in an npz file.
 
         Needed: ``omega``, ``mode_shapes``; known: ``static_compliance``, ``second_residual``, ``dofs``,
         ``loss_factor``, ``damping_ratio``, and of one load shape (called ``load``) ``load_participation``,
         ``static_load_response``, ``second_load_response``. Others are left alone. Without names the dofs are called
-        ``n1.x, n1.y, n1.z, n2.x, ...`` when ``coordinates`` (n_nodes, 3) fits, else ``d1, d2, ...``.
+        ``n1x, n1y, n1z, n2x, ...`` when ``coordinates`` (n_nodes, 3) fits, else ``d1, d2, ...``.
         """
         missing = [name for name in ("omega", "mode_shapes") if name not in arrays]
         if missing:
@@ -261,5 +261,5 @@ def _names(arrays: Mapping[str, ArrayLike]) -> tuple[str, ...]:
     count = np.asarray(arrays["mode_shapes"]).shape[0]
     coordinates = np.asarray(arrays.get("coordinates", ()))
     if coordinates.ndim == 2 and 3 * coordinates.shape[0] == count:
-        return tuple(f"n{node + 1}.{axis}" for node in range(coordinates.shape[0]) for axis in "xyz")
+        return tuple(f"n{node + 1}{axis}" for node in range(coordinates.shape[0]) for axis in "xyz")
     return tuple(f"d{i + 1}" for i in range(count))
