@@ -88,7 +88,7 @@ def forced_response(
         Frequencies at which exact points are wanted, rad/s.
     peaks_of
         Names of output dofs whose amplitude's local maxima are located; by default all of at most 3 outputs, else those
-        that are loaded or, without such, the first one.
+        that are loaded or, without such, of the first contact's tangential direction.
     options
         Step control; by default ``response_options()``.
     listeners
@@ -225,8 +225,11 @@ def _common(
 def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str, ...]:
     outputs = tuple(problem.outputs or ())
     if given is None:
-        loaded = tuple(load.dof for load in problem.loads if load.dof in outputs and load.dof is not None)
-        return outputs if len(outputs) <= PEAK_OUTPUTS else tuple(dict.fromkeys(loaded)) or outputs[:1]
+        if len(outputs) <= PEAK_OUTPUTS:
+            return outputs
+        loaded = [load.dof for load in problem.loads if load.dof in outputs]
+        rubbed = [dof for pair in problem.contacts[:1] for dof in pair.directions[0] if dof in outputs]
+        return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
     chosen = (given,) if isinstance(given, str) else tuple(given)
     faults = [
         f"peaks_of: '{name}' is not among the outputs; {suggestion(name, outputs)}"
@@ -267,8 +270,8 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
             return outcome, outcome.text
         run = continuation(
             task.system, x, task.start, task.stop,
-            options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(), requested=task.requested,
-            events=peak_events(recorder.outputs, task.peaks_of, task.system),
+            options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
+            requested=task.requested, events=peak_events(recorder.outputs, task.peaks_of, task.system),
         )  # fmt: skip
         while True:
             with _one_thread():
