@@ -30,6 +30,10 @@ class Outcome(Enum):
         "stopped early: the continuation step fell below its smallest value; look at the last points' states, "
         "allow smaller steps (min_step), add harmonics, or start from the other end of the range"
     )
+    TURNED_BACK = (
+        "stopped early: the branch turned back and left the range where it began; every point found is kept: "
+        "start where there is only one solution, further from resonance or from the other end of the range"
+    )
     POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
     NO_FIRST_POINT = (
         "no first point was found by any starting strategy; start at a frequency further from resonance, "

@@ -89,7 +89,7 @@ def continuation(
         A solution at ``start`` or a guess near one (N,): it is first corrected at the fixed parameter.
     start, stop
         Range of the parameter, in either order. The branch may turn back inside; it ends exactly on ``stop``, or on
-        ``start`` when it comes back there.
+        ``start`` when it comes back there (outcome TURNED_BACK).
     events
         Sign changes to locate.
     requested
@@ -208,8 +208,7 @@ class Continuation(Iterator[Step]):
             yield new
             self.points += 1
             if new.kind == "end":
-                back = new.parameter == self._start
-                return self._end(Outcome.COMPLETED, "the branch came back to the start of the range" if back else "")
+                return self._end(Outcome.TURNED_BACK if new.parameter == self._start else Outcome.COMPLETED)
             sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
             arc, last = None if sharp else self._corrector.arc(last, new), new
             self._metric.renew(new.x)
