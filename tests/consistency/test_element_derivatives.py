@@ -2,8 +2,8 @@
 
 The forces are smooth while the sequence of states is the same, so a state is judged where the sequence is the same at
 all displaced states and no interval is shorter than ``SHORTEST`` (next to the birth of an interval the second
-derivative grows without bound and a difference says nothing). With v = 0 a contact stuck all period has no derivative by v: the
-force jumps there between the limits of the residual traction.
+derivative grows without bound and a difference says nothing). With v = 0 a contact stuck all period has no derivative
+by v: the force jumps there between the limits of the residual traction.
 """
 
 import numpy as np
