@@ -50,6 +50,19 @@ def test_full_holds_the_modes_that_ansys_computed(shipped):
         assert np.linalg.norm(force - squared * momentum) < 1e-5 * np.linalg.norm(force)
 
 
+def test_full_is_what_the_reader_kept_by_others_finds(shipped):
+    from ansys.mapdl.reader.full import FullFile
+
+    from slipstick.io.raw_model import full_symmetric
+
+    reference, stiffness, mass = FullFile(str(shipped / "file.full")).load_km(sort=True)
+    model = read_model(shipped / "file.full")
+    names = {f"n{node}{'xyz'[axis]}": row for row, (node, axis) in enumerate(reference.tolist())}
+    rows = [names[dof] for dof in model.dofs]
+    for ours, theirs in ((model.K, stiffness), (model.M, mass)):
+        assert abs(full_symmetric(theirs, "theirs")[rows][:, rows] - ours).max() == 0.0
+
+
 def test_full_lists_what_is_held(shipped):
     model = read_model(shipped / "file.full")
     assert model.n_dofs == 900

@@ -15,6 +15,7 @@ from slipstick.fem.box import box
 from slipstick.fem.geometry import volume
 from slipstick.fem.materials import Material
 from slipstick.io import extras
+from slipstick.io.coordinate_file import read_matrix_market
 from slipstick.io.dof_map import read_dof_map
 from slipstick.io.mesh_files import read_mesh
 from slipstick.io.model import ImportOptions, import_model, read_model
@@ -42,6 +43,35 @@ def test_matrix_market(plain, symmetry):
     mmwrite(folder / "K.mtx", coo_array(K), symmetry=symmetry)
     mmwrite(folder / "M.mtx", coo_array(M), symmetry=symmetry)
     check(read_model([folder / "K.mtx", folder / "M.mtx", folder / "map.txt"]), K, M)
+
+
+@pytest.mark.parametrize("symmetry", ["symmetric", "general"])
+@pytest.mark.parametrize("dense", [True, False])
+def test_matrix_market_as_scipy_writes_it(tmp_path, symmetry, dense):
+    a = np.random.default_rng(8).normal(size=(5, 5))
+    a = a + a.T if symmetry == "symmetric" else a[:, :4]
+    mmwrite(tmp_path / "a.mtx", a if dense else coo_array(a), symmetry=symmetry)
+    found = read_matrix_market(tmp_path / "a.mtx")
+    np.testing.assert_allclose(found if dense else found.toarray(), a, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1.0\n", "claims 2 entries, holds 1"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 3 1.0\n", "an entry outside its 2 x 2"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2\n", "line of sizes"),
+        ("%%MatrixMarket matrix coordinate real symmetric\n2 3 1\n1 1 1.0\n", "says symmetric but is 2 x 3"),
+        ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n", "complex values"),
+        ("%%MatrixMarket matrix array real general\n99999999 99999999\n1.0\n", "claims 99999999 rows"),
+        ("%%MatrixMarket matrix coordinate real general\n9 9 1000000000000\n1 1 1.0\n", "1000000000000 entries"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 one 1.0\n", "something else than numbers"),
+    ],
+)
+def test_faults_of_matrix_market(tmp_path, text, sentence):
+    (tmp_path / "a.mtx").write_text(text)
+    with pytest.raises(InputError, match=sentence):
+        read_matrix_market(tmp_path / "a.mtx")
 
 
 def test_scipy_npz_of_one_half(plain):
@@ -203,15 +233,13 @@ def test_rubbish_in_every_format_is_one_sentence(tmp_path, suffix, content):
 
 
 def test_a_missing_extra_says_how_to_get_it():
-    with pytest.raises(
-        InputError, match=r"package ansys-mapdl-reader, which is not installed: pip install slipstick\[fe\]"
-    ):
-        extras.require("no_such_module_at_all", "ansys-mapdl-reader")
+    with pytest.raises(InputError, match=r"package mapdl-archive, which is not installed: pip install slipstick\[fe\]"):
+        extras.require("no_such_module_at_all", "mapdl-archive")
 
 
 def test_importing_the_readers_loads_none_of_the_extras():
     code = (
-        "import sys, slipstick.io.model, slipstick.io.ansys, slipstick.io.ansys_archive, slipstick.io.nastran\n"
+        "import sys, slipstick.io.model, slipstick.io.ansys_full, slipstick.io.ansys_archive, slipstick.io.nastran\n"
         "heavy = {'pyvista', 'vtk', 'meshio', 'mapdl_archive', 'ansys', 'h5py', 'matplotlib'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )

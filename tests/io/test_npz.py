@@ -94,10 +94,10 @@ def test_matrices_dense_sparse_and_matrix_market(tmp_path: Path) -> None:
     "content, words",
     [
         ("nothing", "not a readable MatrixMarket"),
-        ("%%MatrixMarket matrix array real general\n1000000 1000000\n", "needs more than"),
+        ("%%MatrixMarket matrix array real general\n1000000 1000000\n", "claims 1000000 rows"),
         ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n", "complex values"),
-        ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n", "not a readable MatrixMarket"),
-        ("%%MatrixMarket matrix coordinate real general\n2 2 1\n5 5 1\n", "not a readable MatrixMarket"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n", "claims 2 entries"),
+        ("%%MatrixMarket matrix coordinate real general\n2 2 1\n5 5 1\n", "an entry outside its 2 x 2"),
         ("%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 nan\n", "not finite"),
     ],
 )

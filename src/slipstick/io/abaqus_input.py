@@ -20,6 +20,7 @@ from slipstick.io.text_numbers import fortran_real, read_bytes
 IntArray = NDArray[np.int64]
 
 _TYPES = {8: "hex8", 20: "hex20", 4: "tet4", 10: "tet10", 6: "wedge6", 15: "wedge15"}
+_ELASTIC = {"young", "poisson"}
 _REFUSED = {"INCLUDE": "merge the included files into one", "TRANSFORM": "use global directions"}
 
 
@@ -232,7 +233,11 @@ def _model(content: _Content) -> MeshModel:
     )
     mesh = replace(mesh, surfaces={s: _faces(mesh, content, parts) for s, parts in content.surfaces.items()})
     mesh = with_surfaces(mesh, [s for s in mesh.node_sets if s not in mesh.surfaces])
-    materials = {s: Material(**content.materials[m]) for s, m in content.sections.items() if content.materials.get(m)}
+    materials = {
+        s: Material(**known)
+        for s, m in content.sections.items()
+        if set(known := content.materials.get(m, {})) >= _ELASTIC
+    }
     skipped = [
         f"{count} elements of type {kind} are no solids and were left out" for kind, count in content.skipped.items()
     ]

@@ -53,22 +53,11 @@ def _sparse_npz(path: Path) -> Any:
 
 
 def _from_matrix_market(path: Path, limit: int) -> Any:
-    from scipy.io import mminfo, mmread
-    from scipy.sparse import csr_array, issparse
+    from slipstick.io.coordinate_file import read_matrix_market
 
-    try:
-        rows, columns, entries, layout, field, _ = mminfo(path)
-        size = 8 * rows * columns if layout == "array" else 48 * entries + 16 * rows
-        if size > limit:
-            raise InputError(f"{path.name}: needs more than {limit / 1e9:.3g} GB; reduce the model first")
-        if field not in ("real", "integer", "double", "unsigned-integer"):
-            raise InputError(f"{path.name}: holds {field} values; expected real numbers")
-        matrix = mmread(path)
-    except (ValueError, OverflowError, IndexError, TypeError, StopIteration, UnicodeDecodeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path.name}: not a readable MatrixMarket file ({error})") from None
-    return _real(path, csr_array(matrix) if issparse(matrix) else np.asarray(matrix))
+    if path.is_file() and path.stat().st_size > limit:
+        raise InputError(f"{path.name}: needs more than {limit / 1e9:.3g} GB; reduce the model first")
+    return read_matrix_market(path)
 
 
 def _real(path: Path, matrix: Any) -> Any:

@@ -182,7 +182,7 @@ def _read(roles: _Roles, options: ImportOptions) -> RawModel:
     first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
     suffix = first.suffix.lower()
     if suffix == ".full":
-        from slipstick.io.ansys import read_full
+        from slipstick.io.ansys_full import read_full
 
         return read_full(first)
     if suffix in (".op4", ".pch"):
@@ -193,7 +193,7 @@ def _read(roles: _Roles, options: ImportOptions) -> RawModel:
         return read_matrix_storage(first)
     if suffix in (".mtx", ".npz"):
         return _plain(roles, first)
-    from slipstick.io.ansys import read_hbmat
+    from slipstick.io.ansys_hbmat import read_hbmat
 
     return read_hbmat(roles.matrices, roles.dof_map)
 

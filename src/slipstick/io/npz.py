@@ -39,7 +39,7 @@ def array_shapes(path: Path, *, limit: int = LARGEST) -> dict[str, tuple[int, ..
                 if total > limit:
                     raise InputError(f"{path.name}: unpacks to more than {limit / 1e9:.3g} GB; reduce the model first")
                 shapes[member.filename[:-4]] = shape
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError, NotImplementedError) as error:
         if isinstance(error, InputError):
             raise
         raise _unreadable(path) from None
