@@ -147,6 +147,17 @@ def test_every_passage_of_a_requested_value_is_found_exactly():
     assert np.all(np.diff([s.x[0] for s in steps]) > 0)
 
 
+@pytest.mark.parametrize("below", [1e-4, 1e-8, 1e-12])
+def test_requested_value_close_to_a_fold(below):
+    """The two passages are sqrt(below / 3) on either side of x = -1: each is found on its own side."""
+    steps = list(continuation(cubic(), [-3.0], -18.0, 18.0, requested=[2.0 - below]))
+    first, second, _ = of_kind(steps, "requested")
+    assert first.parameter == second.parameter == 2.0 - below
+    expected = np.sqrt(below / 3)
+    assert first.x[0] + 1 == pytest.approx(-expected, rel=1e-3)
+    assert second.x[0] + 1 == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.parametrize("ends", [(0.1, 4.0), (4.0, 0.1)])
 def test_duffing_peak_on_the_backbone_and_folds(ends):
     c, p = 0.05, 0.2

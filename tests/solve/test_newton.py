@@ -126,6 +126,7 @@ def test_rounding_level_is_accepted_and_said():
     assert result.converged
     assert result.stagnated
     assert "rounding" in result.reason
+    assert result.iterations < 8  # seen at once, not after the last iteration
 
 
 @pytest.mark.parametrize(
