@@ -252,7 +252,7 @@ BAD = {
     "missing file": (("[[40.0]]", '"K.npz"'), '[structure] stiffness: found "K.npz"; there is no such file'),
     "table for mu": (
         ("mu = 0.3", "mu = { table = [[25, 0.5]] }"),
-        "mu: found a table; a friction coefficient that varies",
+        "mu: found a table; the table has the shape (1, 2); expected at least two rows",
     ),
     "not TOML": (("to = 15.0", "to == 15.0"), "case.toml: not valid TOML: Invalid value (at line 24, column 5)"),
     "unknown parameter": (

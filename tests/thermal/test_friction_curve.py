@@ -67,6 +67,9 @@ def test_own_table_for_each_parameter() -> None:
     np.testing.assert_array_equal(curve.knots, [20.0, 100.0, 600.0])
     np.testing.assert_allclose(curve.mu([[20.0, 410.0]]), [[0.5, 0.4]])
     assert set(curve.at(300.0)) == {"mu", "kt"}
+    mixed = FrictionCurve(mu=[[0, 0.5], [1, 0.3], [2, 0.3]], kt=[[0, 5], [1, 3], [2, 3]], interpolation={"kt": "cubic"})
+    assert mixed.mu(1.5) == 0.3
+    assert mixed.kt(1.5) == pytest.approx(2.75)
 
 
 @pytest.mark.parametrize("wrong", [24.9, 800.1, np.nan, np.inf])
@@ -84,7 +87,7 @@ def test_all_faults_at_once() -> None:
         "interpolation: found 'linear'",
         "mu: temperature 20 follows 25",
         "mu: the table holds -0.1",
-        "kt: found a table of shape (1, 2)",
+        "kt: the table has the shape (1, 2)",
         "kn: the table holds values that are not finite",
     ):
         assert part in text

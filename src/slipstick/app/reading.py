@@ -8,9 +8,10 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.heating import background_of, cold_value, heating_faults, thermal_model
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
-from slipstick.app.tables import ContactTable, LoadTable, OutputTable, ResponseTable, Table, TopTable
+from slipstick.app.tables import ContactTable, LoadTable, OutputTable, ResponseTable, Table, ThermalTable, TopTable
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 MOST_TABLES = 10_000
 MOST_UNKNOWNS = 12_000
-_SECTIONS = ("structure", "load", "contact", "response", "output")
+_SECTIONS = ("structure", "load", "contact", "thermal", "response", "output")
 
 
 class Reading:
@@ -33,6 +34,7 @@ class Reading:
         self.structure: Structure | None = None
         self.response: ResponseTable | None = None
         self.problem: Problem | None = None
+        self.thermal: ThermalTable | None = None
 
     def read(self) -> None:
         """Go through the whole case."""
@@ -41,14 +43,17 @@ class Reading:
         self.faults += faults
         loads = self._list("load", LoadTable)
         contacts = self._list("contact", ContactTable)
+        self.thermal = self._one("thermal", ThermalTable, optional=True)
         self.response = self._one("response", ResponseTable)
         output = self._one("output", OutputTable, optional=True)
         self._references(loads, contacts, output)
-        pairs = [p for i, c in contacts if (p := self._built("contact", i, c, contact_pair))]
+        tables = [c for _, c in contacts]
+        self.faults += heating_faults(tables, self.thermal)
+        pairs = [p for i, c in contacts if (p := self._built("contact", i, c, self._pair))]
         forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
         if not self.faults and top is not None and self.structure is not None:
             self.title = top.title
-            self._problem(top, pairs, forces, output)
+            self._problem(top, pairs, forces, output, tables)
 
     def _top(self) -> Any:
         flat = {key: value for key, value in self.raw.items() if key not in _SECTIONS}
@@ -145,7 +150,12 @@ class Reading:
             self.faults += [f"{where} {problem}" for problem in error.problems]
             return None
 
-    def _problem(self, top: TopTable, pairs: list[ContactPair], loads: list[Load], output: Any) -> None:
+    def _pair(self, table: ContactTable) -> ContactPair:
+        return contact_pair(table, background_of(table, self.thermal))
+
+    def _problem(
+        self, top: TopTable, pairs: list[ContactPair], loads: list[Load], output: Any, contacts: list[ContactTable]
+    ) -> None:
         from slipstick.balance.problem import Problem
         from slipstick.trig.harmonics import Harmonics
 
@@ -170,6 +180,7 @@ class Reading:
                 outputs=output.dofs if output else None,
                 period_ratio=ratios[0] if ratios else (1, 1),
                 title=top.title,
+                thermal=thermal_model(contacts, self.thermal, self.folder),
             )
             self._parameter()
         except InputError as error:
@@ -203,18 +214,20 @@ def load(table: LoadTable) -> Load:
     return Load(dof=table.dof, shape=table.shape, harmonic=table.harmonic, cos=cos, sin=sin)
 
 
-def contact_pair(table: ContactTable) -> ContactPair:
-    """The contact of a ``[[contact]]`` table; a normal load N0 is the interference gap = -N0 / kn."""
+def contact_pair(table: ContactTable, background: float | None = None) -> ContactPair:
+    """The contact of a ``[[contact]]`` table, cold; a normal load N0 is the interference gap = -N0 / kn."""
     from slipstick.balance.problem import ContactPair
     from slipstick.contact.parameters import FrictionContact
     from slipstick.contact.rubbing import RubbingMotion
 
-    kn = 1.0 if table.kn is None else table.kn
+    kn = 1.0 if table.kn is None else cold_value(table.kn, background)
     gap = table.gap if table.gap is not None else -(table.normal_load or 0.0) / (kn or 1.0)
     rub = table.rubbing
     return ContactPair(
         name=table.name,
-        contact=FrictionContact(kt=table.kt, mu=table.mu, kn=kn, gap=gap),
+        contact=FrictionContact(
+            kt=cold_value(table.kt, background), mu=cold_value(table.mu, background), kn=kn, gap=gap
+        ),
         tangential=table.tangential,
         normal=table.normal,
         rubbing=RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin) if rub is not None else None,

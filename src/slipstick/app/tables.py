@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
+from slipstick.errors import InputError
 
 
 def _positive_frequency(value: Any) -> float:
@@ -43,13 +44,25 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def _constant(what: str) -> Callable[[Any], Any]:
-    def refuse_table(value: Any) -> Any:
-        if isinstance(value, dict):
-            raise ValueError(f"{what} that varies with temperature is not understood by this version; give one number")
-        return value
+def _number_or_table(value: Any) -> Any:
+    """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
+    if not isinstance(value, dict):
+        if not _is_number(value):
+            raise ValueError("expected a number >= 0, or { table = [[temperature, value], ...] }")
+        if value < 0:
+            raise ValueError("expected a number >= 0")
+        return float(value)
+    from slipstick.thermal.friction_curve import FrictionCurve
 
-    return refuse_table
+    unknown = set(value) - {"table", "interpolation"}
+    if unknown or "table" not in value:
+        found = f"the key '{min(unknown)}'" if unknown else "no table"
+        raise ValueError(f'it has {found}; expected {{ table = [[temperature, value], ...], interpolation = "pchip" }}')
+    try:
+        FrictionCurve(mu=value["table"], interpolation=str(value.get("interpolation", "pchip")))
+    except InputError as error:
+        raise ValueError("; ".join(problem.removeprefix("mu: ") for problem in error.problems)) from None
+    return value
 
 
 Frequency = Annotated[float, PlainValidator(_positive_frequency)]
@@ -57,6 +70,7 @@ Cosines = Annotated[dict[str, float], PlainValidator(_cosines)]
 Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
 Harmonic = Annotated[int, Field(ge=0, le=10_000)]
 NotNegative = Annotated[float, Field(ge=0)]
+NumberOrTable = Annotated[float | dict[str, Any], PlainValidator(_number_or_table)]
 Matrix = Annotated[list[Any] | str, PlainValidator(lambda value: _list_or_file(value))]
 
 
@@ -169,22 +183,42 @@ class RubbingTable(Table):
     sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
 
 
+class ContactThermalTable(Table):
+    """``[contact.thermal]``: how friction heats one contact."""
+
+    background: float | None = Field(default=None, description="a finite number, the temperature without friction")
+    resistance: NotNegative | None = Field(default=None, description="a number >= 0, temperature per dissipated power")
+
+
+class ThermalTable(Table):
+    """``[thermal]``: how friction heats contacts that share a body."""
+
+    influence: Matrix = Field(
+        description="a square list of rows, or the name of an .npz or .mtx file: temperature per power"
+    )
+    contacts: list[str] | None = Field(
+        default=None, min_length=1, description="a list of contact names, in the order of the influence matrix"
+    )
+    background: float | None = Field(default=None, description="a finite number, the temperature without friction")
+
+
 class ContactTable(Table):
     """``[[contact]]``."""
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
     tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
-    kt: NotNegative = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
-    mu: Annotated[NotNegative, BeforeValidator(_constant("a friction coefficient"))] = Field(
-        description="a number >= 0, the friction coefficient"
-    )
-    kn: Annotated[NotNegative, BeforeValidator(_constant("a contact stiffness"))] | None = Field(
+    kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
+    mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
+    kn: NumberOrTable | None = Field(
         default=None, description="a number >= 0, the normal contact stiffness (force/length)"
     )
     gap: float | None = Field(default=None, description="a finite number, the gap (> 0) or interference (< 0)")
     normal_load: NotNegative | None = Field(default=None, description="a number >= 0, the static normal load (force)")
     rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
+    thermal: ContactThermalTable | None = Field(
+        default=None, description="a table such as { background = 25.0, resistance = 8.0 }"
+    )
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:

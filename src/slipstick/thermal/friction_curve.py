@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -36,7 +37,7 @@ class FrictionCurve:
         rows (temperature, value). A parameter that is not given does not depend on temperature.
     interpolation
         "pchip" keeps the shape of the table (no overshoot; one continuous derivative); "cubic" is the not-a-knot
-        cubic spline, "natural" the natural one (two continuous derivatives).
+        cubic spline, "natural" the natural one (two continuous derivatives). One for all, or by parameter name.
 
     Raises
     ------
@@ -63,20 +64,24 @@ class FrictionCurve:
         mu: ArrayLike | None = None,
         kt: ArrayLike | None = None,
         kn: ArrayLike | None = None,
-        interpolation: str = "pchip",
+        interpolation: str | Mapping[str, str] = "pchip",
     ) -> None:
         problems: list[str] = []
-        if interpolation not in INTERPOLATIONS:
-            problems.append(f"interpolation: found {interpolation!r}; expected one of {', '.join(INTERPOLATIONS)}")
+        kinds = dict.fromkeys(PARAMETERS, interpolation) if isinstance(interpolation, str) else dict(interpolation)
+        for kind in dict.fromkeys(kinds.values()):
+            if kind not in INTERPOLATIONS:
+                problems.append(f"interpolation: found {kind!r}; expected one of {', '.join(INTERPOLATIONS)}")
         given = {name: table for name, table in zip(PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
         if not given:
             problems.append("friction curve: no table was given; give at least one of mu, kt, kn")
         tables = {name: _checked_table(name, temperature, table, problems) for name, table in given.items()}
         if problems:
             raise InputError(problems)
-        self.interpolation = interpolation
+        self.interpolation = {name: kinds.get(name, "pchip") for name in tables}
         self.tables: dict[str, Array] = tables
-        self._splines = {name: _spline(name, table, interpolation, problems) for name, table in tables.items()}
+        self._splines = {
+            name: _spline(name, table, self.interpolation[name], problems) for name, table in tables.items()
+        }
         low, high = self.limits
         if low >= high:
             problems.append(f"friction curve: its tables have no temperatures in common ({self._ranges()})")
@@ -137,7 +142,7 @@ class FrictionCurve:
         return ", ".join(f"{name}: {table[0, 0]:g} to {table[-1, 0]:g}" for name, table in self.tables.items())
 
     def __repr__(self) -> str:
-        return f"FrictionCurve({self._ranges()}, interpolation={self.interpolation!r})"
+        return f"FrictionCurve({self._ranges()})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +196,7 @@ def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, 
         table = np.column_stack([rows, table])
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
         problems.append(
-            f"{name}: found a table of shape {table.shape}; expected at least two rows of temperature and value"
+            f"{name}: the table has the shape {table.shape}; expected at least two rows of temperature and value"
         )
     elif not np.all(np.isfinite(table)):
         problems.append(f"{name}: the table holds values that are not finite; expected finite numbers")
