@@ -65,7 +65,7 @@ def test_restarts_find_the_same_modes_in_less_memory() -> None:
 
 def test_a_basis_too_small_to_converge_is_refused() -> None:
     K, _ = lattice((15, 14, 13))
-    with pytest.raises(EigenError, match="of 60 modes converged after 0 restarts"):
+    with pytest.raises(EigenError, match="of 60 modes converged after 0 restarts with a basis of 7"):
         modes(K, sparse.eye_array(K.shape[0], format="csr"), 60, options=EigenOptions(block=4, subspace=70, restarts=0))
 
 
@@ -86,6 +86,31 @@ def test_modes_hidden_from_the_start_are_counted_and_found() -> None:
     np.testing.assert_allclose(found.eigenvalues, exact, rtol=1e-9)
     assert found.complete is True
     assert "modes were missing, searching on" in stages
+
+
+def test_eigenvalues_repeated_more_often_than_the_block_has_columns() -> None:
+    one = chain(30)
+    K = sparse.csr_array(sparse.kron(sparse.eye_array(40), one))
+    exact = np.sort(np.tile(4.0 * np.sin(np.pi * np.arange(1, 31) / 62) ** 2, 40))[:100]
+    found = modes(K, sparse.eye_array(1200, format="csr"), 100)
+    np.testing.assert_allclose(found.eigenvalues, exact, rtol=1e-10)
+    assert found.complete is True
+    found = modes(K, sparse.eye_array(1200, format="csr"), 30)
+    np.testing.assert_allclose(found.eigenvalues, exact[:30], rtol=1e-10)
+
+
+def test_penalty_springs_do_no_harm() -> None:
+    K = (chain(200) + sparse.csr_array(([1e14], ([99], [99])), shape=(200, 200))).tocsr()
+    parts = [4.0 * np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2 for n in (99, 100)]
+    found = modes(K, sparse.eye_array(200, format="csr"), 20)
+    np.testing.assert_allclose(found.eigenvalues, np.sort(np.concatenate(parts))[:20], rtol=1e-9)
+    assert found.complete is True
+
+
+def test_modes_beyond_double_precision_are_not_given_out() -> None:
+    K = sparse.diags_array(np.concatenate([[1e-6, 1.0], np.full(100, 1e12)]), format="csr")
+    with pytest.raises(EigenError, match=r"does not satisfy its equation.*check units"):
+        modes(K, sparse.eye_array(102, format="csr"), 3)
 
 
 def test_all_modes_of_a_small_structure() -> None:

@@ -21,6 +21,10 @@ from slipstick.solve.factorisation import Factorisation, SingularMatrixError, fa
 Array = NDArray[np.float64]
 
 
+WRONG = 1e-4
+"""A backward error above this is no mode."""
+
+
 class EigenError(SlipstickError, RuntimeError):
     """Modes that did not converge or could not be proven complete."""
 
@@ -159,35 +163,62 @@ class BlockLanczos:
             return self._result(n_modes, complete)
 
     def _search(self, n_modes: int, count: bool) -> bool | None:
-        """Converge, count, and search on for what the count misses; whether it is all."""
-        for _ in range(4):
-            self._converge(n_modes)
-            if not count:
-                return None
-            complete, missing = self._count(n_modes)
-            if complete is not False:
-                return complete
-            self._report("modes were missing, searching on", n_modes - missing, n_modes)
-            self._append_random()
-        raise EigenError(f"{missing} modes stay missing; give a larger block than {self.options.block}")
+        """Converge, count below a shift, and search with random blocks for what is missing; whether it is all."""
+        self._converge(n_modes)
+        if not count:
+            return None
+        at = self._gap_near(n_modes)
+        if at is None:
+            return True
+        self._report("counting modes", n_modes, n_modes)
+        self._factors = None  # two sets of factors would double the memory
+        inertia = factorise(shifted(self.K, self.M, at), solver=self.solver, check=False).inertia
+        if inertia is None:
+            return None
+        self._complete(at, inertia.negative, n_modes)
+        return True
+
+    def _complete(self, at: float, expected: int, n_modes: int) -> None:
+        """Search until ``expected`` converged modes lie below ``at``.
+
+        A block holds a repeated eigenvalue at most as often as it has columns, and its start may lack a mode: whenever
+        what is seen has converged and the count is short, random vectors take the place of the next block.
+        """
+        fresh = 4
+        for _ in range(40 + 8 * expected // self.options.block):
+            theta = self._ritz()[0][:expected]
+            below = int(np.count_nonzero((theta > 0.0) & (theta * (at - self.shift) > 1.0)))
+            converged = self._converged(expected)
+            if min(below, converged) >= expected:
+                return
+            self._report("modes were missing, searching on", min(below, n_modes), n_modes)
+            if fresh >= 4 and converged >= below:
+                self._append_random()
+                fresh = 0
+            self._make_room(max(n_modes, expected))
+            self._step()
+            fresh += 1
+        raise EigenError(
+            f"{expected} eigenvalues lie below {at:g} but only {min(below, converged)} of them were found; "
+            f"ask for more modes or give a larger block than {self.options.block}"
+        )
 
     def _converge(self, n_modes: int) -> None:
-        limit = self._limit(n_modes)
-        self._reserve(limit)
         restarts = 0
         while True:
             converged = self._converged(n_modes)
             self._report("modes", converged, n_modes)
             if converged >= n_modes or self.m == self.n:
                 return
-            if self.m + self.next.shape[1] > limit:
-                restarts += 1
-                if restarts > self.options.restarts:
-                    raise EigenError(
-                        f"only {converged} of {n_modes} modes converged after {restarts - 1} restarts with a basis of "
-                        f"{limit} vectors; allow a larger subspace, a looser tolerance or a shift nearer to the modes"
-                    )
-                self._restart(n_modes)
+            if (
+                self.m + self.next.shape[1] > self._limit(n_modes)
+                and (restarts := restarts + 1) > self.options.restarts
+            ):
+                raise EigenError(
+                    f"only {converged} of {n_modes} modes converged after {restarts - 1} restarts with a basis of "
+                    f"{self.m} vectors; allow a larger subspace, a looser tolerance or a shift nearer to the modes"
+                )
+            self._make_room(n_modes)
             self._step()
 
     def _limit(self, n_modes: int) -> int:
@@ -210,10 +241,13 @@ class BlockLanczos:
         self.H = H
         self.next, self.M_next, self.coupling = self._orthonormalise(W)
 
-    def _reserve(self, m: int) -> None:
-        """Room for m vectors; memory is taken by the system only when they are written."""
-        if m > self.V.shape[1]:
-            grown = np.zeros((self.n, m), order="F")
+    def _make_room(self, n_modes: int) -> None:
+        """Room for the next block: a restart, or columns that take memory only when they are written."""
+        limit = self._limit(n_modes)
+        if self.m + self.next.shape[1] > limit:
+            self._restart(n_modes)
+        if limit > self.V.shape[1]:
+            grown = np.zeros((self.n, limit), order="F")
             grown[:, : self.m] = self.V[:, : self.m]
             self.V = grown
 
@@ -289,22 +323,21 @@ class BlockLanczos:
         self.next, self.M_next, _ = self._orthonormalise(fresh)
         self.coupling = np.ones((width, self.coupling.shape[1]))
 
-    def _count(self, n_modes: int) -> tuple[bool | None, int]:
-        """Compare the modes below a shift just above the last one wanted with the inertia there."""
+    def _gap_near(self, n_modes: int) -> float | None:
+        """A shift in a clear gap just above the modes wanted, or else below the cluster that the last one is in.
+
+        None when the basis holds every mode there is.
+        """
         theta = self._ritz()[0]
-        positive = theta[theta > 0.0]
-        if len(positive) <= n_modes:
-            return (True if self.m == self.n else None), 0
-        eigenvalues = self.shift + 1.0 / positive[: n_modes + 5]
-        gaps = np.diff(eigenvalues[n_modes - 1 :]) / np.abs(eigenvalues[n_modes - 1 : -1])
-        known = n_modes + int(np.argmax(gaps > min(1e-4, gaps.max() / 2)))
-        at = 0.5 * (eigenvalues[known - 1] + eigenvalues[known])
-        self._report("counting modes", n_modes, n_modes)
-        self._factors = None  # two sets of factors would double the memory
-        inertia = factorise(shifted(self.K, self.M, at), solver=self.solver, check=False).inertia
-        if inertia is None:
-            return None, 0
-        return inertia.negative <= known, inertia.negative - known
+        distances = 1.0 / theta[theta > 0.0][: n_modes + 8]
+        if len(distances) <= n_modes:
+            return None
+        gaps = np.diff(distances) / distances[:-1]
+        order = [*range(n_modes - 1, len(gaps)), *range(n_modes - 2, -1, -1)]
+        clear = next((place for place in order if gaps[place] > 1e-4), None)
+        if clear is None:
+            return float(self.shift + distances[0] * (1.0 - 1e-4))
+        return float(self.shift + 0.5 * (distances[clear] + distances[clear + 1]))
 
     def _result(self, n_modes: int, complete: bool | None) -> Modes:
         theta, Y, _ = self._ritz()
@@ -312,10 +345,16 @@ class BlockLanczos:
         shapes = np.asfortranarray(self.V[:, : self.m] @ Y[:, :n_modes])
         rows = np.argmax(np.abs(shapes) > (1.0 - 1e-6) * np.abs(shapes).max(axis=0), axis=0)
         shapes *= np.sign(shapes[rows, np.arange(n_modes)])
+        residuals = backward_errors(self.K, self.M, eigenvalues, shapes)
+        if residuals.max() > WRONG:
+            raise EigenError(
+                f"mode {int(np.argmax(residuals)) + 1} does not satisfy its equation (error {residuals.max():.0e}); "
+                "stiffnesses or masses may be too far apart for double precision: check units and penalty springs"
+            )
         return Modes(
             eigenvalues=eigenvalues,
             shapes=shapes,
-            residuals=backward_errors(self.K, self.M, eigenvalues, shapes),
+            residuals=residuals,
             complete=complete,
             solver=self.solver,
         )
