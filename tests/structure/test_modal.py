@@ -159,7 +159,23 @@ def test_large_projection_takes_the_real_products():
     np.testing.assert_allclose(slope[:, :1, :2], small[1], rtol=1e-12, atol=1e-15)
 
 
-GOOD = {"omega": np.array([1.0, 2.0]), "mode_shapes": np.ones((3, 2)), "static_compliance": np.eye(3), "dofs": "abc"}
+def test_modes_that_are_not_mass_normalised_are_noticed():
+    _, K, omega, modes = beam()
+    with pytest.raises(InputError, match="mass-normalised"):
+        ModalStructure(
+            omega=omega[:5],
+            mode_shapes=1000 * modes[:, :5],
+            static_compliance=np.linalg.inv(K),
+            dofs=[str(i) for i in range(N)],
+        )
+
+
+GOOD = {
+    "omega": np.array([1.0, 2.0]),
+    "mode_shapes": np.ones((3, 2)),
+    "static_compliance": 2.0 * np.eye(3),
+    "dofs": "abc",
+}
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from slipstick.structure.receptance import ModalReceptance
 
 Array = NDArray[np.float64]
 
+_RESIDUAL_ROUNDING = 1e-4
 _LARGEST_FILE_ENTRIES = 200_000_000
 
 
@@ -99,8 +100,19 @@ class ModalStructure:
         self.static_compliance = (
             self._modal_compliance if static_compliance is None else np.array(static_compliance, dtype=float)
         )
+        self._check_residual()
         self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
         self.damping_ratio = np.broadcast_to(self.damping_ratio, self.omega.shape)
+
+    def _check_residual(self) -> None:
+        """What the modes leave out can only add compliance."""
+        whole, modal = np.diag(self.static_compliance), np.diag(self._modal_compliance)
+        worst = int(np.argmin(whole - modal))
+        if whole[worst] - modal[worst] < -_RESIDUAL_ROUNDING * modal[worst]:
+            raise InputError(
+                f"static_compliance: {whole[worst]:g} at dof {self._dofs[worst]!r} is less than the {modal[worst]:g} "
+                "of the modes alone; check that the modes are mass-normalised and that all arrays have the same units"
+            )
 
     def _faults(self, static_compliance: ArrayLike | None) -> list[str]:
         if self.omega.ndim != 1 or self.omega.size == 0:
