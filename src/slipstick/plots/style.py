@@ -55,9 +55,9 @@ def datasets(branches: Any) -> Iterator[tuple[str | None, xarray.Dataset]]:
 
 
 def quantity(dataset: xarray.Dataset, name: str) -> str:
-    """Label of a variable: its long name and unit, from the dataset itself."""
+    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
     attributes = dataset[name].attrs
-    text = str(attributes.get("long_name", name.replace("_", " ")))
+    text = str(attributes.get("long_name", name.replace("_", " "))).split(" (")[0]
     units = str(attributes.get("units", ""))
     text = text[:1].upper() + text[1:]
     return f"{text} [{units}]" if units not in ("", "1") else text
