@@ -2,7 +2,7 @@
 
 import pytest
 
-from slipstick import verify
+from slipstick import InputError, verify
 from slipstick.verify.table import Check, all_checks
 
 CHECKS = all_checks()
@@ -32,6 +32,11 @@ def test_every_closed_form_and_claim_has_a_row():
 def test_rows_are_chosen_by_name_or_description():
     assert [row.name for row in verify.run("masing")] == ["CF1", "CF1"]
     assert {row.name for row in verify.run(["CF3", "CF5"])} == {"CF3", "CF5"}
+
+
+def test_unknown_name_is_an_input_error():
+    with pytest.raises(InputError, match="no check is called CF99; there are CF1"):
+        verify.run("CF99")
 
 
 def broken():

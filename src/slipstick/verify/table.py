@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from slipstick.errors import InputError
+
 Compute = Callable[[], tuple[float, float]]
 
 
@@ -77,12 +79,19 @@ def all_checks() -> tuple[Check, ...]:
 
 
 def run(names: str | Sequence[str] | None = None) -> Iterator[Row]:
-    """Rows one after another as they are computed.
+    """Rows one after another, each computed when it is asked for.
 
     ``names`` keeps the rows whose name or description contains one of the given texts, whatever the case.
+
+    Raises
+    ------
+    InputError
+        If no row is kept.
     """
     wanted = [names] if isinstance(names, str) else list(names or ())
-    for check in all_checks():
-        label = f"{check.name} {check.what}".lower()
-        if not wanted or any(text.lower() in label for text in wanted):
-            yield check.row()
+    checks = all_checks()
+    chosen = [c for c in checks if not wanted or any(t.lower() in f"{c.name} {c.what}".lower() for t in wanted)]
+    if not chosen:
+        known = ", ".join(dict.fromkeys(check.name for check in checks))
+        raise InputError(f"verify: no check is called {' or '.join(wanted)}; there are {known}")
+    return (check.row() for check in chosen)
