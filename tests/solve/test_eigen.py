@@ -145,9 +145,9 @@ def test_work_done_is_kept_when_more_modes_are_asked() -> None:
     K, exact = lattice((9, 8, 7))
     iteration = BlockLanczos(K, sparse.eye_array(K.shape[0], format="csr"))
     few = iteration.modes(8, count=False)
-    used = iteration.m
+    used = iteration.basis.m
     again = iteration.modes(8)
-    assert iteration.m == used
+    assert iteration.basis.m == used
     more = iteration.modes(40)
     np.testing.assert_allclose(few.eigenvalues, exact[:8], rtol=1e-10)
     np.testing.assert_allclose(again.eigenvalues, exact[:8], rtol=1e-10)

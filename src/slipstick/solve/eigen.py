@@ -1,9 +1,7 @@
 """Lowest modes of sparse symmetric ``K phi = lambda M phi`` by shift-invert block Lanczos with a proof of completeness.
 
-The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues, full
-reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 228,
-1994), and thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Matrix Anal. Appl. 22, 602, 2000). The number of
-eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
+The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues. The
+number of eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickError
 from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise, one_blas_thread, shifted
+from slipstick.solve.lanczos import KrylovBasis
 
 Array = NDArray[np.float64]
 
@@ -114,10 +113,7 @@ def factorise_shifted(K: Any, M: Any, shift: float, *, solver: str | None = None
 
 
 class BlockLanczos:
-    """The iteration and its basis: ask for modes, then for more; the work already done is kept.
-
-    Columns ``V`` (n, m) are M-orthonormal, ``H = V^T M (K - s M)^-1 M V``; ``next`` is the block that comes after them.
-    """
+    """The iteration: ask for modes, then for more; the basis already made is kept."""
 
     def __init__(
         self,
@@ -137,16 +133,7 @@ class BlockLanczos:
         self._report("factorising", 0, 1)
         self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver)
         self.solver, self.inertia = self._factors.name, self._factors.inertia
-        self.random = np.random.default_rng(20120101)
-        self.V = np.zeros((self.n, 0), order="F")
-        self.H = np.zeros((0, 0))
-        self.m = 0
-        width = min(self.options.block, self.n)
-        first = self.random.standard_normal((self.n, width)) if start is None else np.array(start, dtype=float)
-        # one application of the operator damps what the high modes put into the first block
-        first = self.solve(self.M @ first) if start is None else first
-        self.next, self.M_next, _ = self._orthonormalise(first)
-        self.coupling = np.zeros((width, width))
+        self.basis = KrylovBasis(self.solve, self.M, self.options.block, start)
 
     def solve(self, B: Array) -> Array:
         """``(K - s M)^-1 B``, B (n, n_columns); factors dropped to save memory are made again."""
@@ -186,17 +173,17 @@ class BlockLanczos:
         """
         fresh = 4
         for _ in range(40 + 8 * expected // self.options.block):
-            theta = self._ritz()[0][:expected]
+            theta = self.basis.ritz()[0][:expected]
             below = int(np.count_nonzero((theta > 0.0) & (theta * (at - self.shift) > 1.0)))
             converged = self._converged(expected)
             if min(below, converged) >= expected:
                 return
             self._report("modes were missing, searching on", min(below, n_modes), n_modes)
             if fresh >= 4 and converged >= below:
-                self._append_random()
+                self.basis.add_random()
                 fresh = 0
             self._make_room(max(n_modes, expected))
-            self._step()
+            self.basis.step()
             fresh += 1
         raise EigenError(
             f"{expected} eigenvalues lie below {at:g} but only {min(below, converged)} of them were found; "
@@ -208,127 +195,39 @@ class BlockLanczos:
         while True:
             converged = self._converged(n_modes)
             self._report("modes", converged, n_modes)
-            if converged >= n_modes or self.m == self.n:
+            if converged >= n_modes or self.basis.m == self.n:
                 return
             if (
-                self.m + self.next.shape[1] > self._limit(n_modes)
+                self.basis.m + self.basis.Q.shape[1] > self._limit(n_modes)
                 and (restarts := restarts + 1) > self.options.restarts
             ):
                 raise EigenError(
                     f"only {converged} of {n_modes} modes converged after {restarts - 1} restarts with a basis of "
-                    f"{self.m} vectors; allow a larger subspace, a looser tolerance or a shift nearer to the modes"
+                    f"{self.basis.m} vectors; allow a larger subspace, a looser tolerance or a shift nearer to them"
                 )
             self._make_room(n_modes)
-            self._step()
+            self.basis.step()
 
     def _limit(self, n_modes: int) -> int:
-        default = 3 * n_modes + 16 * self.options.block
-        wanted = self.options.subspace or default
-        return min(self.n, max(wanted, n_modes + 4 * self.options.block))
-
-    def _step(self) -> None:
-        """Take the next block into the basis and make the one after it."""
-        Q, m, width = self.next, self.m, self.next.shape[1]
-        self.V[:, m : m + width] = Q
-        self.m = m + width
-        W = self.solve(self.M_next)
-        C = self._remove(W, self.M @ W)
-        H = np.zeros((self.m, self.m))
-        H[:m, :m] = self.H
-        H[:, m:] = C
-        H[m:, :m] = C[:m].T
-        H[m:, m:] = 0.5 * (C[m:] + C[m:].T)
-        self.H = H
-        self.next, self.M_next, self.coupling = self._orthonormalise(W)
+        """Largest basis: what the options say, but room for the modes, some more, and two blocks."""
+        wanted = self.options.subspace or 3 * n_modes + 16 * self.options.block
+        return min(self.n, max(wanted, n_modes + 2 * self.options.block + 2 * self.basis.Q.shape[1]))
 
     def _make_room(self, n_modes: int) -> None:
-        """Room for the next block: a restart, or columns that take memory only when they are written."""
-        limit = self._limit(n_modes)
-        if self.m + self.next.shape[1] > limit:
-            self._restart(n_modes)
-        if limit > self.V.shape[1]:
-            grown = np.zeros((self.n, limit), order="F")
-            grown[:, : self.m] = self.V[:, : self.m]
-            self.V = grown
-
-    def _remove(self, W: Array, MW: Array) -> Array:
-        """Take the basis out of W (n, width) in place, ``MW`` being ``M W``; the coefficients (m, width)."""
-        V = self.V[:, : self.m]
-        C = V.T @ MW
-        W -= V @ C
-        return np.asarray(C)
-
-    def _orthonormalise(self, W: Array) -> tuple[Array, Array, Array]:
-        """M-orthonormal block Q outside the basis, ``M Q``, and R with ``W = Q R``; dead directions become random ones.
-
-        Normalised through the eigenvectors of the Gram matrix, whose small eigenvalues are noise and held up (A.
-        Stathopoulos, K. Wu, SIAM J. Sci. Comput. 23, 2165, 2002); the basis is taken out again after each scaling.
-        """
-        room = min(W.shape[1], self.n - self.m)
-        R, MW = np.eye(W.shape[1]), self.M @ W
-        for turn in range(10 if room else 0):
-            values, vectors = self._gram(W, MW)
-            values, vectors = values[-room:], vectors[:, -room:]
-            floor = max(1e-14 * values[-1], np.finfo(float).tiny)
-            root = np.sqrt(np.maximum(values, floor))
-            W, MW, R = W @ (vectors / root), MW @ (vectors / root), (root[:, None] * vectors.T) @ R
-            if turn and values[0] > 0.25:  # unit vectors that lost less than half to the basis
-                return W, MW, R
-            dead = values <= floor
-            if turn and dead.any():
-                W[:, dead] = self.random.standard_normal((self.n, int(dead.sum())))
-                R[dead] = 0.0
-                self._remove(W, self.M @ W)
-            else:
-                self._remove(W, MW)
-            MW = self.M @ W
-        return W[:, :room], MW[:, :room], R[:room]
-
-    def _gram(self, Q: Array, MQ: Array) -> tuple[Array, Array]:
-        G = Q.T @ MQ
-        values, vectors = np.linalg.eigh(0.5 * (G + G.T))
-        if values[0] < -1e-8 * max(values[-1], np.finfo(float).tiny):
-            raise InputError("the mass matrix is indefinite: a motion has negative kinetic energy")
-        return values, vectors
-
-    def _ritz(self) -> tuple[Array, Array, Array]:
-        """Ritz values (largest first), vectors in the basis, and relative residuals."""
-        theta, Y = np.linalg.eigh(self.H)
-        theta, Y = theta[::-1], Y[:, ::-1]
-        last = self.coupling.shape[1]
-        error = np.linalg.norm(self.coupling @ Y[self.m - last :], axis=0) if self.m < self.n else np.zeros(self.m)
-        return theta, Y, error / np.maximum(np.abs(theta), np.finfo(float).tiny)
+        self.basis.make_room(self._limit(n_modes), n_modes + 2 * self.options.block)
 
     def _converged(self, n_modes: int) -> int:
-        if self.m == 0:
+        if self.basis.m == 0:
             return 0
-        error = self._ritz()[2][:n_modes] <= self.options.tolerance
+        error = self.basis.ritz()[2][:n_modes] <= self.options.tolerance
         return int(len(error) if error.all() else np.argmin(error))
-
-    def _restart(self, n_modes: int) -> None:
-        """Keep the best Ritz vectors and the next block: the invariants of the iteration still hold."""
-        theta, Y, _ = self._ritz()
-        keep = min(n_modes + 2 * self.options.block, self.m - self.options.block)
-        for rows in np.array_split(np.arange(self.n), max(1, self.n // 8192)):
-            part = slice(rows[0], rows[-1] + 1)
-            self.V[part, :keep] = self.V[part, : self.m] @ Y[:, :keep]
-        self.m, self.H = keep, np.diag(theta[:keep])
-
-    def _append_random(self) -> None:
-        """Go on with random directions instead of the Krylov ones: for modes the start had no part of."""
-        width = min(self.options.block, self.n - self.m)
-        fresh = self.random.standard_normal((self.n, width))
-        fresh = self.solve(self.M @ fresh)
-        self._remove(fresh, self.M @ fresh)
-        self.next, self.M_next, _ = self._orthonormalise(fresh)
-        self.coupling = np.ones((width, self.coupling.shape[1]))
 
     def _gap_near(self, n_modes: int) -> float | None:
         """A shift in a clear gap just above the modes wanted, or else below the cluster that the last one is in.
 
         None when the basis holds every mode there is.
         """
-        theta = self._ritz()[0]
+        theta = self.basis.ritz()[0]
         distances = 1.0 / theta[theta > 0.0][: n_modes + 8]
         if len(distances) <= n_modes:
             return None
@@ -340,9 +239,9 @@ class BlockLanczos:
         return float(self.shift + 0.5 * (distances[clear] + distances[clear + 1]))
 
     def _result(self, n_modes: int, complete: bool | None) -> Modes:
-        theta, Y, _ = self._ritz()
+        theta, Y, _ = self.basis.ritz()
         eigenvalues = self.shift + 1.0 / theta[:n_modes]
-        shapes = np.asfortranarray(self.V[:, : self.m] @ Y[:, :n_modes])
+        shapes = np.asfortranarray(self.basis.V[:, : self.basis.m] @ Y[:, :n_modes])
         rows = np.argmax(np.abs(shapes) > (1.0 - 1e-6) * np.abs(shapes).max(axis=0), axis=0)
         shapes *= np.sign(shapes[rows, np.arange(n_modes)])
         residuals = backward_errors(self.K, self.M, eigenvalues, shapes)
