@@ -99,12 +99,12 @@ def _refuse(header: Words, directions: Words, path: Path) -> None:
         raise InputError(f"{path.name}: holds {what}; solve a modal analysis with LUMPM,OFF and symmetric matrices")
     if header[_CONSTRAINT_EQUATIONS] > 0:
         raise InputError(
-            f"{path.name}: keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart from "
-            "its matrices; join the parts by shared nodes, or export a superelement with HBMAT"
+            f"{path.name}: keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart "
+            "from its matrices; join the parts by shared nodes, or export a superelement with HBMAT"
         )
     strange = sorted(set(directions.tolist()) - set(_COMPONENTS))
     if strange:
-        raise InputError(f"{path.name}: has dofs {strange} that are no motion; export a structural model")
+        raise InputError(f"{path.name}: has dofs {strange}, no motions; export a structural model")
 
 
 def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[DofMap, NDArray[np.bool_]]:
