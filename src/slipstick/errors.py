@@ -40,6 +40,10 @@ class Outcome(Enum):
         "ramp a parameter (normal load, velocity) to its value, or check the units of kt and the normal load"
     )
     SINGULAR = "stopped: the Jacobian became singular; perturb the starting frequency or add a little damping"
+    OUTSIDE_TABLE = (
+        "stopped early: a contact temperature left its table; extend the table by measured rows, or lower the thermal "
+        "resistance, the normal load or the velocity"
+    )
     INTERRUPTED = "interrupted by the user; every point found is kept"
 
     @property

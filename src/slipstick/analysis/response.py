@@ -278,8 +278,15 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
                 step = next(run, None)
             if step is None:
                 break
+            heat = step.evaluation.detail.heat
+            if heat is not None:
+                fault = heat.equilibrium.problem([pair.name for pair in task.problem.contacts])
+                if fault:
+                    outcome = Outcome.OUTSIDE_TABLE
+                    message = f"{outcome.text} (at {step.parameter:g}: {fault})"
+                    return outcome, message
+                task.balance.temperature = heat.temperature
             point = _point(step)
-            task.balance.temperature = point.parameters.get("temperature")
             number += 1
             if task.listeners:
                 progress = (point.parameter - task.start) / (task.stop - task.start)

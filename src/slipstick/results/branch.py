@@ -142,6 +142,27 @@ class Branch:
         limit = mu * kn * np.maximum(H @ Y - gap, 0.0)
         return {"tau": tau, "motion": H @ X, "total": H @ W + v * tau, "friction": force, "limit": limit}
 
+    def thermal_equilibria(self, point: int) -> Any:
+        """All thermal equilibria at the motion of a point, of which the branch holds the one next to its neighbours.
+
+        For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
+        (``slipstick.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
+        """
+        from slipstick.balance.residual import inputs_of
+
+        d, problem = self._point(point), self._problem_at(point)
+        if problem.heated is None:
+            raise InputError("no contact of this branch is heated; give the problem a thermal model")
+        omega, inputs = float(d["omega"]), inputs_of(problem)
+        return problem.heated.all_equilibria(
+            self.harmonics,
+            d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
+            d["contact_normal"].to_numpy(),
+            v=inputs.velocity / omega,
+            omega=omega,
+            **{name: getattr(inputs, name) for name in ("kt", "mu", "kn", "gap")},
+        )
+
     @property
     def plot(self) -> BranchPlots:
         """Figures of this branch; each returns matplotlib Axes."""

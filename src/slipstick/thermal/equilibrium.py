@@ -62,8 +62,7 @@ class Equilibrium:
         low, high = self.limits[0][i], self.limits[1][i]
         return (
             f"the temperature of contact {_named(i, names)} leaves its table, {low:g} to {high:g}: the equilibrium "
-            f"lies near {self.temperature[i]:.4g} (power {self.power[i]:.4g}); extend the table by measured rows, or "
-            "lower the thermal resistance, the normal load or the velocity"
+            f"lies near {self.temperature[i]:.4g} (power {self.power[i]:.4g})"
         )
 
 

@@ -1,0 +1,134 @@
+"""Response curves of contacts heated by their own friction."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.analysis.response import forced_response, parameter_response
+from slipstick.errors import InputError, Outcome
+from slipstick.thermal.friction_curve import FrictionCurve
+from slipstick.thermal.model import ThermalModel
+from slipstick.thermal.search import SurfaceEquilibria
+
+CURVE = FrictionCurve(temperature=[25, 200, 400, 800, 1200], mu=[0.3, 0.27, 0.23, 0.18, 0.15])
+DATA = Path(__file__).parents[2] / "examples" / "blade_reduced" / "blade_reduced.npz"
+
+
+def oscillator(velocity: float, thermal: ThermalModel | None, normal_load: float = 800.0) -> ss.Problem:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    pair = ss.ContactPair(
+        name="damper",
+        contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-normal_load),
+        tangential="x",
+        rubbing=ss.RubbingMotion(velocity=velocity),
+    )
+    return ss.Problem(
+        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(11), thermal=thermal
+    )
+
+
+def test_curve_balances_heat_at_every_point() -> None:
+    """T = T0 + R power, mu = mu(T) at every point; hot contacts slip in both directions and damp less."""
+    thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.05)
+    branch = forced_response(oscillator(10.0, thermal, 200.0), omega=(2.0, 15.0))
+    assert branch.outcome is Outcome.COMPLETED
+    d = branch.dataset
+    T, power = d["temperature"].to_numpy(), d["dissipated_power"].to_numpy()
+    assert T.max() > 150.0
+    np.testing.assert_allclose(T, 25.0 + 0.05 * power, rtol=1e-10)
+    np.testing.assert_allclose(d["friction_coefficient"].to_numpy(), CURVE.mu(T), rtol=1e-12)
+    cold = forced_response(oscillator(10.0, None, 200.0), omega=(2.0, 15.0))
+    assert max(a for _, a in branch.peaks("x")) > 1.1 * max(a for _, a in cold.peaks("x"))
+
+
+def test_one_sided_slip_does_not_feel_the_heat() -> None:
+    """Constant load and slip in one direction only: friction moves with the motion by kt, mu sets its mean alone."""
+    hot = oscillator(50.0, ThermalModel(curve=CURVE, background=25.0, resistance=0.05))
+    peaks = [forced_response(p, omega=(5.0, 7.0)).peaks("x") for p in (hot, oscillator(50.0, None))]
+    assert peaks[0][0] == pytest.approx(peaks[1][0], rel=1e-8)
+
+
+def test_heated_point_is_the_cold_problem_with_that_friction_coefficient() -> None:
+    thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.05)
+    branch = forced_response(oscillator(50.0, thermal), omega=(5.0, 6.0), requested=[5.5])
+    point = branch.at(5.5)
+    mu = float(branch.dataset["friction_coefficient"][point, 0])
+    plain = oscillator(50.0, None).with_parameter("damper.mu", mu)
+    same = forced_response(plain, omega=(5.0, 6.0), requested=[5.5])
+    expected = same.dataset["displacement"].to_numpy()[same.at(5.5)]
+    np.testing.assert_allclose(branch.dataset["displacement"].to_numpy()[point], expected, atol=1e-8)
+
+
+def test_velocity_is_followed_to_permanent_slip() -> None:
+    """Beyond the threshold p/c the amplitude is the free one whatever the temperature, the mean is -mu(T) N/k."""
+    thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.005)
+    branch = parameter_response(oscillator(20.0, thermal), "damper.velocity", (20.0, 260.0), omega=6.0)
+    assert branch.outcome is Outcome.COMPLETED
+    end = branch.dataset.isel(point=-1)
+    mu = float(end["friction_coefficient"][0])
+    rise = float(end["temperature"][0]) - 25.0
+    assert rise == pytest.approx(0.005 * mu * 800.0 * 260.0, rel=1e-9)
+    assert float(end["mean"][0]) == pytest.approx(-mu * 800.0 / 40.0, rel=1e-9)
+    assert float(end["amplitude"][0]) == pytest.approx(100.0 / abs(40.0 - 36.0 + 2.4j), rel=1e-8)
+
+
+def test_a_temperature_outside_its_table_stops_the_curve_with_a_sentence() -> None:
+    short = FrictionCurve(temperature=[25, 120], mu=[0.3, 0.28])
+    thermal = ThermalModel(curve=short, background=25.0, resistance=0.02)
+    branch = forced_response(oscillator(50.0, thermal), omega=(2.0, 15.0))
+    assert branch.outcome is Outcome.OUTSIDE_TABLE
+    assert "the temperature of contact damper leaves its table, 25 to 120" in branch.dataset.attrs["outcome_text"]
+    assert np.all(branch.dataset["temperature"] <= 120.0)
+
+
+def test_all_equilibria_of_a_point() -> None:
+    thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.05)
+    branch = forced_response(oscillator(50.0, thermal), omega=(5.0, 6.0))
+    [found] = branch.thermal_equilibria(-1)
+    taken = float(branch.dataset["temperature"][-1, 0])
+    assert np.abs(found.temperature - taken).min() < 1e-8 * taken
+    with pytest.raises(InputError, match="no contact of this branch is heated"):
+        forced_response(oscillator(50.0, None), omega=(5.0, 6.0)).thermal_equilibria(0)
+
+
+def test_reduced_blade_with_coupled_heat() -> None:
+    """Eight contacts on one surface: heat balances through the influence matrix, and Newton needs few corrections."""
+    if not DATA.exists():
+        pytest.skip("examples/blade_reduced is not installed")
+    data = np.load(DATA, allow_pickle=False)
+    dofs = [f"n{i}{a}" for i in range(8) for a in "xyz"]
+    from slipstick.structure.modal import LoadShape
+
+    shape = LoadShape(participation=data["load_participation"], static_response=data["static_load_response"])
+    structure = ss.ModalStructure(
+        omega=data["omega"], mode_shapes=data["mode_shapes"], static_compliance=data["static_compliance"], dofs=dofs,
+        loss_factor=0.001, load_shapes={"pressure": shape},
+    )  # fmt: skip
+    k = 27450.33
+    pairs = [
+        ss.ContactPair(
+            name=f"n{i}", contact=ss.FrictionContact(kt=k, mu=0.3, kn=k, gap=-0.2 * 3.96918 / k),
+            tangential=f"n{i}y", normal=f"n{i}z", rubbing=ss.RubbingMotion(velocity=2.0),
+        )
+        for i in range(8)
+    ]  # fmt: skip
+    curve = FrictionCurve(temperature=[25, 200, 400, 600, 800], mu=[0.50, 0.45, 0.38, 0.31, 0.27])
+    influence = data["thermal_influence"]
+    problem = ss.Problem(
+        structure, contacts=pairs, loads=[ss.Load(shape="pressure", cos=2.0)], harmonics=range(6), outputs=["n0y"],
+        thermal=ThermalModel(curve=curve, background=25.0, resistance=influence),
+    )  # fmt: skip
+    branch = forced_response(problem, omega=(1240.0, 1400.0))
+    assert branch.outcome is Outcome.COMPLETED, branch.dataset.attrs["outcome_text"]
+    d = branch.dataset
+    T, power = d["temperature"].to_numpy(), d["dissipated_power"].to_numpy()
+    np.testing.assert_allclose(T, 25.0 + power @ influence.T, rtol=1e-9)
+    assert T.max() > 30.0
+    assert np.median(d["newton_iterations"].to_numpy()) <= 4
+    found = branch.thermal_equilibria(0)
+    assert isinstance(found, SurfaceEquilibria)
+    assert np.abs(found.temperature - T[0]).max(axis=1).min() < 1e-7 * T[0].max()
