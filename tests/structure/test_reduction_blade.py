@@ -1,0 +1,53 @@
+"""The blade with its contacts: receptance of the reduction against direct solution of the full model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slipstick.fem.blade import blade_shape
+from slipstick.fem.contact_model import ContactModel
+from slipstick.fem.rubbing_blade import BladeModel, finite_element_blade
+from slipstick.structure.reduction import Reduction, estimate_error, reduce_model
+
+
+def reduced(size: str, **wishes: object) -> tuple[ContactModel, Reduction]:
+    whole = finite_element_blade(BladeModel(shape=blade_shape(size)))
+    return whole, reduce_model(whole.model.K, whole.model.M, **whole.request, **wishes)
+
+
+def test_small_blade_at_twenty_frequencies_up_to_five_times_the_first_resonance() -> None:
+    whole, reduction = reduced("small", modes=128)
+    omega = reduction.structure.omega
+    errors = estimate_error(reduction, whole.model.K, whole.model.M, omega[0] * np.linspace(0.1, 5.0, 20))
+    assert max(errors.values()) < 1e-7
+    beside_resonance = estimate_error(reduction, whole.model.K, whole.model.M, omega[0] * np.array([0.999, 1.001]))
+    assert max(beside_resonance.values()) < 1e-6
+    assert reduction.complete is True
+
+
+def test_modes_follow_from_the_accuracy() -> None:
+    whole, reduction = reduced("small", frequency_range=(0.0, 5.0 * 1317.0))
+    assert reduction.structure.omega.size < 100
+    errors = estimate_error(reduction, whole.model.K, whole.model.M, 1317.0 * np.array([0.5, 2.5, 3.3, 4.6, 5.0]))
+    assert max(errors.values()) < 1e-7
+
+
+def test_residual_terms_earn_their_place() -> None:
+    """Without them 128 modes miss a good part of the compliance at the contacts."""
+    _, reduction = reduced("small", modes=128)
+    s = reduction.structure
+    modal = (s.mode_shapes / s.omega**2) @ s.mode_shapes.T
+    missed = np.diag(s.static_compliance - modal)[2::3] / np.diag(s.static_compliance)[2::3]  # normal directions
+    assert missed.max() > 1e-3
+    assert missed.min() > 0.0
+
+
+@pytest.mark.verify
+def test_large_blade() -> None:
+    whole, reduction = reduced("large", modes=128)
+    assert reduction.n_full > 101_200
+    assert reduction.complete is True
+    assert reduction.residuals.max() < 1e-7
+    frequencies = reduction.structure.omega[0] * np.array([0.5, 1.5, 3.0, 4.7, 5.0])
+    assert max(estimate_error(reduction, whole.model.K, whole.model.M, frequencies).values()) < 1e-7
