@@ -100,6 +100,21 @@ def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
 
 
 @needs_ccx
+def test_matrices_with_their_mesh_take_contacts_on_a_surface(tmp_path):
+    """The model of the files .sti, .mas, .dof and .inp is the same elastic model as the mesh alone gives."""
+    from slipstick.fem.contact_model import of_import
+
+    write_input(tmp_path / "job.inp", skewed("hex20"), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    run(tmp_path / "job.inp")
+    theirs = of_import(read_model([tmp_path / "job.sti", tmp_path / "job.inp"]))
+    ours = of_import(read_model(tmp_path / "job.inp"))
+    order = np.argsort(theirs.free)
+    np.testing.assert_array_equal(theirs.free[order], ours.free)
+    assert abs(theirs.K[order][:, order] - ours.K).max() < 1e-12 * abs(ours.K).max()
+    assert theirs.mesh.surface("FACE").n_faces == ours.mesh.surface("FACE").n_faces == 2
+
+
+@needs_ccx
 def test_substructure_in_the_user_element_form(tmp_path):
     """The block of the retained dofs (2.20 writes it uncondensed) or its Schur complement, dof by dof."""
     mesh = skewed("hex8")

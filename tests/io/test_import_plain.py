@@ -170,7 +170,10 @@ def test_gmsh_to_a_model_with_options(gmsh, tmp_path):
     assert set(model.mesh.blocks) == {"tet10"}
     assert model.units == "SI"
     assert notes[0].startswith("box.msh: ")
-    assert model.mesh.element_sets
+    assert {kind: len(part) for kind, part in model.mesh.element_sets["all"].items()} == {
+        "tet10": model.mesh.n_elements
+    }
+    assert model.materials == {"all": STEEL}
     assert read_model(tmp_path / "m.h5").dofs == model.dofs
     with pytest.raises(InputError, match="node set 'root' is not in the mesh; it has"):
         read_model(gmsh, ImportOptions(material=STEEL, fixed=["root"]))

@@ -128,8 +128,11 @@ def assemble_mesh(
         notes=(*imported.notes, *_notes(mesh)),
     )
     model = build_model(raw, source=source, units=units or imported.units)
-    by_set = {"all": materials} if isinstance(materials, Material) else dict(materials)
-    return replace(model, mesh=mesh, materials=by_set)
+    if isinstance(materials, Material):
+        everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
+        mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
+        materials = {"all": materials}
+    return replace(model, mesh=mesh, materials=dict(materials))
 
 
 _HELD = tuple(f"(held {axis})" for axis in "xyz")

@@ -11,6 +11,7 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.io.mesh_files import MESH_SUFFIXES, read_mesh
+from slipstick.io.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_store import load_model, save_model
 from slipstick.io.raw_model import Nodes, RawModel, build_model, support_notes
 from slipstick.io.text_numbers import read_bytes
@@ -112,9 +113,10 @@ def read_model(files: Sequence[Path] | Path, options: ImportOptions | None = Non
     roles = _roles(paths, options)
     if not roles.matrices:
         return _without_matrices(paths, source, options)
-    model = build_model(
-        _with_positions(_read(roles, options), roles), source=source, units=options.units or "not stated"
-    )
+    raw, mesh = _with_positions(_read(roles, options), roles)
+    model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
+    if mesh:
+        model = replace(model, mesh=mesh.mesh, materials=mesh.materials)
     return model.fix(list(options.fixed)) if options.fixed else model
 
 
@@ -127,8 +129,6 @@ def _without_matrices(paths: list[Path], source: str, options: ImportOptions) ->
 
 def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
     """A mesh file read and assembled with our own elements."""
-    from slipstick.io.mesh_model import assemble_mesh
-
     return assemble_mesh(
         read_mesh(path),
         source=source,
@@ -225,15 +225,17 @@ def _plain(roles: _Roles, first: Path) -> RawModel:
     return matrix_market.read_plain(roles.matrices, roles.dof_map)
 
 
-def _with_positions(raw: RawModel, roles: _Roles) -> RawModel:
-    """Coordinates and sets from a mesh or bulk data file given besides the matrices."""
-    if roles.nodes is None or len(raw.nodes.ids):
-        return raw
+def _with_positions(raw: RawModel, roles: _Roles) -> tuple[RawModel, MeshModel | None]:
+    """Coordinates and sets from a mesh or bulk data file given besides the matrices, and the mesh."""
+    if roles.nodes is None:
+        return raw, None
     if roles.nodes.suffix.lower() in _BULK:
         from slipstick.io.nastran_bulk import read_bulk
 
-        found = read_bulk(roles.nodes).nodes
-        return replace(raw, nodes=replace(raw.nodes, ids=found.ids, coordinates=found.coordinates))
-    mesh = read_mesh(roles.nodes).mesh
+        found = raw.nodes if len(raw.nodes.ids) else read_bulk(roles.nodes).nodes
+        return replace(raw, nodes=replace(raw.nodes, ids=found.ids, coordinates=found.coordinates)), None
+    imported = read_mesh(roles.nodes)
+    mesh = imported.mesh
     sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}
-    return replace(raw, nodes=Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held))
+    nodes = Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held)
+    return replace(raw, nodes=nodes), imported
