@@ -314,6 +314,12 @@ def test_directions_and_names_must_fit() -> None:
         reduce(K, M, dofs=["u0", *NAMES[:29]], keep=["u3"])
 
 
+def test_names_may_come_as_an_array_or_alone() -> None:
+    K, M = small()
+    assert reduce(K, M, dofs=np.array(NAMES), keep=np.array(["u3", "u4"]), modes=2).dofs == ("u3", "u4")
+    assert reduce(K, M, dofs=NAMES, keep="u3", modes=2).dofs == ("u3",)
+
+
 def test_all_modes_and_dense_matrices_work_too() -> None:
     K, M = small()
     s = reduce(K.toarray(), M.toarray(), dofs=NAMES, keep=NAMES)

@@ -80,7 +80,7 @@ def kept_directions(
     n: int, keep: Any, dofs: Sequence[str] | None, names: Sequence[str] | None
 ) -> tuple[Any, tuple[str, ...], list[str]]:
     """Directions (n, n_keep) sparse by columns, their names, and what is wrong with them."""
-    if sparse.issparse(keep) or isinstance(keep, np.ndarray):
+    if sparse.issparse(keep) or (isinstance(keep, np.ndarray) and keep.dtype.kind not in "UO"):
         matrix = sparse.csc_array(keep)
         kept = tuple(names or ())
         faults = []
@@ -91,7 +91,7 @@ def kept_directions(
         if not np.isfinite(matrix.data).all():
             faults.append("keep holds a value that is not finite")
         return matrix, kept, faults
-    kept = tuple(keep)
+    kept = (keep,) if isinstance(keep, str) else tuple(keep)
     if dofs is None:
         return (
             None,
