@@ -182,7 +182,7 @@ def _static_reach(problem: Problem, normal: Any) -> float:
         return 0.0
     columns = problem.direction_matrix({dof: 1.0} for dof in dofs)
     static = problem.structure.project(problem.direction_matrix([normal]), columns, shapes).static
-    return float(np.abs(static) @ np.abs(problem.load_coefficients()).sum(axis=1))
+    return float((np.abs(static) @ np.abs(problem.load_coefficients()).sum(axis=1))[0])
 
 
 def _frequency_warnings(problem: Problem, low: float, high: float) -> Iterator[str]:

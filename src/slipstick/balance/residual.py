@@ -8,6 +8,7 @@ one normal port for each contact that has a normal direction. A pair (cosine, si
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -261,6 +262,11 @@ class Balance:
         return self.real(z)
 
 
+def _undefined(size: int) -> Evaluation:
+    """What a system answers to an iterate that is no motion: the iteration takes a shorter step."""
+    return Evaluation(np.full(size, np.nan), np.eye(size), np.full(size, np.nan))
+
+
 class FrequencySystem:
     """The balance as a system in omega: what the continuation follows."""
 
@@ -268,7 +274,9 @@ class FrequencySystem:
         self.balance, self.inputs = balance, inputs
 
     def evaluate(self, x: Array, parameter: float) -> Evaluation:
-        """Residual, Jacobian and derivative by omega at ``parameter`` = omega."""
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite."""
+        if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
+            return _undefined(x.size)
         balance, inputs = self.balance, self.inputs
         compliance = balance.compliance(parameter)
         detail = balance.detail(x, parameter, inputs)
@@ -301,7 +309,9 @@ class ParameterSystem:
         self._moving = {name for name, value in vars(direction).items() if np.any(value)}
 
     def evaluate(self, x: Array, parameter: float) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter."""
+        """Residual, Jacobian and derivative by the parameter; nan where the motion is not finite."""
+        if not (isfinite(x.dot(x)) and isfinite(parameter)):
+            return _undefined(x.size)
         balance, compliance = self.balance, self._compliance
         inputs = self.base.moved(self.direction, parameter)
         detail = balance.detail(x, self.omega, inputs)

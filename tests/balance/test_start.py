@@ -1,0 +1,67 @@
+"""First points without help, and every rung of the ladder on its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.balance.residual import Balance, FrequencySystem, inputs_of
+from slipstick.balance.start import FirstPoint, StrategyTried, first_point
+
+STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+
+
+def oscillator(velocity: float = 0.0, a: float = 0.0, p: float = 100.0) -> ss.Problem:
+    pair = ss.ContactPair(
+        name="damper",
+        contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
+        tangential="x",
+        rubbing=ss.RubbingMotion(velocity=velocity, cos={1: a}),
+    )
+    loads = [ss.Load(dof="x", sin=p)]
+    return ss.Problem(STRUCTURE, contacts=[pair], loads=loads, harmonics=ss.Harmonics(range(11)))
+
+
+@pytest.mark.parametrize("omega", [2.0, 6.3])
+@pytest.mark.parametrize("velocity, a, p", [
+    *((v, 0.0, 100.0) for v in (0, 0.01, 1, 10, 50, 100, 250, -1)),
+    *((0.0, a, 0.0) for a in (1, 2, 5, 10, 20, 50)),
+    *((v, 2.0, 100.0) for v in (0, 1, 10, 20, 50, 100)),
+])  # fmt: skip
+def test_every_curve_starts(velocity: float, a: float, p: float, omega: float) -> None:
+    tried: list[StrategyTried] = []
+    problem = oscillator(velocity, a, p)
+    x = first_point(problem, omega, report=tried.append)
+    assert x is not None
+    assert tried[-1].found
+    assert not any(event.found for event in tried[:-1])
+    residual = FrequencySystem(Balance(problem), inputs_of(problem)).evaluate(x, omega).residual
+    assert np.linalg.norm(residual) < 1e-9 * np.linalg.norm(x)
+
+
+@pytest.mark.parametrize("velocity, a", [(0.0, 0.0), (1.0, 0.0), (10.0, 2.0), (-20.0, 0.0)])
+def test_every_strategy_finds_the_same_point(velocity: float, a: float) -> None:
+    problem = oscillator(velocity, a)
+    search = FirstPoint(Balance(problem), inputs_of(problem), 3.0, guess=np.zeros(21))
+    names, found = [], []
+    for name, attempt in search.strategies():
+        x = attempt()
+        if x is not None:
+            names.append(name)
+            found.append(x)
+    for words in ("guess", "linear", "fewer harmonics", "load ramp", "friction ramp", "normal load ramp"):
+        assert any(words in name for name in names), f"{words} found nothing"
+    assert any("velocity ramp" in name for name in names) == (velocity != 0)
+    for x in found:
+        assert x == pytest.approx(found[0], abs=1e-8 * np.linalg.norm(found[0]))
+
+
+def test_a_problem_without_solution_in_reach_is_reported() -> None:
+    """A guess that is no number makes that rung fail with its reason; the next one finds the point."""
+    tried: list[StrategyTried] = []
+    problem = oscillator(10.0)
+    x = FirstPoint(Balance(problem), inputs_of(problem), 3.0, guess=np.full(21, np.nan), report=tried.append).find()
+    assert x is not None
+    assert not tried[0].found
+    assert tried[0].reason
