@@ -146,6 +146,14 @@ def test_temperatures_balance_the_power_of_the_forces() -> None:
         np.testing.assert_allclose(at.kn, FALLING.kn(at.temperature), rtol=1e-14)
 
 
+def test_equal_curves_are_evaluated_together() -> None:
+    twin = FrictionCurve(**{n: t for n, t in FALLING.tables.items()})
+    heated = ThermalModel(curve={"a": FALLING, "b": twin, "c": FALLING}, background=25.0, resistance=1.0).elements(
+        NAMES
+    )
+    assert len(heated.curves) == 1
+
+
 def test_contact_without_curve_keeps_its_parameters_and_heats_the_others() -> None:
     curve = FrictionCurve(temperature=[20, 3000], mu=[0.5, 0.2])
     heated = ThermalModel(curve={"b": curve}, background=25.0, resistance=INFLUENCE).elements(NAMES)

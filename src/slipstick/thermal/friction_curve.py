@@ -109,6 +109,15 @@ class FrictionCurve:
         """Value and derivative of every tabulated parameter; temperatures of any shape."""
         return {name: self._sampled(name, temperature) for name in self.tables}
 
+    def within(self, temperature: Array) -> dict[str, Sampled]:
+        """As ``at`` for temperatures (n,) known to lie within the limits."""
+        return {name: spline.within(temperature) for name, spline in self._splines.items()}
+
+    @cached_property
+    def content(self) -> tuple[tuple[str, str, bytes], ...]:
+        """What makes two curves equal."""
+        return tuple((name, self.interpolation[name], table.tobytes()) for name, table in self.tables.items())
+
     def mu(self, temperature: ArrayLike) -> Array:
         """Friction coefficient."""
         return self._sampled("mu", temperature).value
@@ -161,7 +170,10 @@ class _Spline:
                 f"{self.name}: temperature {wrong:g} lies outside its table, {low:g} to {high:g}; extend the table "
                 "by measured rows (it is not extrapolated) or lower the heat or the background temperature"
             )
-        piece = np.clip(np.searchsorted(self.knots, temperature, side="right") - 1, 0, len(self.knots) - 2)
+        return self.within(temperature)
+
+    def within(self, temperature: Array) -> Sampled:
+        piece = np.searchsorted(self.knots[1:-1], temperature, side="right")
         s = temperature - self.knots[piece]
         c3, c2, c1, c0 = self.coefficients[:, piece]
         return Sampled(((c3 * s + c2) * s + c1) * s + c0, (3.0 * c3 * s + 2.0 * c2) * s + c1)

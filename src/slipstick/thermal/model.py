@@ -24,6 +24,7 @@ from slipstick.thermal.tangent import (
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
+Parameters = tuple[dict[str, Array], dict[str, Sampled]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,9 +67,10 @@ class ThermalModel:
             raise InputError(problems)
         limits = np.array([curve.limits if curve is not None else (-np.inf, np.inf) for curve in curves]).reshape(-1, 2)
         T0, R, bounds = checked(background, resistance, (limits[:, 0], limits[:, 1]), names)
-        distinct = {id(curve): curve for curve in curves if curve is not None}
+        distinct = {curve.content: curve for curve in curves if curve is not None}
         groups = tuple(
-            (curve, np.array([i for i, own in enumerate(curves) if own is curve])) for curve in distinct.values()
+            (curve, np.array([i for i, own in enumerate(curves) if own is not None and own.content == content]))
+            for content, curve in distinct.items()
         )
         nominal: dict[str, Array] = {}
         for curve, rows in groups:
@@ -148,22 +150,30 @@ class HeatedContacts:
     curves: tuple[tuple[FrictionCurve, NDArray[np.intp]], ...]
     nominal: Mapping[str, Array]
 
-    def parameters(self, T: Array, cold: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Sampled]]:
+    def scales(self, cold: Mapping[str, Array]) -> dict[str, Array]:
+        """Factors (n,) on the curves of each parameter: its cold value over the curve's at the background."""
+        return {
+            name: np.divide(cold[name], own, out=np.ones(len(own)), where=own > 0) for name, own in self.nominal.items()
+        }
+
+    def parameters(self, T: Array, cold: Mapping[str, Array], scales: Mapping[str, Array]) -> Parameters:
         """All of mu, kt, kn at T (n,), and those that some curve gives with their slopes; held beyond the limits.
 
-        ``cold`` are the values without heat: a curve is scaled by the cold value over its own at the background.
+        ``cold`` are the values without heat, ``scales`` is what they make of the curves.
         """
         inside = np.clip(T, *self.limits)
-        sampled: dict[str, Sampled] = {}
+        value = {name: np.array(cold[name], dtype=float) for name in self.nominal}
+        slope = {name: np.zeros(T.size) for name in self.nominal}
         for curve, rows in self.curves:
-            for name, (value, slope) in curve.at(inside[rows]).items():
-                if name not in sampled:
-                    sampled[name] = Sampled(np.array(cold[name], dtype=float), np.zeros(T.size))
-                own = self.nominal[name][rows]
-                scale = np.divide(cold[name][rows], own, out=np.ones_like(own), where=own > 0)
-                sampled[name].value[rows] = scale * value
-                sampled[name].derivative[rows] = np.where(inside[rows] == T[rows], scale * slope, 0.0)
-        return {**cold, **{name: parameter.value for name, parameter in sampled.items()}}, sampled
+            for name, found in curve.within(inside[rows]).items():
+                value[name][rows], slope[name][rows] = found
+        held = inside != T
+        for name, scale in scales.items():
+            # where no curve gives it, the scale is 1 and the value is the cold one
+            value[name] *= scale
+            slope[name] *= scale
+            slope[name][held] = 0.0
+        return {**cold, **value}, {name: Sampled(value[name], slope[name]) for name in value}
 
     def follows(self, name: str, rows: Sequence[int]) -> bool:
         """Whether a curve gives this parameter of one of these elements."""
@@ -256,12 +266,12 @@ class _Element:
     ) -> None:
         self.heated, self.harmonics, self.W, self.Y = heated, harmonics, W, Y
         self.v, self.omega, self.cold, self.gap = v, omega, cold, gap
-        self.LW = harmonics.derivative(W)
+        self.LW, self.scales = harmonics.derivative(W), heated.scales(cold)
         self.last: tuple[Array, ContactForces, dict[str, Array], dict[str, Sampled]] | None = None
 
     def at(self, T: Array) -> tuple[ContactForces, dict[str, Array], dict[str, Sampled]]:
         if self.last is None or not np.array_equal(self.last[0], T):
-            parameters, sampled = self.heated.parameters(T, self.cold)
+            parameters, sampled = self.heated.parameters(T, self.cold, self.scales)
             forces = element_forces(self.harmonics, self.W, self.Y, v=self.v, gap=self.gap, **parameters)
             self.last = (T, forces, parameters, sampled)
         return self.last[1:]
