@@ -147,11 +147,8 @@ def test_temperatures_balance_the_power_of_the_forces() -> None:
 
 
 def test_equal_curves_are_evaluated_together() -> None:
-    twin = FrictionCurve(**{n: t for n, t in FALLING.tables.items()})
-    heated = ThermalModel(curve={"a": FALLING, "b": twin, "c": FALLING}, background=25.0, resistance=1.0).elements(
-        NAMES
-    )
-    assert len(heated.curves) == 1
+    curves = {"a": FALLING, "b": FrictionCurve(**FALLING.tables), "c": FALLING}
+    assert len(ThermalModel(curve=curves, background=25.0, resistance=1.0).elements(NAMES).curves) == 1
 
 
 def test_contact_without_curve_keeps_its_parameters_and_heats_the_others() -> None:
