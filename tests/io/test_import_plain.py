@@ -170,6 +170,8 @@ def test_gmsh_to_a_model_with_options(gmsh, tmp_path):
     assert set(model.mesh.blocks) == {"tet10"}
     assert model.units == "SI"
     assert notes[0].startswith("box.msh: ")
+    assert notes[1].startswith("units: SI; the mass that moves along x is 1.")  # of 15600, less what is fixed
+    assert notes[1].endswith("the largest dimension 2")
     assert {kind: len(part) for kind, part in model.mesh.element_sets["all"].items()} == {
         "tet10": model.mesh.n_elements
     }

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
-from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC
+from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
@@ -216,8 +216,3 @@ def _system(material: Material) -> str:
         if low <= material.young <= high and lightest <= material.density <= heaviest:
             return name
     return ""
-
-
-def known_elements() -> str:
-    """Names of the elements a mesh may have."""
-    return ", ".join(ELEMENTS)

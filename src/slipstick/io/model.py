@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -88,7 +90,16 @@ def summary(model: ImportedModel) -> tuple[str, ...]:
     known = "with coordinates" if len(model.node_ids) else "without coordinates"
     sets = f"; sets: {', '.join(sorted(model.node_sets))}" if model.node_sets else ""
     head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {len(model.constrained)} constrained{sets}"
-    return (head, f"units: {model.units}", *model.notes, *support_notes(model))
+    return (head, f"units: {model.units}; {_sizes(model)}", *model.notes, *support_notes(model))
+
+
+def _sizes(model: ImportedModel) -> str:
+    """Numbers by which a wrong system of units shows."""
+    along = (model.dof_components == 0).astype(float)
+    mass = f"the mass that moves along x is {along @ (model.M @ along):.4g}"
+    if not len(model.node_ids):
+        return mass
+    return f"{mass}, the largest dimension {np.ptp(model.coordinates, axis=0).max():.4g}"
 
 
 def read_model(files: Sequence[Path] | Path, options: ImportOptions | None = None) -> ImportedModel:
