@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_PARAMETERS = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+
 
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
@@ -109,13 +111,12 @@ class Branch:
         """Contact forces at a point, computed again with states and tangents from the dataset alone."""
         d = self._point(point)
         omega = float(d["omega"])
-        names = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
         forces = element_forces(
             self.harmonics,
             d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
             d["contact_normal"].to_numpy(),
             v=d["rubbing_velocity"].to_numpy() / omega,
-            **{key: d[name].to_numpy() for key, name in names.items()},
+            **{key: d[name].to_numpy() for key, name in _PARAMETERS.items()},
         )
         forces.omega = omega
         return forces
@@ -180,7 +181,8 @@ class Branch:
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 
-        ``options`` are those of ``slipstick.transient``. Raises InputError where the problem is not known.
+        Heated contacts keep the parameters they have at this point. ``options`` are those of ``slipstick.transient``.
+        Raises InputError where the problem is not known.
         """
         from slipstick.analysis.starting import HarmonicStart
         from slipstick.analysis.transient import transient
@@ -191,7 +193,8 @@ class Branch:
             tangential=d["contact_tangential"].to_numpy(),
             normal=d["contact_normal"].to_numpy(),
         )
-        result = transient(problem, float(d["omega"]), initial=start, **options)
+        held = {name: d[variable].to_numpy() for name, variable in _PARAMETERS.items()}
+        result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
         amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
         pairs = ((amplitude, result.amplitude), (mean, result.mean))
         size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
