@@ -49,8 +49,10 @@ def test_oscillator_curves_at_25_points(velocity):
     ("level", "velocity", "hertz"), [(1.0, 0.0, 307.7), (1.0, 1.0, 212.0), (1.0, 5.0, 211.2), (4.0, 0.0, 309.2)]
 )
 def test_reduced_blade(level, velocity, hertz):
-    """128 modes, 8 contacts that open and rub, harmonics 0..15. Damping is viscous here: hysteretic damping has no exact
-    counterpart in time (it differs by 6e-4 at these points)."""
+    """128 modes, 8 contacts that open and rub, harmonics 0..15.
+
+    Damping is viscous here: hysteretic damping has no exact counterpart in time (it differs by 6e-4 at these points).
+    """
     blade = pytest.importorskip("curves").blade(level=level, velocity=velocity, harmonics=range(16), viscous=True)
     omega = 2 * np.pi * hertz
     branch = ss.forced_response(blade, omega=(omega, omega * 1.0001))

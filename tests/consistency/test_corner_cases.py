@@ -170,6 +170,24 @@ def test_tiny_velocity_where_a_march_from_rest_takes_hundreds_of_periods(v):
     assert_marched([0, 1], f, state)
 
 
+def test_slip_that_begins_at_the_very_start_of_a_long_segment():
+    """A weak contact under fast rubbing: the sticks last 0.01 rad in segments of up to 6 rad (a root step that trusts its
+    curvature too far stands still in the middle of such a segment)."""
+    X = [1.79183382, 0.08834783, 1.54839294, -0.5142978, -0.09371471, -0.49538037]
+    X += [-0.5309015, 0.11302829, -0.44089554, -0.07405667, -0.0305419]
+    parameters = {
+        "v": -5.15550611,
+        "kt": 2.01234889,
+        "mu": 0.98027141,
+        "kn": 0.17357271,
+        "gap": 0.61649646 - 0.61853346,
+    }
+    f, state = evaluate(list(range(6)), X, np.zeros(11), **parameters)
+    assert names(f).count("stick") == 2
+    assert max(lengths(f, "stick")) < 0.02
+    assert_marched(list(range(6)), f, state, tolerance=1e-6)
+
+
 @pytest.mark.parametrize("orders", [[0, 1, 3, 7], [0, 5, 40], [0, 2]], ids=str)
 def test_gaps_in_the_harmonics(orders):
     rng = np.random.default_rng(5)
