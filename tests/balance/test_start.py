@@ -37,7 +37,8 @@ def test_every_curve_starts(velocity: float, a: float, p: float, omega: float) -
     assert tried[-1].found
     assert not any(event.found for event in tried[:-1])
     residual = FrequencySystem(Balance(problem), inputs_of(problem)).evaluate(x, omega).residual
-    assert np.linalg.norm(residual) < 1e-9 * np.linalg.norm(x)
+    # corrections are below 1e-10; near resonance the residual is larger by the norm of the Jacobian, some 40
+    assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(x)
 
 
 @pytest.mark.parametrize("velocity, a", [(0.0, 0.0), (1.0, 0.0), (10.0, 2.0), (-20.0, 0.0)])

@@ -1,0 +1,63 @@
+"""Amplitudes exact to rounding, their derivatives, and the exact friction force over a period."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import slipstick as ss
+from slipstick.results.measures import amplitude, amplitude_slope, friction_force
+
+
+@pytest.mark.parametrize("orders", [[0, 1], [0, 1, 2, 3], [0, 2, 5, 10], [0, 7]])
+def test_amplitude_against_a_fine_grid(orders: list[int]) -> None:
+    h = ss.Harmonics(orders)
+    X = np.random.default_rng(3).standard_normal((300, h.size))
+    found = amplitude(h, X)
+    tau = np.linspace(0, 2 * np.pi, 20001)
+    dense = np.abs(X[:, 1:] @ h.H_minus(tau)[:, 1:].T).max(axis=1)
+    bend = (0.5 * (tau[1] / 2) ** 2 * np.abs(X[:, 1:]) @ np.repeat(h.m.astype(float) ** 2, 2)).max()
+    assert np.all(found.value >= dense - 1e-12)
+    assert np.all(found.value <= dense + 2 * bend)
+    x = (h.H_minus(found.time) * X)[:, 1:].sum(axis=1)
+    assert found.sign * x == pytest.approx(found.value, rel=1e-14)
+    slope = (h.H_minus(found.time) * h.derivative(X)).sum(axis=1)
+    assert np.abs(slope).max() < 1e-7
+
+
+@given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
+def test_amplitude_of_one_harmonic(mean: float, c: float, s: float) -> None:
+    assert float(amplitude(ss.Harmonics([0, 3]), [mean, c, s]).value) == pytest.approx(
+        np.hypot(c, s), rel=1e-12, abs=1e-12
+    )
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 3)])
+def test_amplitude_shapes(shape: tuple[int, ...]) -> None:
+    X = np.ones((*shape, 5))
+    assert amplitude(ss.Harmonics([0, 1, 2]), X).value.shape == shape
+    assert amplitude(ss.Harmonics([0]), np.ones((*shape, 1))).value.shape == shape
+    assert np.all(amplitude(ss.Harmonics([0, 1, 2]), 0 * X).value == 0)
+
+
+def test_slope_of_the_amplitude() -> None:
+    h, rng = ss.Harmonics(range(6)), np.random.default_rng(1)
+    X, dX = rng.standard_normal((2, 50, h.size))
+    step = 1e-6
+    wanted = (amplitude(h, X + step * dX).value - amplitude(h, X - step * dX).value) / (2 * step)
+    assert amplitude_slope(h, amplitude(h, X), dX) == pytest.approx(wanted, abs=1e-7)
+
+
+@pytest.mark.parametrize("velocity, scale", [(0.0, 0.2), (0.0, 3.0), (1.0, 3.0), (30.0, 1.0)])
+def test_friction_force_is_that_of_the_coefficients(velocity: float, scale: float) -> None:
+    """Its harmonic coefficients, by the trapezoidal rule, are those of the element."""
+    h, rng = ss.Harmonics(range(6)), np.random.default_rng(5)
+    W, Y = scale * rng.standard_normal((2, h.size)) / (1 + np.arange(h.size)) ** 2
+    par = {"kt": 10.0, "mu": 0.4, "kn": 8.0, "gap": -0.4}
+    f = ss.contact_forces(ss.FrictionContact(**par), h, W, Y, omega=1.0, rubbing=ss.RubbingMotion(velocity=velocity))
+    tau = np.arange(40000) * 2 * np.pi / 40000
+    force = friction_force(h, f.states, tau, W=W, Y=Y, v=velocity, **par, mean=float(f.Fx[0]))
+    found = 2 * h.H_plus(tau).T @ force / tau.size
+    assert found == pytest.approx(f.Fx, abs=1e-5 * np.abs(force).max())
