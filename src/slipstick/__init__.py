@@ -22,6 +22,8 @@ _PUBLIC = {
     "ContactPair": "slipstick.balance.problem",
     "Load": "slipstick.balance.problem",
     "Problem": "slipstick.balance.problem",
+    "FrictionCurve": "slipstick.thermal.friction_curve",
+    "ThermalModel": "slipstick.thermal.model",
     "Branch": "slipstick.results.branch",
     "forced_response": "slipstick.analysis.response",
     "parameter_response": "slipstick.analysis.response",

@@ -91,8 +91,27 @@ def test_all_equilibria_of_a_point() -> None:
     [found] = branch.thermal_equilibria(-1)
     taken = float(branch.dataset["temperature"][-1, 0])
     assert np.abs(found.temperature - taken).min() < 1e-8 * taken
+    cold = forced_response(oscillator(50.0, None), omega=(5.0, 6.0))
     with pytest.raises(InputError, match="no contact of this branch is heated"):
-        forced_response(oscillator(50.0, None), omega=(5.0, 6.0)).thermal_equilibria(0)
+        cold.thermal_equilibria(0)
+    assert branch.plot.temperature().lines[0].get_ydata()[-1] == taken
+    with pytest.raises(InputError, match="the contacts are not heated"):
+        cold.plot.temperature()
+
+
+def test_case_file_of_the_hot_blade() -> None:
+    """The example with mu over temperature: heat balances, and the hottest contact is far above the background."""
+    from slipstick.app.case import Case
+
+    case = Case.from_file(DATA.with_name("hot_rub.toml"))
+    branch = case.run()
+    assert branch.outcome is Outcome.COMPLETED
+    T, power = branch.dataset["temperature"].to_numpy(), branch.dataset["dissipated_power"].to_numpy()
+    np.testing.assert_allclose(T, 25.0 + power @ np.load(DATA, allow_pickle=False)["thermal_influence"].T, rtol=1e-9)
+    assert 200.0 < T.max() < 800.0
+    mu = branch.dataset["friction_coefficient"].to_numpy()
+    assert mu.max() < 0.5
+    assert mu.min() < 0.42
 
 
 def test_reduced_blade_with_coupled_heat() -> None:

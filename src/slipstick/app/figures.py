@@ -21,7 +21,7 @@ _SAMPLES = 1501
 
 def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
     """Draw everything that says something about the results; the files written."""
-    dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").argmax())])
+    dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
     drawings: dict[str, Callable[[], Any]] = {
         "response": lambda: plots.response(data, dof, references=_references(case)),
         "mean": lambda: plots.mean(data, dof),
@@ -31,6 +31,8 @@ def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
         drawings["fractions"] = lambda: plots.fractions(data, _busiest(data))
     if data.sizes["contact"] and np.ptp(data["friction_coefficient"].to_numpy()) > 0:
         drawings["friction"] = lambda: plots.friction(data)
+    if "temperature" in data:
+        drawings["temperature"] = lambda: plots.temperature(data, _busiest(data))
     paths = []
     for name, draw in drawings.items():
         ax = draw()
@@ -41,7 +43,7 @@ def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
 
 def _busiest(data: xarray.Dataset) -> str:
     """The contact that dissipates most."""
-    return str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").argmax())])
+    return str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
 
 
 def _references(case: Case) -> dict[str, Any]:

@@ -11,6 +11,7 @@ _PUBLIC = {
     "power": "slipstick.plots.curves",
     "fractions": "slipstick.plots.curves",
     "friction": "slipstick.plots.curves",
+    "temperature": "slipstick.plots.curves",
     "loop": "slipstick.plots.points",
     "states": "slipstick.plots.points",
     "history": "slipstick.plots.points",

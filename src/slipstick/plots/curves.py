@@ -87,6 +87,15 @@ def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = Non
     return ax
 
 
+def temperature(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
+    """Contact temperature over frequency, of one contact (by default the first); only where friction heats contacts."""
+    if any("temperature" not in dataset for _, dataset in datasets(branches)):
+        raise InputError("there is no temperature in these results: the contacts are not heated")
+    ax = _lines(branches, "temperature", {"contact": contact}, ax, label)
+    _legend(ax)
+    return ax
+
+
 def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Parts of the period in stick, slip and separation, stacked to 1, for one contact (by default the first)."""
     ((_, dataset),) = list(datasets(branch))

@@ -40,6 +40,12 @@ class BranchPlots:
 
         return friction(self._branch, contact, **options)
 
+    def temperature(self, contact: str | None = None, **options: Any) -> Axes:
+        """Contact temperature, where friction heats the contacts."""
+        from slipstick.plots.curves import temperature
+
+        return temperature(self._branch, contact, **options)
+
     def fractions(self, contact: str | None = None, **options: Any) -> Axes:
         """Parts of the period in stick, slip and separation."""
         from slipstick.plots.curves import fractions
