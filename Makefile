@@ -1,5 +1,7 @@
 # Everything is set up here: `make demo` and `make test` need only Python >= 3.11 and make.
 PYTHON ?= python3
+# several test processes with several BLAS threads each get in each other's way
+export OMP_NUM_THREADS ?= 1
 VENV ?= .venv
 ifeq ($(OS),Windows_NT)
 BIN = $(VENV)/Scripts

@@ -108,9 +108,26 @@ def test_formula_with_damping_written_out():
     phi, w0 = structure.mode_shapes, structure.omega
     for w in (0.4, 1.1):
         terms = w0**2 * (1 + 0.01j) + 2j * 0.02 * w0 * w - w * w
-        expected = (phi / terms) @ phi.T + structure.static_compliance - (phi / w0**2) @ phi.T
-        expected = expected + w * w * structure.second_residual
+        rest = structure.static_compliance - (phi / w0**2) @ phi.T
+        expected = (phi / terms) @ phi.T + rest / (1 + 0.01j) + w * w * structure.second_residual / (1 + 0.01j) ** 2
         np.testing.assert_allclose(seen(structure).at([w])[0][0, :, :3], expected, rtol=1e-12)
+
+
+def test_the_loss_factor_of_the_modes_left_out():
+    """Against (K (1 + i eta) - w^2 M)^-1 the truncation error is that of the undamped expansion, of order w^6."""
+    rng = np.random.default_rng(5)
+    n, kept, eta = 12, 5, 0.02
+    omega = np.linspace(1.0, 40.0, n)
+    phi = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    w = 0.7
+    full = (phi / (omega**2 * (1 + 1j * eta) - w * w)) @ phi.T
+    some = phi[:, kept:]
+    structure = ModalStructure(
+        omega=omega[:kept], mode_shapes=phi[:, :kept], static_compliance=(phi / omega**2) @ phi.T, loss_factor=eta,
+        dofs=[f"d{i}" for i in range(n)], second_residual=(some / omega[kept:] ** 4) @ some.T,
+    )  # fmt: skip
+    value = structure.project(np.eye(n), np.eye(n)).at([w])[0][0]
+    np.testing.assert_allclose(value, full, atol=1.5 * w**4 / omega[kept] ** 6)
 
 
 def test_directions_are_combined():

@@ -44,7 +44,10 @@ class ModalStructure:
     """Mass-normalised modes at some dofs with the exact static compliance there.
 
     ``A(w) = sum_r phi_r phi_r^T / (w_r^2 (1 + i eta_r) + 2 i zeta_r w_r w - w^2)
-    + [static_compliance - sum_r phi_r phi_r^T / w_r^2] + w^2 second_residual``
+    + [static_compliance - sum_r phi_r phi_r^T / w_r^2] / e + w^2 second_residual / e^2``
+
+    with ``e = 1 + i eta`` where one loss factor holds for all modes (the modes left out have it too: this is the
+    expansion of ``(K (1 + i eta) - w^2 M)^-1``), else ``e = 1`` (THEORY.md section 9).
 
     Parameters
     ----------
@@ -199,14 +202,16 @@ class ModalStructure:
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""
         left, right, static, second = self._parts(rows, columns, shapes)
+        eta = np.asarray(self.loss_factor, dtype=float).ravel()
+        common: Any = 1.0 + 1j * eta[0] if eta[0] != 0 and np.all(eta == eta[0]) else 1.0
         return ModalReceptance(
             left=left,
             right=right,
             stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
             damping=2.0 * self.damping_ratio * self.omega,
             static=static,
-            residual=static - (left / self.omega**2) @ right.T,
-            second=second,
+            residual=(static - (left / self.omega**2) @ right.T) / common,
+            second=None if second is None else second / common**2,
         )
 
     def _parts(

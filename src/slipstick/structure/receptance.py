@@ -37,8 +37,8 @@ class ModalReceptance:
         stiffness: ArrayLike,
         damping: ArrayLike,
         static: Array,
-        residual: Array | None = None,
-        second: Array | None = None,
+        residual: Array | ComplexArray | None = None,
+        second: Array | ComplexArray | None = None,
     ) -> None:
         self.static = static
         self._shape = static.shape
