@@ -257,8 +257,7 @@ class Balance:
         z = np.add.reduce(at.slope * G[:, None, :], axis=0)
         if inputs.velocity.any():
             slope = (-inputs.velocity / (w * w))[:, None] * forces.dFx_dv
-            own = self.excitation(slope, np.zeros_like(slope), inputs.P[:0])
-            z += np.add.reduce(at.value[: self.n_ports] * own[:, None, :], axis=0)
+            z += np.add.reduce(at.value[: self.n_contacts] * self.paired(slope)[:, None, :], axis=0)
         return self.real(z)
 
 

@@ -23,19 +23,29 @@ class Amplitude(NamedTuple):
 
 
 class _Grid(NamedTuple):
-    """``H_-`` without the zero harmonic at equidistant times: (2 n, times); the times; the spacing."""
+    """What depends on the orders alone: ``H_-`` without the zero harmonic at equidistant times, and powers of ``m``."""
 
     basis: Array
+    """(2 n, times)."""
     times: NDArray[Any]
     step: float
+    order: NDArray[Any]
+    """``i m`` (n,)."""
+    derivatives: NDArray[Any]
+    """Factors of value, first and second derivative on ``exp(i m t)``, (n, 3)."""
+    margin: Array
+    """How much each coefficient can lift an extreme above the nearest grid time, (2 n,)."""
 
 
 @lru_cache(maxsize=32)
 def _grid(orders: tuple[int, ...]) -> _Grid:
     harmonics = Harmonics(orders)
     count = max(32, 8 * harmonics.highest)
-    times = np.arange(count, dtype=float) * (2.0 * np.pi / count)
-    return _Grid(np.ascontiguousarray(harmonics.H_minus(times)[:, 1:].T), times, 2.0 * np.pi / count)
+    step, m = 2.0 * np.pi / count, harmonics.m.astype(float)
+    times = np.arange(count, dtype=float) * step
+    basis = np.ascontiguousarray(harmonics.H_minus(times)[:, 1:].T)
+    factors = np.stack([np.ones_like(m), 1j * m, -m * m], axis=1)
+    return _Grid(basis, times, step, 1j * m, factors, 0.125 * step**2 * np.repeat(m * m, 2))
 
 
 def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
@@ -78,42 +88,40 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
 def _candidates(harmonics: Harmonics, flat: Array) -> tuple[NDArray[np.intp], Array]:
     """Grid times next to an extreme that can be the largest: row and time of each, at least one for each row."""
     grid = _grid(harmonics.orders)
-    size = np.abs(flat[:, 1:] @ grid.basis)
-    # an extreme lies at most half a step from the nearest grid time: what it can be larger by
-    m = np.repeat(harmonics.m.astype(float), 2)
-    margin = 0.125 * grid.step**2 * (np.abs(flat[:, 1:]) @ (m * m))
-    largest = size.max(axis=1)
-    near = size >= (largest - margin)[:, None]
-    near &= (size >= np.roll(size, 1, axis=1)) & (size >= np.roll(size, -1, axis=1))
-    none = ~near.any(axis=1)
-    if none.any():
-        near[none, size[none].argmax(axis=1)] = True
-    rows, columns = np.nonzero(near)
-    return rows, grid.times[columns]
+    dynamic = flat[:, 1:]
+    size = np.abs(dynamic @ grid.basis)
+    # an extreme lies at most half a step from the nearest grid time
+    least = size.max(axis=1) - np.abs(dynamic) @ grid.margin
+    rows, columns = np.nonzero(size >= least[:, None])
+    here = size[rows, columns]
+    top = (here >= size[rows, columns - 1]) & (here >= size[rows, (columns + 1) % grid.times.size])
+    return rows[top], grid.times[columns[top]]
 
 
 def _polished(harmonics: Harmonics, coefficients: Array, times: Array) -> tuple[Array, Array]:
     """Values and times of the extremes next to some times; coefficients (k, 2 n), times (k,)."""
-    m, step = harmonics.m.astype(float), _grid(harmonics.orders).step
-    c, s = coefficients[:, 0::2], coefficients[:, 1::2]
-    t = times.copy()
+    grid = _grid(harmonics.orders)
+    z, t = coefficients[:, 0::2] - 1j * coefficients[:, 1::2], times
+    value, slope, curvature = _taylor(z, t, grid)
+    first = value
     for _ in range(8):
-        angle = t[:, None] * m
-        cos, sin = np.cos(angle), np.sin(angle)
-        slope = ((s * cos - c * sin) @ m) if m.size else np.zeros_like(t)
-        curvature = -((c * cos + s * sin) @ (m * m))
         change = np.divide(-slope, curvature, out=np.zeros_like(t), where=curvature != 0)
-        change = np.clip(change, times - step - t, times + step - t)
-        t += change
-        if not change.size or np.abs(change).max() < 1e-9:
+        moved = np.minimum(np.maximum(t + change, times - grid.step), times + grid.step)
+        done = float(np.abs(moved - t).max()) < 1e-8
+        t = moved
+        value, slope, curvature = _taylor(z, t, grid)
+        if done:
             break
-    angle = t[:, None] * m
-    cos, sin = np.cos(angle), np.sin(angle)
-    value = (c * cos + s * sin).sum(axis=1)
-    start = times[:, None] * m
-    before = (c * np.cos(start) + s * np.sin(start)).sum(axis=1)
-    worse = np.abs(value) < np.abs(before)
-    return np.where(worse, before, value), np.where(worse, times, t)
+    worse = np.abs(value) < np.abs(first)
+    if worse.any():
+        value, t = np.where(worse, first, value), np.where(worse, times, t)
+    return value, t
+
+
+def _taylor(z: NDArray[Any], t: Array, grid: _Grid) -> tuple[Array, Array, Array]:
+    """Value, first and second derivative at times (k,) of ``Re sum z exp(i m t)``, z (k, n)."""
+    parts = ((z * np.exp(t[:, None] * grid.order)) @ grid.derivatives).real
+    return parts[:, 0], parts[:, 1], parts[:, 2]
 
 
 def _largest(rows: NDArray[np.intp], size: Array, count: int) -> NDArray[np.intp]:
