@@ -102,11 +102,11 @@ class Case:
 
     def options(self) -> Any:
         """Continuation options given in ``[response]``, over the defaults."""
-        from slipstick.solve.continuation import ContinuationOptions
+        from slipstick.analysis.response import response_options
 
         names = ("first_step", "max_step", "min_step", "max_points")
         given = {name: value for name in names if (value := getattr(self.response, name)) is not None}
-        return ContinuationOptions(**given)
+        return response_options(**given)
 
     def warnings(self) -> list[str]:
         """What can be computed but looks wrong, one sentence each."""
@@ -119,6 +119,7 @@ class Case:
         from slipstick.analysis.response import forced_response, parameter_response
 
         common: dict[str, Any] = {"options": self.options(), "requested": self.requested, "listeners": tuple(listeners)}
+        common["peaks_of"] = self.response.peaks_of
         if self.parameter is None:
             return forced_response(self.problem(), omega=self.span, **common)
         return parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)

@@ -73,7 +73,7 @@ def _request(case: Case, problem: Problem) -> None:
 
 def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
-        c, rub = pair.contact, pair.motion
+        c, rub = pair.contact, pair.rubbing
         load = float(np.asarray(c.normal_load))
         what = (
             "constant normal load"
