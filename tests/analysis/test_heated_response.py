@@ -82,7 +82,37 @@ def test_a_temperature_outside_its_table_stops_the_curve_with_a_sentence() -> No
     branch = forced_response(oscillator(50.0, thermal), omega=(2.0, 15.0))
     assert branch.outcome is Outcome.OUTSIDE_TABLE
     assert "the temperature of contact damper leaves its table, 25 to 120" in branch.dataset.attrs["outcome_text"]
-    assert np.all(branch.dataset["temperature"] <= 120.0)
+    assert len(branch) == 0  # it is too hot from the first point on
+    later = forced_response(
+        oscillator(10.0, ThermalModel(curve=short, background=25.0, resistance=0.05), 200.0), omega=(2.0, 15.0)
+    )
+    assert later.outcome is Outcome.OUTSIDE_TABLE
+    assert len(later) > 10
+    assert np.all(later.dataset["temperature"] <= 120.0)
+
+
+def test_a_jump_between_thermal_equilibria_is_said() -> None:
+    """Friction that rises steeply at 300: with growing velocity the cool equilibrium ends and the hot one is taken.
+
+    The cool one ends where T - T0 = R mu N v touches the curve, the hot branch is the same formula at mu = 0.4; all in
+    permanent slip, so the temperatures are known.
+    """
+    steep = FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])
+    problem = oscillator(260.0, ThermalModel(curve=steep, background=25.0, resistance=0.012), 100.0)
+    up = parameter_response(problem, "damper.velocity", (1900.0, 2400.0), omega=6.0)
+    assert up.outcome is Outcome.COMPLETED
+    T, v = up.dataset["temperature"].to_numpy()[:, 0], up.dataset["parameter"].to_numpy()
+    cool, hot = np.less(T, 280.0), np.greater(T, 360.0)
+    np.testing.assert_allclose(T[cool], 25.0 + 0.012 * 0.1 * 100.0 * v[cool], rtol=1e-10)
+    np.testing.assert_allclose(T[hot], 25.0 + 0.012 * 0.4 * 100.0 * v[hot], rtol=1e-10)
+    assert cool.any()
+    assert hot.any()
+    assert "the contacts took another one" in up.dataset.attrs["outcome_text"]
+    [several] = up.thermal_equilibria(0)
+    assert list(several.stable) == [True, False, True]
+    back = parameter_response(problem, "damper.velocity", (2400.0, 1900.0), omega=6.0)
+    assert back.dataset["temperature"].to_numpy()[-1, 0] == pytest.approx(25.0 + 0.012 * 0.4 * 100.0 * 1900.0)
+    assert "took another one" not in back.dataset.attrs["outcome_text"]
 
 
 def test_all_equilibria_of_a_point() -> None:

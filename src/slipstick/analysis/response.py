@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.peaks import peak_events
+from slipstick.analysis.warming import Warming
 from slipstick.balance.checks import range_faults, suggestion
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import (
@@ -260,6 +261,7 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
     begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
     outcome, message, number = Outcome.INTERRUPTED, "", 0
     work: dict[str, Any] = {}
+    warming = Warming(task.balance)
     attributes = attributes_of(task.problem, outcome, "", parameter=task.parameter)
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
@@ -278,14 +280,10 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
                 step = next(run, None)
             if step is None:
                 break
-            heat = step.evaluation.detail.heat
-            if heat is not None:
-                fault = heat.equilibrium.problem([pair.name for pair in task.problem.contacts])
-                if fault:
-                    outcome = Outcome.OUTSIDE_TABLE
-                    message = f"{outcome.text} (at {step.parameter:g}: {fault})"
-                    return outcome, message
-                task.balance.temperature = heat.temperature
+            if fault := warming.accept(step):
+                outcome = Outcome.OUTSIDE_TABLE
+                message = f"{outcome.text} (at {step.parameter:g}: {fault})"
+                return outcome, message
             point = _point(step)
             number += 1
             if task.listeners:
@@ -294,7 +292,8 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
                     number=number, point=point, progress=progress, step=run.step_length, recorder=recorder
                 ))  # fmt: skip
             yield point
-        outcome, message = run.outcome or Outcome.INTERRUPTED, run.message
+        outcome = run.outcome or Outcome.INTERRUPTED
+        message = (run.message or outcome.text) + warming.remark
         work = {"evaluations": run.evaluations, "linear_solves": run.solves, "rejected_steps": run.rejected}
         return outcome, message
     except KeyboardInterrupt:

@@ -107,7 +107,7 @@ def _polished(harmonics: Harmonics, coefficients: Array, times: Array) -> tuple[
     for _ in range(8):
         change = np.divide(-slope, curvature, out=np.zeros_like(t), where=curvature != 0)
         moved = np.minimum(np.maximum(t + change, times - grid.step), times + grid.step)
-        done = float(np.abs(moved - t).max()) < 1e-8
+        done = float(np.abs(moved - t).max(initial=0.0)) < 1e-8
         t = moved
         value, slope, curvature = _taylor(z, t, grid)
         if done:
