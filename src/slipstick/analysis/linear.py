@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Balance, Inputs, inputs_of
-from slipstick.balance.scaling import linear_motions
 from slipstick.errors import InputError, Outcome
 from slipstick.results.branch import Branch, attributes_of
 from slipstick.results.measures import amplitude
@@ -58,17 +57,37 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
 def _motion(balance: Balance, inputs: Inputs, w: Array, state: str) -> Array:
     """Coefficients of the outputs (n, n_outputs, L)."""
     outputs = Outputs(balance, balance.problem.outputs or ())
-    x = np.zeros((w.size, balance.size))
-    Fx, Fy = np.zeros((2, w.size, balance.n_contacts, balance.L))
-    for i, each in enumerate(w if balance.size else ()):
-        x[i] = linear_motions(balance, inputs, balance.compliance(float(each)))[state]
-    if state == "stuck" and balance.size:
-        X, Y = balance.split(x)
-        closed = inputs.gap < 0
-        Fx = (inputs.kt * closed)[:, None] * (X + inputs.U)
-        Y[..., 0] -= inputs.gap
-        Fy = (inputs.kn * closed)[:, None] * Y
-    return outputs.motion(x, Fx, Fy, np.broadcast_to(inputs.P, (w.size, *inputs.P.shape)), w)
+    c, held = balance.n_contacts, (inputs.gap < 0) * (state == "stuck")
+    at = balance.with_normal
+    stiffness = np.concatenate([inputs.kt * held, (inputs.kn * held)[at]])
+    offset = np.zeros((balance.n_ports, balance.L))
+    offset[:c] = inputs.U
+    offset[c:, 0] -= inputs.gap[at]
+    x = np.empty((w.size, balance.n_ports, balance.L))
+    slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
+    for first in range(0, w.size, slices):
+        chosen = slice(first, first + slices)
+        x[chosen] = _ports(balance, w[chosen], stiffness, stiffness[:, None] * offset, inputs.P)
+    force = stiffness[:, None] * (x + offset)
+    Fx, Fy = force[:, :c], np.zeros((w.size, c, balance.L))
+    Fy[:, at] = force[:, c:]
+    P = np.broadcast_to(inputs.P, (w.size, *inputs.P.shape))
+    return outputs.motion(x.reshape(w.size, -1), Fx, Fy, P, w)
+
+
+def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
+    """Motion of the ports (n, n_ports, L) with springs and constant forces c (n_ports, L): harmonics are apart."""
+    p, n = balance.n_ports, balance.orders.size
+    unit, x = np.eye(p), np.empty((w.size, p, balance.L))
+    push = np.concatenate([-c, P])
+    static = balance.receptance.static
+    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] * stiffness, static @ push[:, 0])
+    if n:
+        A = balance.receptance.at((w[:, None] * balance.orders).ravel())[0].reshape(w.size, n, *static.shape)
+        hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
+        moved = np.linalg.solve(unit + A[..., :p] * stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
+        x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag
+    return x
 
 
 def _branch(problem: Problem, w: Array, motion: Array, state: str) -> Branch:

@@ -95,7 +95,7 @@ def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:
     grid = np.linspace(min(omega), max(omega), _SAMPLES)
     for state, words in (("free", "without contacts"), ("stuck", "with all contacts stuck")):
         found = linear_response(problem, omega=grid, state=state)
-        data = getattr(found, "dataset", found)
+        data = found.dataset
         amplitude = data["amplitude"]
         for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
             values = amplitude.sel(dof=dof).to_numpy()

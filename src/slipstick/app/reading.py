@@ -230,5 +230,5 @@ def contact_pair(table: ContactTable, background: float | None = None) -> Contac
         ),
         tangential=table.tangential,
         normal=table.normal,
-        rubbing=RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin) if rub is not None else None,
+        rubbing=RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin) if rub is not None else RubbingMotion(),
     )
