@@ -1,9 +1,13 @@
 """Time integration against exact values, closed forms, a full model and a plain integrator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.analysis.assembling import friction_system
+from slipstick.analysis.piecewise import PiecewiseLinear
 from slipstick.analysis.starting import HarmonicStart
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import EXACT_OSCILLATOR, oscillator
@@ -185,3 +189,43 @@ def test_bad_options_are_said_all_at_once():
     with pytest.raises(ss.InputError) as error:
         ss.transient(oscillator(), -1.0, periods=0, method="jump")
     assert len(error.value.problems) == 3
+
+
+def test_linear_structure_without_contacts():
+    structure = ss.MatrixStructure(M=np.diag([1.0, 2.0]), C=0.3 * np.eye(2), K=[[5.0, -1], [-1, 3]], dofs=["a", "b"])
+    problem = ss.Problem(structure, loads=[ss.Load(dof="a", cos=1.0), ss.Load(dof="b", harmonic=2, sin=2.0)])
+    r = ss.transient(problem, 1.1)
+    h = problem.harmonics
+    for m, force in ((1, [1.0, 0.0]), (2, [0.0, -2.0j])):
+        Z = np.array([[5.0, -1], [-1, 3]]) - (1.1 * m) ** 2 * np.diag([1.0, 2.0]) + 0.3j * 1.1 * m * np.eye(2)
+        x = np.linalg.solve(Z, force)
+        np.testing.assert_allclose(r.coefficients[:, h.index(m, "c")], x.real, atol=1e-10)
+        np.testing.assert_allclose(r.coefficients[:, h.index(m, "s")], -x.imag, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["mu", "kt"])
+def test_contact_without_friction(name):
+    """mu = 0 or kt = 0: the normal contact alone acts."""
+    problem = two_masses(**{name: 0.0})
+    r = ss.transient(problem, 1.3, tolerance=1e-11)
+    np.testing.assert_allclose(r.friction_force, 0.0, atol=1e-15)
+    assert r.normal_force.max() > 0.1
+    assert r.fractions[0, 0] > 0.1
+
+
+def test_massless_structure_is_refused():
+    """MatrixStructure refuses it before; a structure of another making need not."""
+    system = friction_system(oscillator(), 1.0)
+    massless = replace(system, equations=replace(system.equations, M=np.zeros((1, 1))))
+    with pytest.raises(ss.InputError, match="mass matrix is singular"):
+        PiecewiseLinear(massless)
+
+
+def test_held_parameters_replace_those_of_the_problem():
+    problem = oscillator(velocity=10.0)
+    light = ss.transient(problem, 6.0, held={"gap": np.array([-400.0])})
+    np.testing.assert_allclose(
+        light.coefficients, ss.transient(oscillator(velocity=10.0, normal_load=400.0), 6.0).coefficients, atol=1e-8
+    )
+    with pytest.raises(ss.InputError, match="expected one of mu, kt, kn, gap"):
+        ss.transient(problem, 6.0, held={"k": np.ones(1)})

@@ -171,8 +171,10 @@ def test_tiny_velocity_where_a_march_from_rest_takes_hundreds_of_periods(v):
 
 
 def test_slip_that_begins_at_the_very_start_of_a_long_segment():
-    """A weak contact under fast rubbing: the sticks last 0.01 rad in segments of up to 6 rad (a root step that trusts its
-    curvature too far stands still in the middle of such a segment)."""
+    """A weak contact under fast rubbing: the sticks last 0.01 rad in segments of up to 6 rad.
+
+    A root step that trusts its curvature too far stands still in the middle of such a segment.
+    """
     X = [1.79183382, 0.08834783, 1.54839294, -0.5142978, -0.09371471, -0.49538037]
     X += [-0.5309015, 0.11302829, -0.44089554, -0.07405667, -0.0305419]
     parameters = {
