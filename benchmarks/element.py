@@ -2,6 +2,7 @@
 
 import time
 from collections import Counter
+from functools import partial
 
 import aft_rival
 import numba
@@ -46,14 +47,15 @@ def regimes(f):
     return dict(kinds)
 
 
-def best_of(function, repeats):
-    """Least and middle time of some calls, s."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times), float(np.median(times))
+def interleaved(functions, repeats):
+    """Times (repeats, n) of functions called in turn, s: what else the machine does meets all of them alike."""
+    times = np.empty((repeats, len(functions)))
+    for row in times:
+        for k, function in enumerate(functions):
+            start = time.perf_counter()
+            function()
+            row[k] = time.perf_counter() - start
+    return times
 
 
 def measure(repeats=15):
@@ -70,30 +72,26 @@ def measure(repeats=15):
 def _measure(repeats):
     state, h = batch(), Harmonics(ORDERS)
     table = aft_rival.tables(ORDERS)
-    f = element_forces(h, **state)
-    ours = best_of(lambda: element_forces(h, **state), repeats)
-    out = {
-        "elements": COUNT,
-        "coefficients": h.size,
-        "regimes": regimes(f),
-        "ours_us": 1e6 * ours[0] / COUNT,
-        "ours_us_median": 1e6 * ours[1] / COUNT,
-    }
+
+    def rival(version):
+        return aft_rival.evaluate(ORDERS, **state, table=table, version=version)
+
+    versions = ("propagate", "tuned")
+    calls = [partial(element_forces, h, **state), *(partial(rival, version) for version in versions)]
+    f, *rivals = (call() for call in calls)
+    times = interleaved(calls, repeats)
+    out = {"elements": COUNT, "coefficients": h.size, "regimes": regimes(f)}
+    for name, time_of in zip(("ours", *versions), times.T, strict=True):
+        out[f"{name}_us"] = 1e6 * time_of.min() / COUNT
+        out[f"{name}_us_median"] = 1e6 * float(np.median(time_of)) / COUNT
     # stuck all period without rubbing the rival takes the limit it started from, not the middle: not an error
     same = (f.stick_fraction < 1 - 1e-9) | (state["v"] != 0)
-    for version in ("propagate", "tuned"):
-
-        def call(version=version):
-            return aft_rival.evaluate(ORDERS, **state, table=table, version=version)
-
-        Fx, _, dFx, _ = call()
-        time_of = best_of(call, max(3, repeats // 3))
-        exact = np.concatenate([f.dFx_dX, f.dFx_dY], axis=2)
+    exact = np.concatenate([f.dFx_dX, f.dFx_dY], axis=2)
+    for k, (version, (Fx, _, dFx, _)) in enumerate(zip(versions, rivals, strict=True), start=1):
         error = np.abs(dFx[:, :, : 2 * h.size] - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
         out |= {
-            f"{version}_us": 1e6 * time_of[0] / COUNT,
-            f"{version}_us_median": 1e6 * time_of[1] / COUNT,
-            f"{version}_ratio": time_of[0] / ours[0],
+            f"{version}_ratio": float(times[:, k].min() / times[:, 0].min()),
+            f"{version}_ratio_median": float(np.median(times[:, k] / times[:, 0])),
             f"{version}_force_error": float((np.abs(Fx - f.Fx).max(axis=1) / np.abs(f.Fx).max(axis=1))[same].max()),
             f"{version}_tangent_error_median": float(np.median(error[same])),
         }
