@@ -175,6 +175,19 @@ def test_events_and_generator() -> None:
     walk.close()
 
 
+@pytest.mark.parametrize("velocity", [0.0, 10.0])
+def test_time_integration_leads_to_a_first_point(velocity: float) -> None:
+    """The last rung of the ladder: what nature settles to is a guess that Newton's method accepts."""
+    from slipstick.analysis.response import _frequency_task, _settled_in_time
+
+    task = _frequency_task(oscillator(velocity=velocity), (5.0, 6.0), (), None, None, (), None)
+    motion = _settled_in_time(task)
+    assert motion is not None
+    branch = ss.forced_response(oscillator(velocity=velocity), omega=(5.0, 6.0), guess=motion)
+    first = branch.dataset["contact_tangential"].to_numpy()[0].ravel()
+    assert motion == pytest.approx(first, abs=5e-3 * np.linalg.norm(first))
+
+
 def test_stopping_early_keeps_what_was_found() -> None:
     options = response_options(max_points=10)
     branch = ss.forced_response(oscillator(velocity=10), omega=(2.0, 15.0), options=options)

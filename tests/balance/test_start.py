@@ -51,7 +51,7 @@ def test_every_strategy_finds_the_same_point(velocity: float, a: float) -> None:
         if x is not None:
             names.append(name)
             found.append(x)
-    for words in ("guess", "linear", "fewer harmonics", "load ramp", "friction ramp", "normal load ramp"):
+    for words in ("guess", "linear", "fewer harmonics", "load ramp", "friction ramp", "normal load ramp", "homotopy"):
         assert any(words in name for name in names), f"{words} found nothing"
     assert any("velocity ramp" in name for name in names) == (velocity != 0)
     for x in found:

@@ -315,9 +315,20 @@ def _tell(task: _Task, event: Any) -> None:
 
 def _first(task: _Task) -> Array | None:
     search = FirstPoint(
-        task.balance, task.inputs, task.omega, guess=task.guess, report=lambda event: _tell(task, event)
-    )
+        task.balance, task.inputs, task.omega,
+        guess=task.guess, report=lambda event: _tell(task, event), last_resort=lambda: _settled_in_time(task),
+    )  # fmt: skip
     return search.find()
+
+
+def _settled_in_time(task: _Task) -> Array | None:
+    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration."""
+    from slipstick.analysis.transient import transient
+
+    problem = task.problem.with_parameter(task.parameter, task.start) if task.parameter else task.problem
+    found = transient(problem, task.omega, periods=200, tolerance=1e-6)
+    compliance = task.balance.compliance(task.omega)
+    return -task.balance.moved_by(found.friction_coefficients, found.normal_coefficients, task.inputs.P, compliance)
 
 
 def _point(step: Step) -> Point:

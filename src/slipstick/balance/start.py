@@ -45,6 +45,8 @@ class FirstPoint:
         Unknowns (N,) to try first.
     report
         Called with every ``StrategyTried``.
+    last_resort
+        A motion (N,) found by other means, or None: asked for when all else failed.
     """
 
     def __init__(
@@ -93,6 +95,8 @@ class FirstPoint:
         if len(self.balance.harmonics.orders) > 3:
             yield "fewer harmonics first", self._fewer_harmonics
         yield from self._ramps()
+        start = motions.get(names[0], np.zeros(self.balance.size))
+        yield "Newton homotopy", lambda: self._homotopy(start)
         if self.last_resort is not None:
             yield "time integration", self._from_outside
 
@@ -117,6 +121,15 @@ class FirstPoint:
         system = FrequencySystem(self.balance, self.inputs)
         scale = self._scale(x)
         result = newton(lambda z: system.evaluate(z, self.omega), x, options=_NEWTON, scale=scale)
+        self._reason = result.reason
+        return result.x if result.converged else None
+
+    def _homotopy(self, x: Array) -> Array | None:
+        """Take the residual of a first guess away bit by bit."""
+        from slipstick.solve.homotopy import homotopy
+
+        system = FrequencySystem(self.balance, self.inputs)
+        result = homotopy(lambda z: system.evaluate(z, self.omega), x, scale=self._scale(x), options=_NEWTON)
         self._reason = result.reason
         return result.x if result.converged else None
 
@@ -154,23 +167,21 @@ class FirstPoint:
 
     def _fewer_harmonics(self) -> Array | None:
         """Solve with the driven harmonics and the lowest only, then take in the others."""
-        problem, kept = self.balance.problem, self._essential()
-        small = _with_harmonics(problem, kept)
-        balance = Balance(small)
-        inputs = replace(self.inputs, U=small.rubbing_coefficients(), P=small.load_coefficients())
+        kept = self._essential()
+        places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
+        balance = Balance(replace(self.balance.problem, harmonics=kept))
+        inputs = replace(self.inputs, U=self.inputs.U[:, places], P=self.inputs.P[:, places])
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:
             self._reason = "no solution with fewer harmonics"
             return None
-        places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
         return self._solve(full.reshape(-1))
 
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics
-        driven = np.any(self.inputs.P != 0, axis=0)
-        driven[: self.balance.L] |= np.any(self.inputs.U != 0, axis=0)
+        driven = np.any(self.inputs.P != 0, axis=0) | np.any(self.inputs.U != 0, axis=0)
         orders = {0, *harmonics.orders[1:3]}
         orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
         return Harmonics(sorted(orders))
@@ -179,10 +190,6 @@ class FirstPoint:
         assert self.last_resort is not None
         x = self.last_resort()
         return None if x is None else self._solve(x)
-
-
-def _with_harmonics(problem: Problem, harmonics: Harmonics) -> Problem:
-    return replace(problem, harmonics=harmonics)
 
 
 def first_point(
