@@ -7,50 +7,55 @@ from typing import TYPE_CHECKING
 
 from slipstick.app.guard import DONE, STOPPED, say
 from slipstick.app.prepare import prepare_kernel
+from slipstick.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from slipstick.verify.table import Row
 
 
 def show_verification(only: str | None) -> int:
-    """Run the checks, show them as they finish; 1 if any fails.
+    """Run the checks and print their table; 1 if any fails.
 
     Raises
     ------
     InputError
-        If no check bears the name asked for.
+        If no check has the name asked for.
     """
     from slipstick.verify import run
 
     prepare_kernel(say)
-    rows = []
+    rows: list[Row] = []
+    live = sys.stderr.isatty()
     for row in run(only):
         rows.append(row)
-        if sys.stderr.isatty():
-            print(f"\r{len(rows)} checks", end="", file=sys.stderr, flush=True)
-    if sys.stderr.isatty():
-        print("\r", end="", file=sys.stderr)
-    _print(rows)
+        if live:
+            print(f"\r{len(rows)} checks, last {row.name:<12}", end="", file=sys.stderr, flush=True)
+    if live:
+        print("\r" + " " * 40 + "\r", end="", file=sys.stderr)
+    if not rows:
+        raise InputError(f"no check is called '{only}'; run 'slipstick verify' without --only to see their names")
+    print_rows(rows)
     failed = [row for row in rows if not row.ok]
-    say(f"{len(rows) - len(failed)} of {len(rows)} checks passed")
+    say(f"{len(rows) - len(failed)} of {len(rows)} checks hold")
     for row in failed:
-        say(f"FAILED: {row.name}, {row.what}")
+        say(f"failed: {row.name} {row.what}: expected {row.expected}, found {row.found} ({row.verdict})")
     return STOPPED if failed else DONE
 
 
-def _print(rows: list[Row]) -> None:
+def print_rows(rows: Sequence[Row]) -> None:
+    """The table, as wide as the terminal or 140 characters."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     table = Table(show_edge=False, pad_edge=False)
-    for title in ("", "check"):
-        table.add_column(title)
-    for title in ("expected", "found", "tolerance"):
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("")
+    for title, right in (("", False), ("what", False), ("expected", True), ("found", True), ("allowed", True)):
+        table.add_column(title, justify="right" if right else "left", no_wrap=right)
+    table.add_column("verdict")
     for row in rows:
-        verdict = Text("ok", "green") if row.ok else Text(row.verdict, "bold red")
-        table.add_row(*(Text(text) for text in row[:5]), verdict)
+        cells = (row.name, row.what, row.expected, row.found, row.tolerance)
+        table.add_row(*map(Text, cells), Text(row.verdict, "green" if row.ok else "bold red"))
     console = Console()
     Console(width=console.width if console.is_terminal else 140).print(table)
