@@ -204,7 +204,8 @@ def test_stopping_early_keeps_what_was_found() -> None:
 
 
 @pytest.mark.parametrize(
-    "given, words", [({"peaks_of": "y"}, "not among the outputs"), ({"omega": (5.0, 5.0)}, "empty")]
+    "given, words",
+    [({"peaks_of": "y"}, "not among the outputs"), ({"omega": (5.0, 5.0)}, "empty"), ({"requested": [7.0]}, "outside")],
 )
 def test_bad_requests(given: dict[str, Any], words: str) -> None:
     with pytest.raises(ss.InputError, match=words):

@@ -16,7 +16,7 @@ from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.warming import Warming
-from slipstick.balance.checks import range_faults, suggestion
+from slipstick.balance.checks import range_faults, requested_faults, suggestion
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import (
     Balance,
@@ -162,7 +162,8 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
-    faults = range_faults(*span, name=f"range of {parameter}", positive=False)
+    requested = tuple(requested)
+    faults = range_faults(*span, name=f"range of {parameter}", positive=False) or requested_faults(requested, *span)
     if not (np.isfinite(omega) and omega > 0):
         faults.append(f"omega: found {omega}; expected a frequency > 0 in rad/s")
     if faults:
@@ -189,7 +190,8 @@ def _frequency_task(
     listeners: Iterable[Listener],
     guess: ArrayLike | None,
 ) -> _Task:
-    faults = range_faults(*omega)
+    requested = tuple(requested)
+    faults = range_faults(*omega) or requested_faults(requested, *omega)
     if faults:
         raise InputError(faults)
     start, stop = float(omega[0]), float(omega[1])

@@ -49,6 +49,16 @@ def range_faults(start: float, stop: float, *, name: str = "frequency range", po
     return []
 
 
+def requested_faults(requested: Sequence[float], start: float, stop: float) -> list[str]:
+    """Faults of values at which points are wanted."""
+    low, high = min(start, stop), max(start, stop)
+    return [
+        f"requested point {value:g}: lies outside of the range {low:g} to {high:g}; widen the range or leave it out"
+        for value in requested
+        if not low <= value <= high
+    ]
+
+
 def problem_warnings(problem: Problem, omega: Sequence[float] = ()) -> list[str]:
     """What can be computed but looks wrong; ``omega`` holds the ends of the frequency range, rad/s."""
     found = [*_harmonic_warnings(problem), *_contact_warnings(problem)]
@@ -165,7 +175,7 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
         elif value("mu") == 0 and value("kt") > 0:
             yield f"{where}: mu = 0, so there is no friction force"
         elif value("kt") == 0:
-            yield f"{where}: kt = 0, so friction never builds up; give the tangential contact stiffness"
+            yield f"{where}: kt = 0, so it never sticks; give the tangential contact stiffness"
         if pair.normal is not None and value("gap") > 0:
             reach = _static_reach(problem, pair.normal)
             if reach and value("gap") > 100 * reach:
