@@ -191,7 +191,7 @@ def test_a_failing_final_write_keeps_the_older_file_and_the_journal(
         temporary.write_bytes(b"half")
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(store_module, "_write_netcdf", full)
+    monkeypatch.setattr(store_module, "write_netcdf", full)
     with pytest.raises(OSError, match="No space left"):
         store.close()
     opened(path)
@@ -213,7 +213,7 @@ def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pyte
     def broken(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(xarray.Dataset, "to_netcdf", broken)
+    monkeypatch.setattr(store_module, "write_netcdf", broken)
     with pytest.raises(OSError, match="No space left"):
         save_dataset(data * 2, path)
     assert opened(path)["omega"].values.tolist() == [1.0, 2.0]
@@ -225,3 +225,32 @@ def test_what_is_no_results_file_is_refused(tmp_path: Path) -> None:
         load_dataset(tmp_path / "r.nc")
     with pytest.raises(InputError, match="there is no such file"):
         load_dataset(tmp_path / "none.nc")
+
+
+def test_texts_bare_dimensions_and_numbers_survive(tmp_path: Path) -> None:
+    data = xarray.Dataset(
+        {
+            "kind": ("point", np.array(["start", "end"])),
+            "x": (("point", "dof"), np.arange(4.0).reshape(2, 2), {"units": "m"}),
+            "n": ((), 3),
+        },
+        coords={"dof": ["a", "ä"]},
+        attrs={"seconds": 1.5, "points": 7, "title": "Größe", "none": None, "good": True},
+    )
+    save_dataset(data, tmp_path / "r.nc")
+    for read in (load_dataset(tmp_path / "r.nc"), opened(tmp_path / "r.nc")):
+        assert read["kind"].values.tolist() == ["start", "end"]
+        assert read["x"].dims == ("point", "dof")
+        assert read["x"].values.tolist() == [[0.0, 1.0], [2.0, 3.0]]
+        assert read["dof"].values.tolist() == ["a", "ä"]
+        assert int(read["n"]) == 3
+        assert read.attrs == {"seconds": 1.5, "points": 7, "title": "Größe", "good": 1}
+
+
+def test_a_claimed_size_is_refused(tmp_path: Path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "r.nc", "w") as file:
+        file.create_dataset("x", (10**7, 10**7), dtype="f8", chunks=(100, 100))
+    with pytest.raises(InputError, match="unpacks to more than"):
+        load_dataset(tmp_path / "r.nc")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import signal
 import sys
+import tempfile
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -46,6 +48,11 @@ def guarded() -> Iterator[None]:
     except KeyboardInterrupt:
         complain("interrupted")
         raise typer.Exit(STOPPED) from None
+    except typer.Exit:
+        raise
+    except Exception as error:
+        complain(f"error: {internal_sentence(error)}")
+        raise typer.Exit(STOPPED) from None
 
 
 def report_problems(problems: tuple[str, ...]) -> None:
@@ -64,6 +71,19 @@ def os_sentence(error: OSError) -> str:
     if isinstance(error, PermissionError):
         return f"{where}permission denied; check who owns it or choose another folder"
     return f"{where}{(error.strerror or str(error) or type(error).__name__).lower()}"
+
+
+def internal_sentence(error: Exception) -> str:
+    """A fault of the program itself, in one line; its traceback goes to a file for the report."""
+    lines = traceback.format_exception(error)
+    first = next((line for line in str(error).splitlines() if line.strip()), "")[:200]
+    said = f"a fault of slipstick itself ({type(error).__name__}: {first})"
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="slipstick-", suffix=".log", delete=False) as log:
+            log.writelines(lines)
+    except OSError:
+        return f"{said}; please report it with your case"
+    return f"{said}; please report it with your case and {log.name}"
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from slipstick.app.guard import (
     DONE,
     STOPPED,
     complain,
+    internal_sentence,
     os_sentence,
     report_problems,
     say,
@@ -111,6 +112,8 @@ class _Run:
             self.failures += error.problems
         except OSError as error:
             self.failures.append(os_sentence(error))
+        except Exception as error:
+            self.failures.append(internal_sentence(error))
 
     def _close(self) -> None:
         ended = {"outcome": self.outcome.name, "outcome_text": self.text, "seconds": f"{self.seconds:.3f}"}

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.io.journal import Journal, Layout, journal_of, read_journal
+from slipstick.io.netcdf import Variable, read_netcdf, write_netcdf
 
 if TYPE_CHECKING:
     import xarray
@@ -78,7 +79,7 @@ class ResultStore:
             return
         begin = time.perf_counter()
         with replacing(self.path) as temporary:
-            _write_netcdf(temporary, self.layout, self.rows(), self.attributes)
+            write_netcdf(temporary, _variables(self.layout, self.rows()), self.attributes)
         self._when = time.perf_counter()
         self._cost, self._written = self._when - begin, len(self._rows)
 
@@ -115,39 +116,29 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _write_netcdf(path: Path, layout: Layout, rows: NDArray[np.float64], attributes: Mapping[str, str]) -> None:
-    import h5netcdf
-    import h5py
+def _variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, Variable]:
+    """Coordinates and variables of points, as they stand in the file."""
 
-    with h5netcdf.File(path, "w") as file:
-        file.dimensions = {"point": None, **{dim: len(names) for dim, names in layout.labels.items()}}
-        file.resize_dimension("point", len(rows))
-        for dim, names in layout.labels.items():
-            labels = file.create_variable(dim, (dim,), dtype=h5py.string_dtype())
-            labels[...] = np.array(names, dtype=object)
-            _describe(labels, layout, dim)
-        numbers = file.create_variable("point", ("point",), dtype="i8", data=np.arange(len(rows)))
-        _describe(numbers, layout, "point")
-        for name, values in layout.unpack(rows).items():
-            dims = ("point", *layout.variables[name])
-            variable = file.create_variable(name, dims, dtype="f8", chunks=(max(len(rows), 1), *layout.shape(name)))
-            if values.size:
-                variable[...] = values
-            _describe(variable, layout, name)
-        for name, text in attributes.items():
-            file.attrs[name] = text
+    def described(name: str, dims: tuple[str, ...], values: NDArray[Any]) -> Variable:
+        units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
+        return Variable(dims=dims, values=values, attributes={"units": units, "long_name": long_name})
 
-
-def _describe(variable: Any, layout: Layout, name: str) -> None:
-    units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
-    variable.attrs["units"], variable.attrs["long_name"] = units, long_name
+    found = {"point": described("point", ("point",), np.arange(len(rows)))}
+    for dim, labels in layout.labels.items():
+        found[dim] = described(dim, (dim,), np.array(labels, dtype=object))
+    for name, values in layout.unpack(rows).items():
+        found[name] = described(name, ("point", *layout.variables[name]), values)
+    return found
 
 
 def save_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
     """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete."""
+    variables = {
+        str(name): Variable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
+        for name, v in dataset.variables.items()
+    }
     with replacing(Path(path)) as temporary:
-        unlimited = ["point"] if "point" in dataset.dims else None
-        dataset.to_netcdf(temporary, engine="h5netcdf", unlimited_dims=unlimited)
+        write_netcdf(temporary, variables, dataset.attrs)
 
 
 def load_dataset(path: str | Path) -> xarray.Dataset:
@@ -158,35 +149,34 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
     InputError
         If there is no such file or it is no results file.
     """
-    import xarray
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
     try:
-        dataset = xarray.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError, KeyError) as error:
+        variables, attributes = read_netcdf(path)
+        dataset = _as_dataset(variables, attributes)
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
         raise InputError(f"{path}: not a results file in netCDF-4 ({error}); give one from 'slipstick run'") from None
     journal = journal_of(path)
     if not journal.is_file():
         return dataset
     layout, rows = read_journal(journal)
-    return _as_dataset(layout, rows) if len(rows) > dataset.sizes.get("point", 0) else dataset
+    if len(rows) <= dataset.sizes.get("point", 0):
+        return dataset
+    return _as_dataset(_variables(layout, rows), layout.attributes)
 
 
-def _as_dataset(layout: Layout, rows: NDArray[np.float64]) -> xarray.Dataset:
+def _as_dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> xarray.Dataset:
     import xarray
 
-    def attrs(name: str) -> dict[str, str]:
-        units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
-        return {"units": units, "long_name": long_name}
-
-    coords: dict[str, Any] = {dim: (dim, list(names), attrs(dim)) for dim, names in layout.labels.items()}
-    coords["point"] = ("point", np.arange(len(rows)), attrs("point"))
-    data = {
-        name: (("point", *layout.variables[name]), values, attrs(name)) for name, values in layout.unpack(rows).items()
-    }
-    return xarray.Dataset(data, coords=coords, attrs=dict(layout.attributes))
+    dims = {dim for v in variables.values() for dim in v.dims}
+    parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
+    for name, v in variables.items():
+        texts = v.values.astype(str) if v.values.dtype == object else v.values
+        parts[name in dims][name] = (v.dims, texts, dict(v.attributes))
+    return xarray.Dataset(parts[False], coords=parts[True], attrs=dict(attributes))
 
 
 def load(path: str | Path) -> Branch:
