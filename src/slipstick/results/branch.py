@@ -269,8 +269,3 @@ def attributes_of(
         "numpy_version": np.__version__,
         **more,
     }
-
-
-def with_attributes(branch: Branch, **attributes: Any) -> Branch:
-    """The branch with more attributes in its dataset, such as the text of its case."""
-    return Branch(branch.dataset.assign_attrs(attributes), branch.outcome, branch.problem)
