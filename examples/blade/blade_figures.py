@@ -128,7 +128,7 @@ def rub(branches, linear):
         for ax in (left, right):
             limit_lines(ax, linear)
             at = sorted((c.velocity, c) for c in branches if c.load == load and not c.hot)
-            for (velocity, curve), colour in zip(at, COLOURS, strict=True):
+            for (velocity, curve), colour in zip(at, COLOURS, strict=False):
                 ax.plot(
                     hertz(branches[curve]), amplitude(branches[curve]), color=colour, linestyle="-",
                     label=f"{velocity:g} m/s",

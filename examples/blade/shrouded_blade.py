@@ -50,7 +50,8 @@ RANGE = (2 * np.pi * 150.0, 2 * np.pi * 330.0)
 OUTPUT = "c1y"
 """Motion of the first contact in the rubbing direction."""
 
-DEFAULT_CACHE = Path(__file__).with_name("cache")
+DEFAULT_CACHE = Path("blade-study") / "cache"
+"""Folder of the reduced blades, below the working directory."""
 
 
 def reduced_blade(size="small", *, modes=128, contacts=CONTACTS, radius=None, cache=DEFAULT_CACHE, listener=None):
