@@ -43,6 +43,8 @@ class Reading:
         self.faults += faults
         loads = self._list("load", LoadTable)
         contacts = self._list("contact", ContactTable)
+        if not self.raw.get("contact", []) and "contact" not in self.meant:
+            self.faults.append("[[contact]] is missing; give at least one contact, without any the response is linear")
         self.thermal = self._one("thermal", ThermalTable, optional=True)
         self.response = self._one("response", ResponseTable)
         output = self._one("output", OutputTable, optional=True)
