@@ -66,11 +66,8 @@ def test_limits_enclose_the_resonances(curves):
     (free, free_peak), (stuck, _) = (highest(curves.linear[state]) for state in ("free", "stuck"))
     assert free == pytest.approx(curves.blade.structure.omega[0] / (2 * np.pi), rel=1e-5)
     assert stuck / free == pytest.approx(np.sqrt(1.75), rel=0.02)
-    # peak of the first mode alone: modal force / (loss factor omega^2), the other modes add 1e-3 of it
-    structure, load = curves.blade.structure, curves.blade.structure.shapes["pressure"]
-    row = list(structure.dofs).index(shrouded_blade.OUTPUT)
-    force = abs(load.participation[0] * structure.mode_shapes[row, 0]) * shrouded_blade.PRESSURE
-    assert free_peak == pytest.approx(force / (0.001 * structure.omega[0] ** 2), rel=2e-3)
+    stiffness, force, motion = shrouded_blade.first_mode(curves.blade)
+    assert free_peak == pytest.approx(motion * force / (0.001 * stiffness), rel=2e-3)
 
 
 def test_least_amplitude_needs_more_load_than_most_dissipation(curves):
@@ -88,12 +85,11 @@ def test_least_amplitude_needs_more_load_than_most_dissipation(curves):
     assert np.all(np.diff(hertz) > -0.01)
     assert hertz[0] == pytest.approx(highest(curves.linear["free"])[0], rel=1e-3)
     assert hertz[-1] == pytest.approx(highest(curves.linear["stuck"])[0], rel=1e-2)
-    # energy of a period under constant loads and one common motion: 4 mu N (x - mu N/kt), and its optimum pi/2 P
-    mode = curves.blade.structure
-    row = list(mode.dofs).index(shrouded_blade.OUTPUT)
-    force = abs(mode.shapes["pressure"].participation[0] / mode.mode_shapes[row, 0]) * shrouded_blade.PRESSURE
-    friction = 8 * shrouded_blade.MU * shrouded_blade.FULL_LOAD
-    assert friction == pytest.approx(np.pi / 2 * force, rel=0.3)
+    # every peak is the one that an energy balance of the first mode alone gives; stuck contacts bend that mode
+    for load, size in peaks.items():
+        tolerance = 5e-4 if load <= 40 else 0.03
+        assert size == pytest.approx(shrouded_blade.one_mode_peak(curves.blade, load), rel=tolerance), load
+    assert shrouded_blade.best_load(curves.blade) == pytest.approx(shrouded_blade.FULL_LOAD, rel=0.1)
 
 
 def test_fast_rubbing_takes_the_damping_away(curves):

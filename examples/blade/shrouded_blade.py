@@ -25,7 +25,8 @@ KN = 40.0
 """Normal stiffness of one contact, N/m: its share of the springs behind the seal segment."""
 
 FULL_LOAD = 0.30
-"""Normal load of one contact that is called 100 %, N: near the one of least amplitude without rubbing."""
+"""Normal load of one contact that is called 100 %, N: near the one of least amplitude without rubbing (see
+``one_mode_peak``)."""
 
 CONTACTS = 8
 RUBBING_DIRECTION = (0.0, 1.0, 0.0)
@@ -119,3 +120,33 @@ def highest(branch):
 def total_power(branch):
     """Power dissipated by all contacts at every point, W."""
     return branch.dataset.dissipated_power.sum("contact").values
+
+
+def first_mode(blade):
+    """The first mode as an oscillator at the mean of the contacts: stiffness (N/m), force (N), motion of OUTPUT."""
+    structure, dofs = blade.structure, list(blade.structure.dofs)
+    shape = structure.mode_shapes[:, 0] / np.mean(
+        [structure.mode_shapes[dofs.index(f"c{k}y"), 0] for k in range(1, CONTACTS + 1)]
+    )
+    scale = structure.mode_shapes[0, 0] / shape[0]
+    force = abs(structure.shapes["pressure"].participation[0] / scale) * PRESSURE
+    return float((structure.omega[0] / scale) ** 2), float(force), float(shape[dofs.index(OUTPUT)])
+
+
+def one_mode_peak(blade, percent):
+    """Amplitude at resonance without rubbing as one mode and one energy balance give it, m.
+
+    With s = mu N of all contacts: 4 s (x - s/kt) + pi eta k x^2 = pi F x (friction loop, structural loss, excitation).
+    The least amplitude is at s = pi F/2 / (1 + pi eta k/kt), most dissipation at a quarter of it where kt is stiff.
+    """
+    stiffness, force, motion = first_mode(blade)
+    s, kt = CONTACTS * MU * contact_load(percent), CONTACTS * KT
+    a, b, c = np.pi * LOSS_FACTOR * stiffness, 4.0 * s - np.pi * force, -4.0 * s**2 / kt
+    return motion * (-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
+
+
+def best_load(blade):
+    """Normal load of a contact for the least amplitude without rubbing, by ``one_mode_peak``, N."""
+    stiffness, force, _ = first_mode(blade)
+    s = 0.5 * np.pi * force / (1.0 + np.pi * LOSS_FACTOR * stiffness / (CONTACTS * KT))
+    return s / (CONTACTS * MU)
