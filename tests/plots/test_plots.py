@@ -166,3 +166,14 @@ def test_pyplot_and_matplotlib_stay_out_until_a_figure_is_drawn() -> None:
         "p.loop([0, 1], [0, 1]); assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_rounding_is_not_magnified() -> None:
+    data = dataset()
+    data["dissipated_power"].values[:, 0] = 2400.0 + 1e-9 * np.sin(OMEGA)
+    low, high = plots.power(data, "tip").get_ylim()
+    assert (low, high) == pytest.approx((1920.0, 2880.0))
+
+
+def test_where_a_point_lies_in_words() -> None:
+    assert plots.abscissa_text(dataset(), 0) == "2 rad/s"

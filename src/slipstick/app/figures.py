@@ -26,19 +26,39 @@ def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
         "response": lambda: plots.response(data, dof, references=_references(case)),
         "mean": lambda: plots.mean(data, dof),
     }
+    titles = dict.fromkeys(drawings, dof)
     if data.sizes["contact"]:
-        drawings["power"] = lambda: plots.power(data)
-        drawings["fractions"] = lambda: plots.fractions(data, _busiest(data))
-    if data.sizes["contact"] and np.ptp(data["friction_coefficient"].to_numpy()) > 0:
-        drawings["friction"] = lambda: plots.friction(data)
-    if "temperature" in data:
-        drawings["temperature"] = lambda: plots.temperature(data, _busiest(data))
+        added, of = _contact_drawings(data, dof)
+        drawings |= added
+        titles |= of
     paths = []
     for name, draw in drawings.items():
         ax = draw()
-        ax.set_title(f"{case.title} ({dof})" if name in ("response", "mean") else case.title, fontsize="medium")
+        about = f" ({titles[name]})" if titles.get(name) else ""
+        ax.get_figure().suptitle(f"{case.title}{about}", fontsize="medium")
         paths += plots.save_figure(ax, folder / name)
     return paths
+
+
+def _contact_drawings(data: xarray.Dataset, dof: str) -> tuple[dict[str, Callable[[], Any]], dict[str, str]]:
+    """What shows the contacts, and what to add to the titles; loops and states are those at the largest amplitude."""
+    from slipstick.results.branch import Branch
+
+    contact, branch = _busiest(data), Branch.from_dataset(data)
+    top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
+    where = f"at {plots.abscissa_text(data, top)}"
+    drawings: dict[str, Callable[[], Any]] = {
+        "power": lambda: plots.power(data),
+        "fractions": lambda: plots.fractions(data, contact),
+        "loop": lambda: branch.plot.loop(top, contact),
+        "states": lambda: branch.plot.states(top),
+    }
+    if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
+        drawings["friction"] = lambda: plots.friction(data, contact)
+    if "temperature" in data:
+        drawings["temperature"] = lambda: plots.temperature(data, contact)
+    titles = dict.fromkeys(drawings, contact)
+    return drawings, titles | {"power": "", "loop": f"{contact}, {where}", "states": where}
 
 
 def _busiest(data: xarray.Dataset) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from slipstick.errors import InputError
 
 RESULTS = "results.nc"
-FIGURES = ("response", "mean", "power", "fractions", "friction", "loops")
+FIGURES = ("response", "mean", "power", "fractions", "friction", "temperature", "loop", "states")
 _OWN = (RESULTS, RESULTS + ".journal", *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
 
 

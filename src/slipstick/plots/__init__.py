@@ -15,6 +15,7 @@ _PUBLIC = {
     "loop": "slipstick.plots.points",
     "states": "slipstick.plots.points",
     "history": "slipstick.plots.points",
+    "abscissa_text": "slipstick.plots.style",
     "save_figure": "slipstick.plots.style",
 }
 

@@ -128,6 +128,8 @@ def _lines(
     for own, dataset in pairs:
         values = dataset[name].sum("contact").to_numpy() if total else _select(dataset, name, where)
         ax.plot(dataset[abscissa(dataset)].to_numpy(), values, linewidth=1.6, label=own or label)
+        if values.size and np.ptp(values) < 1e-6 * np.abs(values).max():
+            ax.set_ylim(*np.sort(values[0] * np.array([0.8, 1.2])))  # rounding is not to be magnified
     return ax
 
 

@@ -69,6 +69,13 @@ def abscissa(dataset: xarray.Dataset) -> str:
     return "parameter" if name and "parameter" in dataset else "omega"
 
 
+def abscissa_text(dataset: xarray.Dataset, point: int) -> str:
+    """The followed quantity at a point, with its unit: "4.26 rad/s"."""
+    values = dataset[abscissa(dataset)]
+    units = str(values.attrs.get("units", ""))
+    return f"{float(values[point]):.5g}" + (f" {units}" if units not in ("", "1") else "")
+
+
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:
     """Write the figure of some axes as ``stem.png`` and ``stem.svg``; the files written."""
     figure = ax.get_figure(root=True)
