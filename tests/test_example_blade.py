@@ -27,7 +27,7 @@ def example(name):
 
 
 study, shrouded_blade, convergence = example("study"), example("shrouded_blade"), example("convergence")
-newton_history = example("newton_history")
+newton_history, case_files = example("newton_history"), example("case_files")
 Curve, highest, total_power = study.Curve, shrouded_blade.highest, shrouded_blade.total_power
 
 
@@ -219,3 +219,14 @@ def test_study_writes_table_curves_and_figures(cache, tmp_path, monkeypatch):
     assert all(row["outcome"] == "COMPLETED" for row in rows)
     assert len(said) == len(rows) + 2
     assert len(list(tmp_path.glob("blade_*.png"))) == 5
+
+
+def test_case_files_give_the_same_curves(curves, tmp_path):
+    """The command line's way to the same blade: a hot curve to rounding."""
+    from slipstick.app.case import Case
+
+    paths = case_files.write(curves.blade, tmp_path)
+    assert len(paths) == len(study.curves()) == 32
+    path = tmp_path / "load-20_velocity-5_hot.toml"
+    case = Case.from_text(path.read_text(), path)
+    assert highest(case.run())[1] == pytest.approx(highest(curves(20, 5.0, hot=True))[1], rel=1e-9)

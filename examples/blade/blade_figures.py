@@ -2,10 +2,9 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
-from shrouded_blade import FULL_LOAD, OUTPUT, highest, total_power
+from shrouded_blade import FULL_LOAD, OUTPUT, highest, one_mode_peak, total_power
 
 from slipstick.fem.blade import blade as meshed
 from slipstick.fem.blade import blade_shape
@@ -19,7 +18,7 @@ def draw(blade, size, branches, linear, folder):
     for name, figure in (
         ("mesh", mesh(blade, size)),
         ("no_rub", no_rub(branches, linear)),
-        ("loads", loads(branches)),
+        ("loads", loads(blade, branches)),
         ("rub", rub(branches, linear)),
         ("heat", heat(branches)),
     ):
@@ -86,8 +85,9 @@ def no_rub(branches, linear):
     for (curve, branch), colour in zip(still(branches), COLOURS, strict=False):
         top.plot(hertz(branch), amplitude(branch), color=colour, linestyle="-", label=f"{curve.load:g} %")
         bottom.plot(hertz(branch), np.maximum(total_power(branch), 1e-9), color=colour, linestyle="-")
-    top.set_yscale("log")
-    bottom.set_yscale("log")
+    for ax in (top, bottom):
+        ax.set_yscale("log")
+        plain(ax)
     bottom.set_ylim(1e-4, 2)
     top.legend(title="normal load", loc="upper left", fontsize=8)
     return figure
@@ -98,21 +98,32 @@ def still(branches):
     return sorted(((c, b) for c, b in branches.items() if c.velocity == 0 and not c.hot), key=lambda pair: pair[0].load)
 
 
-def loads(branches):
+def loads(blade, branches):
     """Highest amplitude and highest dissipated power over the normal load, without rubbing."""
-    figure = Figure(figsize=(7, 3.8), layout="constrained")
+    figure = Figure(figsize=(7, 4.2), layout="constrained")
     ax = styled(figure.subplots(), f"Normal load [%], 100 % = {FULL_LOAD:g} N a contact", "Highest amplitude [mm]")
     load = [curve.load for curve, _ in still(branches)]
-    ax.loglog(load, [1e3 * highest(b)[1] for _, b in still(branches)], "o-", color=COLOURS[0])
+    ax.loglog(load, [1e3 * highest(b)[1] for _, b in still(branches)], "o", color=COLOURS[0], label="amplitude")
+    fine = np.geomspace(load[0], load[-1], 400)
+    energy = [1e3 * one_mode_peak(blade, percent) for percent in fine]
+    ax.plot(fine, energy, "-", color=COLOURS[0], linewidth=0.9, label="amplitude, energy balance of one mode")
     right = ax.twinx()
-    right.loglog(load, [total_power(b).max() for _, b in still(branches)], "s--", color=COLOURS[1])
+    right.loglog(load, [total_power(b).max() for _, b in still(branches)], "s--", color=COLOURS[1], label="power")
     right.set_ylabel("Highest dissipated power [W]", color=COLOURS[1])
+    right.set_ylim(8e-3, 1)
     ax.yaxis.label.set_color(COLOURS[0])
     ax.set_xticks(load, [f"{value:g}" for value in load])
-    ax.minorticks_off()
-    right.yaxis.set_minor_formatter(NullFormatter())
-    right.spines["top"].set_visible(False)
+    for axes in (ax, right):
+        axes.minorticks_off()
+        plain(axes)
+        axes.spines["top"].set_visible(False)
+    figure.legend(loc="upper right", bbox_to_anchor=(0.88, 0.98), fontsize=8)
     return figure
+
+
+def plain(ax):
+    """Numbers instead of powers of ten on a logarithmic axis."""
+    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
 
 
 def rub(branches, linear):
@@ -134,6 +145,7 @@ def rub(branches, linear):
                     label=f"{velocity:g} m/s",
                 )  # fmt: skip
             ax.set_yscale("log")
+            plain(ax)
         left.set_ylim(2e-3, 8)
         right.set_xlim(centre - 1.5, centre + 1.5)
         right.set_title("around the free resonance", fontsize=10)
@@ -166,6 +178,7 @@ def heat(branches):
             if hot:
                 temperature.plot(x, data.temperature.mean("contact").values, **look)
     a.set_yscale("log")
+    plain(a)
     a.legend(fontsize=7)
     centre = highest(chosen[0.0, False])[0]
     zoom.set_xlim(centre - 0.8, centre + 0.8)
