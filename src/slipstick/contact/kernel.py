@@ -1,16 +1,16 @@
 """The compiled batch of contact elements: forces, tangents and sensitivities of many elements at once.
 
-One element goes through: critical times (trig.roots), periodic states (contact.states), interval integrals
+One element goes through: critical times (contact.critical), periodic states (contact.states), interval integrals
 (trig.integrals), then forces and derivatives (THEORY.md sections 4 to 6). Nothing is allocated inside.
 """
 
 from __future__ import annotations
 
-from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.contact.critical import critical_times, triple
 from slipstick.contact.states import (
     NONE,
     SEPARATION,
@@ -18,14 +18,12 @@ from slipstick.contact.states import (
     SLIP_PLUS,
     STICK,
     march,
-    merge,
     motion,
     periodic_start,
-    segment_signs,
 )
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import add_boundary, fill_matrix, fill_vectors
-from slipstick.trig.roots import STACK, TWO_PI, basis, isolate, powers, values
+from slipstick.trig.roots import STACK, TWO_PI, basis, powers, values
 
 V_FX, V_FY, V_DV, V_DMU, V_DKT, V_DKN, V_YKN = range(7)
 """Rows of the vector output: Fx, Fy, dFx/dv, dFx/dmu, dFx/dkt, dFx/dkn, dFy/dkn."""
@@ -35,122 +33,6 @@ S_WORK, S_STICK, S_SLIP, S_SEPARATION, S_LOW, S_HIGH = range(6)
 
 P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 """Columns of the parameter input."""
-
-
-@compiled
-def tabulate(
-    XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, cos: Any, sin: Any, varying: bool, g: Any
-) -> None:  # fmt: skip
-    """Fill ``g`` (9, cells) at cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
-    cells = cos.shape[1]
-    for k in range(7):
-        for i in range(cells):
-            g[k, i] = 0.0
-    for i in range(cells):
-        g[0, i] = Y[0]
-        g[4, i] = v
-    for j in range(XU[1].size):
-        m1 = orders[j]
-        m2, m3 = m1 * m1, m1 * m1 * m1
-        xc, xs, yc, ys = XU[1][j], XU[2][j], Y[1][j], Y[2][j]
-        for i in range(cells):
-            c, s = cos[j, i], sin[j, i]
-            a, b = xc * c + xs * s, xs * c - xc * s
-            g[4, i] += m1 * b
-            g[5, i] -= m2 * a
-            g[6, i] -= m3 * b
-        if varying:
-            for i in range(cells):
-                c, s = cos[j, i], sin[j, i]
-                a, b = yc * c + ys * s, ys * c - yc * s
-                g[0, i] += a
-                g[1, i] += m1 * b
-                g[2, i] -= m2 * a
-                g[3, i] -= m3 * b
-    for i in range(cells):
-        a, b = kt * g[4, i], mukn * g[1, i]
-        a1, b1 = kt * g[5, i], mukn * g[2, i]
-        a2, b2 = kt * g[6, i], mukn * g[3, i]
-        g[3, i], g[4, i], g[5, i] = a - b, a1 - b1, a2 - b2
-        g[6, i], g[7, i], g[8, i] = a + b, a1 + b1, a2 + b2
-
-
-@compiled
-def separated_cells(Y: Any, orders: Any, g: Any, skip: Any) -> None:
-    """Mark the cells in which ``y - g < 0`` for certain."""
-    h = pi / skip.size
-    curvature = 0.0
-    for j in range(orders.size):
-        curvature += orders[j] * orders[j] * np.sqrt(Y[1][j] * Y[1][j] + Y[2][j] * Y[2][j])
-    for i in range(skip.size):
-        skip[i] = g[0, i] + abs(g[1, i]) * h + 0.5 * curvature * h * h < 0.0
-
-
-@compiled
-def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: Any, k: Any) -> int:
-    """Critical times of one element, merged, with contact and signs of the segments after them; returns their number.
-
-    Without any, one segment begins at time 0.
-    """
-    orders, cos, sin, consecutive = tables
-    varying = False
-    for j in range(orders.size):
-        if Y[1][j] != 0.0 or Y[2][j] != 0.0:
-            varying = True
-    g, p = k.g, k.p
-    tabulate(XU, Y, v, kt, mukn, orders, cos, sin, varying, g)
-    k.skip[:] = False
-    near, up, low = 0, 0, 0
-    y_sign = 1 if Y[0] > 0.0 else -1
-    plus, minus = 0, 0
-    if varying:
-        near, y_sign = isolate(
-            Y[0], Y[1], Y[2], g[0], g[1], g[2], k.skip, orders, consecutive, k.c, k.s, k.stack, k.lists[0], k.rising[0]
-        )
-        separated_cells(Y, orders, g, k.skip)
-    if near > 0 or y_sign > 0:
-        for j in range(orders.size):
-            a, b = kt * orders[j] * XU[2][j], mukn * orders[j] * Y[2][j]
-            p[0, j], p[2, j] = a - b, a + b
-            a, b = -kt * orders[j] * XU[1][j], -mukn * orders[j] * Y[1][j]
-            p[1, j], p[3, j] = a - b, a + b
-        up, plus = isolate(
-            kt * v,
-            p[0],
-            p[1],
-            g[3],
-            g[4],
-            g[5],
-            k.skip,
-            orders,
-            consecutive,
-            k.c,
-            k.s,
-            k.stack,
-            k.lists[1],
-            k.rising[1],
-        )
-        minus = plus
-        if varying:
-            low, minus = isolate(
-                kt * v, p[2], p[3], g[6], g[7], g[8], k.skip, orders, consecutive, k.c, k.s, k.stack, k.lists[2],
-                k.rising[2],
-            )  # fmt: skip
-    count = merge(k.lists, k.rising, (near, up, low), not varying, k.time, k.kind, k.up)
-    if count == 0:
-        k.time[0], k.kind[0], count = 0.0, NONE, 1
-    segment_signs(count, k.kind, k.up, (y_sign, plus, minus), k.contact, k.plus, k.minus)
-    return count
-
-
-@compiled
-def triple(X: Any, shift: float, parts: Any) -> tuple[float, Any, Any]:
-    """Split coefficients (L,) into constant, cosines and sines, padded by zeros."""
-    for j in range(parts.shape[1]):
-        parts[0, j], parts[1, j] = 0.0, 0.0
-    for j in range((X.size - 1) // 2):
-        parts[0, j], parts[1, j] = X[2 * j + 1], X[2 * j + 2]
-    return X[0] + shift, parts[0], parts[1]
 
 
 @compiled
@@ -192,13 +74,16 @@ def weights(state: int) -> tuple[float, float, float]:
 
 
 @compiled
-def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, lengths: Any) -> None:
-    """Powers at every interval start and the accumulated primitives of stick, slip and contact."""
+def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, lengths: Any, ends: Any) -> None:
+    """Powers at every interval start and the accumulated primitives of stick, slip and contact.
+
+    ``ends`` counts the interval ends of each: without any the state lasts all period, or never is.
+    """
     for k in range(6):
         for i in range(top):
             sums[k, i] = 0.0
     for k in range(3):
-        lengths[k] = 0.0
+        lengths[k], ends[k] = 0.0, 0
     for i in range(total):
         a, b = weights(code[i - 1 if i > 0 else total - 1, 0]), weights(code[i, 0])
         length = at[i, 1] - at[i, 0]
@@ -207,6 +92,7 @@ def accumulate(total: int, at: Any, code: Any, top: int, edge: Any, sums: Any, l
         powers(at[i, 0], top, edge[i, 0], edge[i, 1])
         for k in range(3):
             if a[k] != b[k]:
+                ends[k] += 1
                 add_boundary(a[k] - b[k], edge[i, 0], edge[i, 1], sums[2 * k], sums[2 * k + 1], top)
     for i in range(top):
         r = 1.0 / (i + 1.0)
@@ -222,6 +108,28 @@ def product(W: Any, x: Any, out: Any) -> None:
         for j in range(x.size):
             total += W[i, j] * x[j]
         out[i] = total
+
+
+@compiled
+def integral(i: int, orders: Any, n: int, k: Any, W: Any) -> None:
+    """``W`` of stick (0), signed slip (1) or contact (2); a multiple of the identity for a state without ends."""
+    if k.ends[i] > 0:
+        fill_matrix(k.lengths[i], k.sums[2 * i], k.sums[2 * i + 1], orders, n, W)
+        return
+    share = k.lengths[i] / TWO_PI
+    for a in range(2 * n + 1):
+        for b in range(2 * n + 1):
+            W[a, b] = 0.0
+        W[a, a] = share
+
+
+@inlined
+def add_outer(factor: float, a: Any, b: Any, out: Any) -> None:
+    """``out += factor a b^T``."""
+    for i in range(a.size):
+        f = factor * a[i]
+        for j in range(b.size):
+            out[i, j] += f * b[j]
 
 
 @inlined
@@ -242,10 +150,8 @@ def add_stick(
         vec[V_DMU, i] += over_mu * hi
         vec[V_DKN, i] += over_kn * hi
         vec[V_DKT, i] += dkt * hi + v * vi
-        a, b = cx * hi, cy * hi
-        for j in range(h.size):
-            dX[i, j] += a * H[j]
-            dY[i, j] += b * H[j]
+    add_outer(cx, h, H, dX)
+    add_outer(cy, h, H, dY)
 
 
 @compiled
@@ -305,14 +211,15 @@ def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec
     """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,)."""
     orders = tables[0]
     total, XU, Yg = find_states(X, Y, par, tables, k)
-    accumulate(total, k.at, k.code, top, k.edge, k.sums, k.lengths)
-    for i in range(3):
-        fill_matrix(k.lengths[i], k.sums[2 * i], k.sums[2 * i + 1], orders, n, mat[i])
+    accumulate(total, k.at, k.code, top, k.edge, k.sums, k.lengths, k.ends)
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
     L = 2 * n + 1
     y, q, r, z = k.rows[3, :L], k.rows[4, :L], k.rows[5, :L], k.rows[6, :L]
-    y[:] = Y
+    for i in range(L):
+        y[i] = Y[i]
     y[0] -= par[P_GAP]
+    for i in range(3):
+        integral(i, orders, n, k, mat[i])
     product(mat[0], X, q)
     product(mat[1], y, r)
     product(mat[2], y, z)
@@ -356,7 +263,10 @@ class Work(NamedTuple):
     stack: Any
     lists: Any
     rising: Any
+    counts: Any
+    signs: Any
     skip: Any
+    margin: Any
     time: Any
     kind: Any
     up: Any
@@ -371,25 +281,27 @@ class Work(NamedTuple):
     edge: Any
     sums: Any
     lengths: Any
+    ends: Any
     rows: Any
 
 
-@compiled
+@compiled(allocates=True)
 def workspace(padded: int, cells: int, n: int, top: int) -> Any:
     """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
     room = top + 2
     many = 3 * room + 1
     return Work(
-        np.empty((9, cells)), np.empty((4, padded)), np.empty((4, padded)), np.empty(padded), np.empty(padded),
-        np.empty((STACK, 2)), np.empty((3, room)), np.empty((3, room), np.bool_), np.empty(cells, np.bool_),
+        np.empty((9, cells)), np.empty((6, padded)), np.empty((4, padded)), np.empty(padded), np.empty(padded),
+        np.empty((STACK, 2)), np.empty((3, room)), np.empty((3, room), np.bool_),
+        np.empty(3, np.int64), np.empty(3, np.int64), np.empty(cells, np.bool_), np.empty(cells),
         np.empty(many), np.empty(many, np.int64), np.empty(many, np.bool_), np.empty(many), np.empty(many),
         np.empty(many, np.bool_), np.empty(many), np.empty(many), np.empty((2 * many, 3)),
         np.empty((2 * many, 2), np.int64), np.empty((2, 4)), np.empty((2 * many, 2, top + 4)), np.empty((6, top + 4)),
-        np.empty(3), np.empty((7, 2 * n + 1)),
+        np.empty(3), np.empty(3, np.int64), np.empty((7, 2 * n + 1)),
     )  # fmt: skip
 
 
-@compiled(nogil=True)
+@compiled(allocates=True, nogil=True)
 def chunk(
     first: int, last: int, X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int,
     top: int, vec: Any, mat: Any, scalar: Any,
@@ -402,10 +314,17 @@ def chunk(
 
 
 @compiled
+def count_states(X: Any, Y: Any, par: Any, tables: Any, k: Any) -> int:
+    """``find_states`` without the motion: arrays must not be handed from uncounted to counted code."""
+    total, _X, _Y = find_states(X, Y, par, tables, k)
+    return total
+
+
+@compiled(allocates=True)
 def intervals(
     X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int, top: int
 ) -> tuple[Any, Any]:  # fmt: skip
     """Intervals (k, 3) (start, end, force at start) and codes (k, 2) (state, origin) of one element."""
     k = workspace(orders.size, cos.shape[1], n, top)
-    total, _X, _Y = find_states(X, Y, par, (orders, cos, sin, consecutive), k)
+    total = count_states(X, Y, par, (orders, cos, sin, consecutive), k)
     return k.at[:total].copy(), k.code[:total].copy()

@@ -20,7 +20,10 @@ import numba
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Floating-point freedoms: sums may be reordered; infinities and NaN stay honest."""
 
-SOURCES = ("trig/compiled.py", "trig/roots.py", "trig/integrals.py", "contact/states.py", "contact/kernel.py")
+SOURCES = (
+    *(f"trig/{name}.py" for name in ("compiled", "roots", "integrals")),
+    *(f"contact/{name}.py" for name in ("states", "critical", "kernel")),
+)
 
 
 @cache
@@ -47,15 +50,19 @@ def _roots() -> list[Path]:
     return [*map(Path, given), usual, Path(tempfile.gettempdir())]
 
 
-def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
-    """Decorator: compile with numba, cached on disk."""
+def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = False, **options: Any) -> Any:
+    """Decorator: compile with numba, cached on disk.
+
+    Functions that make no new arrays go without reference counts: counting costs atomic operations for every slice, a
+    third of the kernel's time. Such functions may return arrays to each other, but not to one that ``allocates``.
+    """
     if function is None:
-        return lambda f: compiled(f, **options)
+        return lambda f: compiled(f, allocates=allocates, **options)
     config: Any = numba.config
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(cache=True, fastmath=FAST, **options)(function)
+        return numba.njit(**{"cache": True, "fastmath": FAST, "_nrt": allocates, **options})(function)
     finally:
         config.CACHE_DIR = previous
 

@@ -76,7 +76,7 @@ def fill_vectors(
         hv[2 * j + 2] = p * ((sb[k] - sa[k]) / m - length * cb[k])
 
 
-@compiled
+@compiled(allocates=True)
 def _interval(a: float, b: float, orders: Any, n: int, top: int) -> tuple[Any, Any, Any]:
     room = top + 4
     ca, sa, cb, sb = np.empty(room), np.empty(room), np.empty(room), np.empty(room)

@@ -25,6 +25,11 @@ from slipstick.trig.harmonics import Harmonics
 Array = NDArray[np.float64]
 
 TWO_PI = 2.0 * pi
+_PIECES = 256
+_COS, _SIN = np.cos(np.arange(_PIECES) * (TWO_PI / _PIECES)), np.sin(np.arange(_PIECES) * (TWO_PI / _PIECES))
+# 2 pi / 256 in two parts, the first short enough for exact products
+_STEP_HIGH = float(np.float32(TWO_PI / _PIECES))
+_STEP_LOW = TWO_PI / _PIECES - _STEP_HIGH + 2.4492935982947064e-16 / _PIECES
 CELLS_PER_ORDER = 10
 STACK = 128
 
@@ -60,10 +65,22 @@ def grid(harmonics: Harmonics) -> Grid:
     return Grid(orders, np.cos(angle), np.sin(angle), harmonics.orders == tuple(range(n + 1)))
 
 
+@compiled(forceinline=True, fastmath=False)
+def circle(t: float) -> tuple[float, float]:
+    """``cos t, sin t`` to rounding for ``|t| < 100``: a table and a short series, several times quicker than calls."""
+    i = int(np.floor(t * (_PIECES / TWO_PI) + 0.5))
+    d = (t - i * _STEP_HIGH) - i * _STEP_LOW
+    c, s = _COS[i & 255], _SIN[i & 255]
+    q = d * d
+    sd = d * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0)))
+    cd = q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0)))
+    return c - (c * cd + s * sd), s - (s * cd - c * sd)
+
+
 @inlined
 def powers(t: float, n: int, c: Any, s: Any) -> None:
     """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
-    c1, s1 = np.cos(t), np.sin(t)
+    c1, s1 = circle(t)
     c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
     c4, s4 = c2 * c2 - s2 * s2, 2.0 * c2 * s2
     c[0], s[0] = c1, s1
@@ -111,14 +128,25 @@ def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, 
 
 
 @inlined
-def third_bound(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
-    """``B3 = sum m^3 |c_m|`` and ``sum |c_m|``."""
-    bound, size = 0.0, 0.0
+def third(pc: Any, ps: Any, m: Any, c: Any, s: Any) -> float:
+    """``p'''`` at the time whose basis is ``c, s``."""
+    total = 0.0
+    for j in range(pc.size):
+        total += m[j] * m[j] * m[j] * (pc[j] * s[j] - ps[j] * c[j])
+    return total
+
+
+@inlined
+def bounds(pc: Any, ps: Any, m: Any) -> tuple[float, float, float]:
+    """``B3 = sum m^3 |c_m|``, ``B4 = sum m^4 |c_m|`` and ``sum |c_m|``."""
+    bound, next_bound, size = 0.0, 0.0, 0.0
     for j in range(pc.size):
         amplitude = np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
+        cube = m[j] * m[j] * m[j] * amplitude
         size += amplitude
-        bound += m[j] * m[j] * m[j] * amplitude
-    return bound, size
+        bound += cube
+        next_bound += m[j] * cube
+    return bound, next_bound, size
 
 
 @inlined
@@ -126,11 +154,13 @@ def polish(
     left: float, right: float, rising: bool, t: float, start: Any, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, bound: float, c: Any, s: Any,
 ) -> float:  # fmt: skip
-    """The only root in ``[left, right]``: Chebyshev's third-order step, halving where it would leave the bracket.
+    """The only root in ``[left, right]``: fourth-order steps (series reversion of the cubic Taylor polynomial), Newton
+    steps where these are long, halving where a step would leave the bracket.
 
-    ``start`` holds ``p, p', p''`` at the first guess ``t``.
+    ``start`` holds ``p, p', p'', p'''`` at the first guess ``t`` (the last may be rough), ``bound`` is ``B4``.
     """
-    v0, v1, v2 = start
+    v0, v1, v2, v3 = start
+    rough = 0.1
     for _ in range(100):
         if v0 == 0.0:
             return t
@@ -138,23 +168,26 @@ def polish(
             left = t
         else:
             right = t
-        inside = False
+        inside, error = False, 1.0
         if v1 != 0.0:
             r = 1.0 / v1
-            d = -v0 * r
-            q = 0.5 * v2 * r * d
-            if abs(q) < 0.5:  # beyond, the third-order step may stand still
-                d -= q * d
+            u = -v0 * r
+            q = 0.5 * v2 * r * u
+            w = v3 * r * u * u / 6.0
+            d = u
+            if abs(q) < 0.25 and abs(w) < 0.25:
+                d = u * (1.0 - q + 2.0 * q * q - w)
+                error = abs(u * q) * (q * q + abs(w)) * 5.0 + u * u * u * u * bound * abs(r) / 24.0 + rough * abs(u * w)
             inside = left <= t + d <= right
         if not inside:
-            d = 0.5 * (left + right) - t
-            q = 1.0
+            d, error = 0.5 * (left + right) - t, 1.0
         t += d
-        e = abs(d)
-        if (e * q * q < 1e-17 and e * e * e * bound < 6e-17 * abs(v1)) or right - left < 1e-15:
+        if error < 1e-16 or right - left < 1e-15:
             return t
         basis(t, m, consecutive, c, s)
         v0, v1, v2 = values(p0, pc, ps, m, c, s)
+        v3 = third(pc, ps, m, c, s)
+        rough = 0.0
     return t
 
 
@@ -164,7 +197,8 @@ def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m
     """A crossing between two times with certain signs, ``sign`` at the right one."""
     t = 0.5 * (left + right)
     basis(t, m, consecutive, c, s)
-    start = values(p0, pc, ps, m, c, s)
+    v0, v1, v2 = values(p0, pc, ps, m, c, s)
+    start = (v0, v1, v2, third(pc, ps, m, c, s))
     return polish(left, right, sign > 0, t, start, p0, pc, ps, m, consecutive, bound, c, s)
 
 
@@ -183,25 +217,28 @@ def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc
 @inlined
 def search_cell(
     left: float, right: float, middle: Any, before: Any, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
-    bound: float, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
+    limits: Any, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
 ) -> tuple[int, int, float, int, float]:  # fmt: skip
     """Append the crossings in one cell, halving it until each piece is decided.
 
-    ``middle`` holds ``p, p', p''`` at the cell's middle. ``before`` is the last certain sign and its time: a crossing
-    lies between two neighbouring certain signs that differ, so values at rounding level make no roots.
+    ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle; ``limits`` is (B3, B4);
+    ``before`` is the last certain sign and its time. A crossing lies between two neighbouring certain signs that
+    differ, so values at rounding level make no roots.
     Returns the new count, the last certain sign and its time, and the first certain sign met here and its time.
     """
     sign, since = before
     first, first_time = 0, 0.0
     top = 0
     known = True
-    v0, v1, v2 = middle
+    v0, v1, v2, v3 = middle
+    bound, next_bound = limits
     while True:
         t = 0.5 * (left + right)
         h = 0.5 * (right - left)
         if not known:
             basis(t, m, consecutive, c, s)
             v0, v1, v2 = values(p0, pc, ps, m, c, s)
+            v3 = third(pc, ps, m, c, s)
         known = False
         a1, a2 = abs(v1) * h, 0.5 * abs(v2) * h * h
         rest = bound * h * h * h / 6.0
@@ -220,10 +257,10 @@ def search_cell(
                 if sign != 0 and new != sign and count < roots.size:
                     if end:
                         roots[count] = polish(
-                            left, right, new > 0, t, (v0, v1, v2), p0, pc, ps, m, consecutive, bound, c, s
+                            left, right, new > 0, t, (v0, v1, v2, v3), p0, pc, ps, m, consecutive, next_bound, c, s
                         )
                     else:
-                        roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, bound, c, s)
+                        roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, next_bound, c, s)
                     rising[count] = new > 0
                     count += 1
                 if first == 0:
@@ -256,7 +293,7 @@ def close_period(
 
 @compiled
 def isolate(
-    p0: float, pc: Any, ps: Any, g0: Any, g1: Any, g2: Any, skip: Any, m: Any, consecutive: bool,
+    p0: float, pc: Any, ps: Any, g0: Any, g1: Any, g2: Any, skip: Any, margin: Any, m: Any, consecutive: bool,
     c: Any, s: Any, stack: Any, roots: Any, rising: Any,
 ) -> tuple[int, int]:  # fmt: skip
     """All crossings of one polynomial, ascending; returns their number and the first certain sign.
@@ -264,7 +301,7 @@ def isolate(
     ``g0, g1, g2`` hold ``p, p', p''`` at the cell middles. Crossings in cells with ``skip`` are not all found, but
     where their number is odd one of them is, so that the directions of the others are right.
     """
-    bound, size = third_bound(pc, ps, m)
+    bound, next_bound, size = bounds(pc, ps, m)
     floor = 2e-15 * (size + abs(p0))
     if size <= floor:
         return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
@@ -274,15 +311,17 @@ def isolate(
     count, sign, since, first, first_time = 0, 0, 0.0, 0, 0.0
     decided = -1
     for i in range(cells):
+        margin[i] = abs(g0[i]) - abs(g1[i]) * h - abs(g2[i]) * half - rest
+    for i in range(cells):
         if skip[i]:
             continue
-        if abs(g0[i]) > abs(g1[i]) * h + abs(g2[i]) * half + rest:
+        if margin[i] > 0.0:
             if decided != i - 1 or i == 0:
                 new, t = (1 if g0[i] > 0.0 else -1), 2.0 * h * (i + 0.5)
                 if first == 0:
                     first, first_time = new, t
                 if sign != 0 and new != sign and count < roots.size:
-                    roots[count] = between(since, t, new, p0, pc, ps, m, consecutive, bound, c, s)
+                    roots[count] = between(since, t, new, p0, pc, ps, m, consecutive, next_bound, c, s)
                     rising[count] = new > 0
                     count += 1
                 sign, since = new, t
@@ -290,19 +329,22 @@ def isolate(
             continue
         if decided == i - 1 and i > 0:
             sign, since = (1 if g0[i - 1] > 0.0 else -1), 2.0 * h * i
+        v3 = (g2[i + 1 if i + 1 < cells else 0] - g2[i - 1]) / (4.0 * h)
         count, sign, since, new, new_time = search_cell(
-            2.0 * h * i, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i]), (sign, since), p0, pc, ps, m, consecutive,
-            bound, floor, c, s, stack, roots, rising, count,
+            2.0 * h * i, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since), p0, pc, ps, m, consecutive,
+            (bound, next_bound), floor, c, s, stack, roots, rising, count,
         )  # fmt: skip
         if first == 0:
             first, first_time = new, new_time
     if decided == cells - 1:
         sign, since = (1 if g0[decided] > 0.0 else -1), TWO_PI
-    count = close_period(count, sign, since, first, first_time, p0, pc, ps, m, consecutive, bound, c, s, roots, rising)
+    count = close_period(
+        count, sign, since, first, first_time, p0, pc, ps, m, consecutive, next_bound, c, s, roots, rising
+    )
     return count, first
 
 
-@compiled
+@compiled(allocates=True)
 def _roots(p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool) -> tuple[Any, Any]:
     cells, n = cos.shape[1], m.size
     g = np.zeros((3, cells))
@@ -312,7 +354,9 @@ def _roots(p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive:
     highest = int(m.max())
     found, rising = np.empty(2 * highest + 2), np.empty(2 * highest + 2, np.bool_)
     skip = np.zeros(cells, np.bool_)
-    count, _ = isolate(p0, pc, ps, g[0], g[1], g[2], skip, m, consecutive, c, s, np.empty((STACK, 2)), found, rising)
+    count, _ = isolate(
+        p0, pc, ps, g[0], g[1], g[2], skip, np.empty(cells), m, consecutive, c, s, np.empty((STACK, 2)), found, rising
+    )
     return found[:count], rising[:count]
 
 
