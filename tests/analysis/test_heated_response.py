@@ -115,6 +115,15 @@ def test_a_jump_between_thermal_equilibria_is_said() -> None:
     assert "took another one" not in back.dataset.attrs["outcome_text"]
 
 
+def test_a_branch_without_points_says_why() -> None:
+    short = FrictionCurve(temperature=[25, 30], mu=[0.3, 0.28])
+    thermal = ThermalModel(curve=short, background=25.0, resistance=0.02)
+    branch = forced_response(oscillator(50.0, thermal), omega=(2.0, 15.0))
+    assert len(branch) == 0
+    with pytest.raises(InputError, match="no points; its outcome is: stopped early: a contact temperature left"):
+        branch.at(5.0)
+
+
 def test_all_equilibria_of_a_point() -> None:
     thermal = ThermalModel(curve=CURVE, background=25.0, resistance=0.05)
     branch = forced_response(oscillator(50.0, thermal), omega=(5.0, 6.0))

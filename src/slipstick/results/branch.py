@@ -105,6 +105,8 @@ class Branch:
 
     def at(self, value: float) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one."""
+        if not len(self):
+            raise InputError(f"the branch has no points; its outcome is: {self.dataset.attrs.get('outcome_text', '')}")
         return int(np.argmin(np.abs(self.dataset[self.followed].to_numpy() - value)))
 
     def contact_forces(self, point: int) -> ContactForces:
