@@ -63,11 +63,8 @@ def _request(case: Case, problem: Problem) -> None:
     unknowns = sum(1 + (pair.normal is not None) for pair in problem.contacts) * problem.harmonics.size
     say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
     if problem.period_ratio != (1, 1):
-        say(
-            "period of the load over that of the rub: {}/{}; omega is that of the common period".format(
-                *problem.period_ratio
-            )
-        )
+        ratio = "{}/{}".format(*problem.period_ratio)
+        say(f"period of the load over that of the rub: {ratio}; omega belongs to the common period")
     say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
 
 
@@ -75,16 +72,13 @@ def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
         c, rub = pair.contact, pair.rubbing
         load = float(np.asarray(c.normal_load))
-        what = (
-            "constant normal load"
-            if pair.normal is None
-            else f"normal {_cosines(pair.normal)}, kn {c.kn:g}, load at rest"
-        )
+        varying = f"normal {_cosines(pair.normal)}, kn {float(np.asarray(c.kn)):g}, load at rest"
+        what = "constant normal load" if pair.normal is None else varying
         moving = f", rubbing at {float(np.asarray(rub.velocity)):g}" if rub.moves else ", no rubbing"
         periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
         say(
-            f"contact '{pair.name}': slides along {_cosines(pair.tangential)}, kt {c.kt:g}, mu {c.mu:g}, "
-            f"{what} {load:g}{moving}{periodic}"
+            f"contact '{pair.name}': slides along {_cosines(pair.tangential)}, "
+            f"kt {float(np.asarray(c.kt)):g}, mu {float(np.asarray(c.mu)):g}, {what} {load:g}{moving}{periodic}"
         )
 
 

@@ -76,7 +76,7 @@ def _references(case: Case) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for state, label in (("free", "without contact"), ("stuck", "stuck")):
         try:
-            found[label] = linear_response(case.problem(), omega=grid, state=state)  # type: ignore[arg-type]
+            found[label] = linear_response(case.problem(), omega=grid, state=state)
         except InputError:
             continue
     return found

@@ -117,10 +117,8 @@ def progress(start: float, stop: float, unit: str, *, quiet: bool = False) -> It
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    columns = (
-        BarColumn(bar_width=24),
-        TextColumn("{task.percentage:>3.0f}%"),
-        TextColumn("{task.description}", markup=False),
-    )
-    with Bar(*columns, console=Console(markup=False), transient=True, refresh_per_second=8) as bar:
+    console = Console(markup=False)
+    columns: list[Any] = [BarColumn(bar_width=20)] if console.width >= 110 else []
+    columns += [TextColumn("{task.percentage:>3.0f}%"), TextColumn("{task.description}", markup=False)]
+    with Bar(*columns, console=console, transient=True, refresh_per_second=8) as bar:
         yield Live(position, unit, bar, bar.add_task("looking for the first point", total=1.0))

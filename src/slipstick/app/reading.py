@@ -55,7 +55,7 @@ class Reading:
         forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
         if not self.faults and top is not None and self.structure is not None:
             self.title = top.title
-            self._problem(top, pairs, forces, output, tables)
+            self._problem(self.structure, top, pairs, forces, output, tables)
 
     def _top(self) -> Any:
         flat = {key: value for key, value in self.raw.items() if key not in _SECTIONS}
@@ -156,7 +156,13 @@ class Reading:
         return contact_pair(table, background_of(table, self.thermal))
 
     def _problem(
-        self, top: TopTable, pairs: list[ContactPair], loads: list[Load], output: Any, contacts: list[ContactTable]
+        self,
+        structure: Structure,
+        top: TopTable,
+        pairs: list[ContactPair],
+        loads: list[Load],
+        output: Any,
+        contacts: list[ContactTable],
     ) -> None:
         from slipstick.balance.problem import Problem
         from slipstick.trig.harmonics import Harmonics
@@ -175,7 +181,7 @@ class Reading:
             return
         try:
             self.problem = Problem(
-                self.structure,
+                structure,
                 contacts=pairs,
                 loads=loads,
                 harmonics=harmonics,

@@ -43,7 +43,9 @@ def loop(
     """
     ax = styled(ax, "Tangential motion x [length]", "Friction force $f_x$ [force]")
     x, f = _closed(motion), _closed(force)
-    (line,) = ax.plot(x, f, linewidth=1.6, label=label, **({"color": color} if color else {}), linestyle="-")
+    (line,) = ax.plot(x, f, linewidth=1.6, label=label, linestyle="-")
+    if color:
+        line.set_color(color)
     if limit is not None:
         b = _closed(limit)
         for sign in (1.0, -1.0):

@@ -46,12 +46,17 @@ def styled(ax: Axes | None, x_label: str, y_label: str) -> Axes:
 def datasets(branches: Any) -> Iterator[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
     if hasattr(branches, "data_vars") or hasattr(branches, "dataset"):
-        yield None, getattr(branches, "dataset", branches)
+        yield None, _dataset(branches)
         return
     pairs: Iterable[tuple[str | None, Any]]
     pairs = branches.items() if isinstance(branches, Mapping) else ((None, b) for b in branches)
     for label, branch in pairs:
-        yield label, getattr(branch, "dataset", branch)
+        yield label, _dataset(branch)
+
+
+def _dataset(branch: Any) -> xarray.Dataset:
+    dataset: xarray.Dataset = getattr(branch, "dataset", branch)
+    return dataset
 
 
 def quantity(dataset: xarray.Dataset, name: str) -> str:
