@@ -127,7 +127,7 @@ def rebuild(orders, state, f, tau):
     before = f.states[0][-1][2]
     for a, b, name in f.states[0]:
         at = tau + 2 * np.pi * np.ceil((a - tau) / (2 * np.pi))
-        inside = at < b
+        inside = at <= b + 1e-12  # ends belong to both sides: the force is continuous, the seam is rounded
         if name.startswith("slip"):
             out[inside] = (1 if name == "slip+" else -1) * limit(at[inside])
         elif name == "stick":
