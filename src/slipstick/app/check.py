@@ -10,12 +10,12 @@ import numpy as np
 
 from slipstick.app.case import Case
 from slipstick.app.guard import complain, say
+from slipstick.app.references import linear_references
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 _LISTED = 10
-_SAMPLES = 2001
 
 
 def check_case(path: Path) -> None:
@@ -84,17 +84,12 @@ def _contacts(problem: Problem) -> None:
 
 def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:
     """Highest point of the linear response without contacts and with all of them stuck."""
-    from slipstick.analysis.response import linear_response
-
-    grid = np.linspace(min(omega), max(omega), _SAMPLES)
-    for state, words in (("free", "without contacts"), ("stuck", "with all contacts stuck")):
-        found = linear_response(problem, omega=grid, state=state)
-        data = found.dataset
-        amplitude = data["amplitude"]
+    for label, data in linear_references(problem, omega):
+        grid = data["omega"].to_numpy()
         for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
-            values = amplitude.sel(dof=dof).to_numpy()
+            values = data["amplitude"].sel(dof=dof).to_numpy()
             at = int(np.argmax(values))
-            say(f"linear response {words}: largest amplitude of {dof} {values[at]:.4g} near {hertz(float(grid[at]))}")
+            say(f"linear response, {label}: largest amplitude of {dof} {values[at]:.4g} near {hertz(float(grid[at]))}")
 
 
 def _cosines(cosines: object) -> str:

@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick import plots
-from slipstick.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
 
     from slipstick.app.case import Case
-
-_SAMPLES = 1501
 
 
 def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
@@ -68,15 +65,8 @@ def _busiest(data: xarray.Dataset) -> str:
 
 def _references(case: Case) -> dict[str, Any]:
     """Linear responses without contact and fully stuck, over the range of frequencies."""
-    if case.parameter is not None or not case.problem().contacts:
+    if case.parameter is not None:
         return {}
-    from slipstick.analysis.response import linear_response
+    from slipstick.app.references import linear_references
 
-    grid = np.linspace(min(case.omega), max(case.omega), _SAMPLES)
-    found: dict[str, Any] = {}
-    for state, label in (("free", "without contact"), ("stuck", "stuck")):
-        try:
-            found[label] = linear_response(case.problem(), omega=grid, state=state)
-        except InputError:
-            continue
-    return found
+    return dict(linear_references(case.problem(), case.omega))
