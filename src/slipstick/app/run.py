@@ -17,7 +17,6 @@ from slipstick.app.guard import (
     complain,
     internal_sentence,
     os_sentence,
-    report_problems,
     say,
     termination_as_interrupt,
 )
@@ -121,7 +120,8 @@ class _Run:
             self.store.close(ended)
         except OSError as error:
             kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
-            self.failures.append(f"{os_sentence(error)}; {kept}")
+            said = os_sentence(error)
+            self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
 
     @property
     def complete(self) -> bool:
@@ -131,7 +131,7 @@ class _Run:
     @property
     def text(self) -> str:
         """How it ended, in words."""
-        return "stopped: " + " ".join(self.failures) if self.failures else self.message or self.outcome.text
+        return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
 
     def _request(self) -> str:
         start, stop = self.case.span
@@ -156,12 +156,13 @@ class _Run:
     def finish(self, *, figures: bool) -> int:
         """Figures and summary; the exit code."""
         found = len(self.store)
-        if figures and found > 1:
+        if figures and found > 1 and not self.failures:
             self._draw()
         if self.complete:
             self.folder.complete()
         self._summary(found)
-        report_problems(tuple(self.failures))
+        for failure in self.failures:
+            complain(f"error: {failure}")
         if self.complete:
             return DONE
         return BAD_INPUT if self.failures and not found else STOPPED
@@ -184,7 +185,8 @@ class _Run:
             for line in peak_lines(data):
                 self.tell(line)
             self.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
-        say(self.text)
+        if not self.failures:
+            say(self.text)
         say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")
         if self.folder.replaces:
             complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")

@@ -35,11 +35,14 @@ class Variable:
 def write_netcdf(
     path: Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any], *, unlimited: str = "point"
 ) -> None:
-    """Write a new file; variables named as a dimension become its coordinates."""
+    """Write a new file; variables named as a dimension become its coordinates.
+
+    The file is made in memory and written as a whole: HDF5 itself crashes where a disk fills up under it.
+    """
     import h5py
 
     sizes = {dim: n for v in variables.values() for dim, n in zip(v.dims, v.values.shape, strict=True)}
-    with h5py.File(path, "w", track_order=True) as file:
+    with h5py.File("results", "w", driver="core", backing_store=False, track_order=True) as file:
         for number, (dim, size) in enumerate(sizes.items()):
             limits: tuple[int | None, ...] | None = (None,) if dim == unlimited else None
             if dim in variables:
@@ -58,6 +61,9 @@ def write_netcdf(
                 for axis, dim in enumerate(variable.dims):
                     dataset.dims[axis].attach_scale(file[dim])
         file.attrs.update(_storable(attributes))
+        file.flush()
+        image = file.id.get_file_image()
+    path.write_bytes(image)
 
 
 def _create(file: Any, name: str, variable: Variable, limits: tuple[int | None, ...] | None) -> Any:
