@@ -175,6 +175,8 @@ class _Run:
             draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
         except OSError as error:
             self.failures.append(f"figures: {os_sentence(error)}")
+        except Exception as error:
+            self.failures.append(f"figures: {internal_sentence(error)}")
 
     def _summary(self, found: int) -> None:
         from slipstick.io.store import load_dataset
