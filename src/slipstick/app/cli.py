@@ -82,6 +82,51 @@ def init(
             write_example(example, folder)
 
 
+@app.command("import")
+def import_(
+    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Matrices, maps and meshes of one model.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The model to write, such as model.h5.")],
+    mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not tell.")] = None,
+    damping: Annotated[Path | None, typer.Option(help="The damping matrix.")] = None,
+    dof_map: Annotated[Path | None, typer.Option("--map", help="Node and direction of every row.")] = None,
+    nodes: Annotated[Path | None, typer.Option(help="Positions: bulk data or a mesh.")] = None,
+    name: Annotated[list[str] | None, typer.Option(help="Name of a matrix in a Nastran file: K=KGG.")] = None,
+    spc: Annotated[int | None, typer.Option(help="Number of the Nastran SPC set in force.")] = None,
+    young: Annotated[float | None, typer.Option(help="Material of a mesh: Young's modulus.")] = None,
+    poisson: Annotated[float | None, typer.Option(help="Poisson's ratio.")] = None,
+    density: Annotated[float | None, typer.Option(help="Density.")] = None,
+    conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
+    fix: Annotated[list[str] | None, typer.Option(help="Node set or surface to hold; may be repeated.")] = None,
+    quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
+    units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
+) -> None:
+    """Bring a finite element model of another code into one file, model.h5."""
+    with guarded():
+        from slipstick.app.importing import ImportRequest, import_files
+
+        import_files(
+            ImportRequest(
+                files=files,
+                output=output,
+                mass=mass,
+                damping=damping,
+                dof_map=dof_map,
+                nodes=nodes,
+                names=name or (),
+                constraints=spc,
+                young=young,
+                poisson=poisson,
+                density=density,
+                conductivity=conductivity,
+                fixed=fix or (),
+                quadratic=quadratic,
+                units=units,
+                force=force,
+            )
+        )
+
+
 @app.command()
 def info() -> None:
     """Versions, platform, threads, and whether the contact kernel is compiled."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
@@ -237,8 +237,6 @@ class ContactTable(Table):
 
 class ResponseTable(Table):
     """``[response]``: what is followed, from where to where."""
-
-    frequency_keys: ClassVar[tuple[str, ...]] = ("from", "to")
 
     start: Any = Field(alias="from", description="a number")
     stop: Any = Field(alias="to", description="a number")

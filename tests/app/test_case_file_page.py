@@ -1,0 +1,28 @@
+"""The page on the case file names every key, and its case is a case."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from slipstick.app import tables
+from slipstick.app.case import Case
+
+PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
+
+MODELS = [m for m in vars(tables).values() if isinstance(m, type) and issubclass(m, tables.Table)]
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.__name__)
+def test_every_key_is_explained(model: type[tables.Table]) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    for name, field in model.model_fields.items():
+        key = field.alias or name
+        assert re.search(rf"[`{{ ]{re.escape(key)}[` ]", text), key
+
+
+def test_its_case_is_a_case() -> None:
+    (block,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    assert Case.from_text(block).span == (2.0, 15.0)
