@@ -44,7 +44,7 @@ def test_the_check_in_time_agrees(session):
 def test_the_element_alone(session):
     names, printed = session
     f = names["f"]
-    assert [state for _, _, state in f.states] == ["stick", "slip+"]
+    assert [state for _, _, state in f.states] == ["stick", "slip-", "stick", "slip+"]
     assert f.Fx[0] == pytest.approx(float(printed[2].splitlines()[-2].split()[0]))
     assert 0 < f.Fx[0] < 240
     assert f.power == pytest.approx(10.0 * f.Fx[0] + 4.25 * 0.5 * 6.0 * -f.Fx[2])

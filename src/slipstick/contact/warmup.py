@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 
 def is_compiled() -> bool:
     """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
-    from slipstick.trig.compiled import cache_folder
+    from slipstick.contact.kernel import chunk, intervals
 
-    return any(cache_folder().rglob("kernel.chunk-*.nbc")) and any(cache_folder().rglob("kernel.intervals-*.nbc"))
+    names = ((chunk, "kernel.chunk-*.nbc"), (intervals, "kernel.intervals-*.nbc"))
+    return all(any(Path(f.stats.cache_path).glob(pattern)) for f, pattern in names)
 
 
 def compile_kernel() -> float:
