@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.contact.forces import contact_forces
+from slipstick.contact.forces import contact_forces, element_forces
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion, common_period
 from slipstick.errors import InputError
@@ -78,3 +78,13 @@ def test_many_elements_on_threads_equal_one_by_one():
         np.testing.assert_array_equal(f.Fx[e], g.Fx)
         np.testing.assert_array_equal(f.dFx_dY[e], g.dFx_dY)
         assert f.states[e] == g.states
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_motion_that_is_not_a_number_ends(bad):
+    """The batch below the checks must not hang on it."""
+    h = Harmonics(range(11))
+    one = np.ones(1)
+    X = np.full((1, h.size), bad)
+    f = element_forces(h, X, np.zeros((1, h.size)), v=one, kt=one, mu=one, kn=one, gap=-one)
+    assert not np.any(np.isfinite(f.Fx) & (np.abs(f.Fx) > 1e300))

@@ -303,7 +303,7 @@ def isolate(
     """
     bound, next_bound, size = bounds(pc, ps, m)
     floor = 2e-15 * (size + abs(p0))
-    if size <= floor:
+    if not size > floor:  # also where it is not a number
         return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
     cells = g0.size
     h = 0.5 * TWO_PI / cells
