@@ -87,4 +87,4 @@ def test_motion_that_is_not_a_number_ends(bad):
     one = np.ones(1)
     X = np.full((1, h.size), bad)
     f = element_forces(h, X, np.zeros((1, h.size)), v=one, kt=one, mu=one, kn=one, gap=-one)
-    assert not np.any(np.isfinite(f.Fx) & (np.abs(f.Fx) > 1e300))
+    assert np.isnan(f.Fx).any()
