@@ -77,6 +77,10 @@ def test_run_writes_results_figures_and_the_case(tmp_path: Path) -> None:
     assert data["amplitude"].dims == ("point", "dof")
     assert data["displacement"].dims == ("point", "dof", "coefficient")
     assert list(data["coefficient"].values[:3]) == ["0", "c1", "s1"]
+    for name in ("dissipated_power", "friction_coefficient", "temperature", "stick_fraction", "slip_fraction"):
+        assert data[name].dims == ("point", "contact")
+    assert data["separation_fraction"].dims == ("point", "contact")
+    assert data["residual"].dims == data["newton_iterations"].dims == ("point",)
     assert all({"units", "long_name"} <= data[name].attrs.keys() for name in data.variables)
     assert (float(data["omega"][0]), float(data["omega"][-1])) == (4.0, 8.0)
     peak = float(data["amplitude"].max())

@@ -52,7 +52,7 @@ def _contact_drawings(data: xarray.Dataset, dof: str) -> tuple[dict[str, Callabl
     }
     if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
         drawings["friction"] = lambda: plots.friction(data, contact)
-    if "temperature" in data:
+    if "temperature" in data and data["temperature"].notnull().any():
         drawings["temperature"] = lambda: plots.temperature(data, contact)
     titles = dict.fromkeys(drawings, contact)
     return drawings, titles | {"power": "", "loop": f"{contact}, {where}", "states": where}

@@ -89,7 +89,7 @@ def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = Non
 
 def temperature(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
     """Contact temperature over frequency, of one contact (by default the first); only where friction heats contacts."""
-    if any("temperature" not in dataset for _, dataset in datasets(branches)):
+    if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in datasets(branches)):
         raise InputError("there is no temperature in these results: the contacts are not heated")
     ax = _lines(branches, "temperature", {"contact": contact}, ax, label)
     _legend(ax)

@@ -194,10 +194,7 @@ class Recorder:
     @property
     def variables(self) -> dict[str, tuple[str, ...]]:
         """Dimensions of each variable after ``point``."""
-        absent = {"parameter"} if not self.parameter else set()
-        if self.balance.heated is None:
-            absent.add("temperature")
-        return {name: dims for name, (dims, _, _) in VARIABLES.items() if name not in absent}
+        return {name: dims for name, (dims, _, _) in VARIABLES.items() if self.parameter or name != "parameter"}
 
     @property
     def meanings(self) -> dict[str, tuple[str, str]]:
@@ -235,7 +232,7 @@ class Recorder:
             "mean": motion[:, :, 0],
             "dissipated_power": omega[:, None] * of["work"],
             "friction_coefficient": given["mu"],
-            "temperature": given.get("temperature", np.empty(0)),
+            "temperature": given.get("temperature", np.full_like(given["mu"], np.nan)),
             "stick_fraction": of["stick_fraction"],
             "slip_fraction": of["slip_fraction"],
             "separation_fraction": of["separation_fraction"],
