@@ -219,7 +219,7 @@ BAD = {
     ),
     "unknown kind": (
         ('"matrices"', '"beam"'),
-        '[structure] kind: found "beam"; this version knows "matrices" and "modal"',
+        '[structure] kind: found "beam"; this version knows "matrices", "modal"',
     ),
     "empty range": (
         ("to = 15.0", "to = 2.0"),

@@ -56,7 +56,7 @@ def _prefixed(problem: str) -> str:
 
 
 def _kinds() -> str:
-    return " and ".join(f'"{kind}"' for kind in _BUILDERS)
+    return ", ".join(f'"{kind}"' for kind in _BUILDERS)
 
 
 def _matrices(table: Any, folder: Path) -> Structure:
