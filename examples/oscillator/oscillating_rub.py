@@ -1,10 +1,7 @@
 """Rubbing motion u = v t + 2 cos(omega t) for several v (Petrov 2012, Figs. 9 and 10)."""
 
-import sys
-from pathlib import Path
-
-from matplotlib.figure import Figure
-from oscillator import oscillator
+import oscillator
+from oscillator import oscillator as problem
 
 import slipstick as ss
 
@@ -13,24 +10,14 @@ VELOCITIES = (0.0, 1.0, 10.0, 20.0, 50.0, 100.0)
 
 def compute():
     """One branch for each velocity."""
-    return {v: ss.forced_response(oscillator(velocity=v, cos={1: 2.0}), omega=(2.0, 15.0)) for v in VELOCITIES}
+    return {v: ss.forced_response(problem(velocity=v, cos={1: 2.0}), omega=(2.0, 15.0)) for v in VELOCITIES}
 
 
 def draw(branches, folder):
-    figure = Figure(figsize=(7, 8), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    for v, branch in branches.items():
-        branch.plot.response("x", ax=top, label=f"v = {v:g}")
-        branch.plot.mean("x", ax=bottom, label=f"v = {v:g}")
-    top.legend(title="u = v t + 2 cos(omega t)")
-    figure.savefig(folder / "oscillator_oscillating_rub.png", dpi=120)
+    """The figure of this example."""
+    curves = {f"v = {key:g}": branch for key, branch in branches.items()}
+    oscillator.draw(curves, "oscillating_rub", "u = v t + 2 cos(omega t)", folder, mean=True)
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
-    folder.mkdir(parents=True, exist_ok=True)
-    branches = compute()
-    for v, branch in branches.items():
-        peaks = ", ".join(f"{a:.3f} at {w:.3f} rad/s" for w, a in branch.peaks("x"))
-        print(f"v = {v:5g}: peaks {peaks}")
-    draw(branches, folder)
+    oscillator.main(compute, draw)

@@ -1,5 +1,10 @@
 """The oscillator of Petrov (2012): one mass on a spring, rubbed by a friction contact under a constant normal load."""
 
+import sys
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
 import slipstick as ss
 
 
@@ -14,3 +19,30 @@ def oscillator(velocity=0.0, cos=None, force=100.0, harmonics=range(11)):
     )
     loads = [ss.Load(dof="x", harmonic=1, sin=force)] if force else []
     return ss.Problem(structure, contacts=[damper], loads=loads, harmonics=ss.Harmonics(harmonics))
+
+
+def draw(branches, name, legend, folder, *, mean=False, log=False):
+    """Response curves of several branches by label, with the mean position below them if asked, as a PNG."""
+    figure = Figure(figsize=(7, 8 if mean else 4.5), layout="constrained")
+    axes = figure.subplots(2 if mean else 1, 1, sharex=True, squeeze=False)[:, 0]
+    for label, branch in branches.items():
+        branch.plot.response("x", ax=axes[0], label=label)
+        if mean:
+            branch.plot.mean("x", ax=axes[1], label=label)
+    if log:
+        axes[0].set_yscale("log")
+    axes[0].legend(title=legend)
+    if mean:
+        axes[1].get_legend().remove()
+    figure.savefig(folder / f"oscillator_{name}.png", dpi=120)
+
+
+def main(compute, draw_into):
+    """Run an example: peaks of every branch on the screen, the figure in the folder given."""
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    branches = compute()
+    for key, branch in branches.items():
+        peaks = ", ".join(f"{amplitude:.3f} at {omega:.3f} rad/s" for omega, amplitude in branch.peaks("x"))
+        print(f"{key!s:>9}: {branch.dataset.sizes['point']:3d} points, peaks {peaks}")
+    draw_into(branches, folder)
