@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.body import silent
 from slipstick.app.case import Case
 from slipstick.app.check import hertz, warn
 from slipstick.app.guard import (
@@ -41,8 +42,8 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
     InputError
         If the case has faults or its results cannot be written, before anything is computed.
     """
-    case = Case.from_file(path)
-    tell = _nothing if quiet else say
+    tell = silent if quiet else say
+    case = Case.from_file(path, tell)
     warn(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
@@ -57,10 +58,6 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
         folder.abandon()
         raise
     return run.finish(figures=figures)
-
-
-def _nothing(_text: str) -> None:
-    pass
 
 
 @dataclass
@@ -207,8 +204,8 @@ class _Listener:
             self._point(event.point)
         elif kind == "StrategyTried":
             why = f": {event.reason}" if event.reason else ""
-            result = "found the first point" if event.found else f"did not help{why}"
-            self._shown.note(f"  start by {event.name} at {event.omega:.6g} rad/s {result}")
+            result = "found" if event.found else f"not found{why}"
+            self._shown.note(f"  first point at {event.omega:.6g} rad/s, {event.name}: {result}")
 
     def _point(self, point: Any) -> None:
         self._store.append(self._recorder.record(point))
