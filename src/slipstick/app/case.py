@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.body import Body, Tell, silent
 from slipstick.app.reading import Reading
 from slipstick.app.tables import ResponseTable, swept_value
 from slipstick.errors import InputError
@@ -30,13 +31,13 @@ class Case:
     path: Path
     text: str
     title: str
-    structure: Structure
+    body: Body = field(repr=False)
     problem_: Problem = field(repr=False)
     response: ResponseTable
 
     @classmethod
-    def from_file(cls, path: str | Path) -> Case:
-        """Read a case file.
+    def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
+        """Read a case file; ``tell`` hears of stages that take time.
 
         Raises
         ------
@@ -44,28 +45,33 @@ class Case:
             One sentence for each fault in the file.
         """
         path = Path(path)
-        return cls.from_text(_read(path), path)
+        return cls.from_text(_read(path), path, tell)
 
     @classmethod
-    def from_text(cls, text: str, path: str | Path = "case.toml") -> Case:
+    def from_text(cls, text: str, path: str | Path = "case.toml", tell: Tell = silent) -> Case:
         """A case from its text; files it names are looked for in the folder of ``path``."""
         path = Path(path)
         raw = _parse(text, path.name)
-        reading = Reading(raw, path.resolve().parent)
+        reading = Reading(raw, path.resolve().parent, tell)
         reading.read()
         if reading.faults:
             raise InputError(list(dict.fromkeys(reading.faults)))
-        assert reading.structure is not None
+        assert reading.body is not None
         assert reading.problem is not None
         assert reading.response is not None
         return cls(
             path=path,
             text=text,
             title=reading.title or path.stem,
-            structure=reading.structure,
+            body=reading.body,
             problem_=reading.problem,
             response=reading.response,
         )
+
+    @property
+    def structure(self) -> Structure:
+        """The structure the case describes."""
+        return self.body.structure
 
     def problem(self) -> Problem:
         """The problem the case describes."""

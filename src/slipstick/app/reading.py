@@ -8,9 +8,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.body import Body, Tell, silent
+from slipstick.app.fe_tables import SurfaceContactTable, contact_table
 from slipstick.app.heating import background_of, cold_value, heating_faults, thermal_model
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
+from slipstick.app.surface_contacts import INFLUENCE, expanded, own_influence
 from slipstick.app.tables import ContactTable, LoadTable, OutputTable, ResponseTable, Table, ThermalTable, TopTable
 from slipstick.errors import InputError
 
@@ -26,12 +29,12 @@ _SECTIONS = ("structure", "load", "contact", "thermal", "response", "output")
 class Reading:
     """One pass over a case that collects every fault and as many objects as can be built."""
 
-    def __init__(self, raw: dict[str, Any], folder: Path) -> None:
-        self.raw, self.folder = raw, folder
+    def __init__(self, raw: dict[str, Any], folder: Path, tell: Tell = silent) -> None:
+        self.raw, self.folder, self.tell = raw, folder, tell
         self.faults: list[str] = []
         self.meant: set[str] = set()
         self.title = ""
-        self.structure: Structure | None = None
+        self.body: Body | None = None
         self.response: ResponseTable | None = None
         self.problem: Problem | None = None
         self.thermal: ThermalTable | None = None
@@ -39,16 +42,17 @@ class Reading:
     def read(self) -> None:
         """Go through the whole case."""
         top = self._top()
-        self.structure, faults = self._structure()
+        self.body, faults = self._structure()
         self.faults += faults
         loads = self._list("load", LoadTable)
-        contacts = self._list("contact", ContactTable)
+        blocks = self._list("contact", contact_table)
         if not self.raw.get("contact", []) and "contact" not in self.meant:
             self.faults.append("[[contact]] is missing; give at least one contact, without any the response is linear")
         self.thermal = self._one("thermal", ThermalTable, optional=True)
         self.response = self._one("response", ResponseTable)
         output = self._one("output", OutputTable, optional=True)
-        self._references(loads, contacts, output)
+        self._references(loads, blocks, output)
+        contacts = self._contacts(blocks)
         tables = [c for _, c in contacts]
         self.faults += heating_faults(tables, self.thermal)
         pairs = [p for i, c in contacts if (p := self._built("contact", i, c, self._pair))]
@@ -56,6 +60,39 @@ class Reading:
         if not self.faults and top is not None and self.structure is not None:
             self.title = top.title
             self._problem(self.structure, top, pairs, forces, output, tables)
+
+    @property
+    def structure(self) -> Structure | None:
+        """The structure, once it is built."""
+        return self.body.structure if self.body is not None else None
+
+    def _contacts(self, blocks: list[tuple[int, Any]]) -> list[tuple[int, ContactTable]]:
+        """Single contacts, and those on a surface written out; the influence matrix of the structure written out."""
+        if self.body is None:
+            blocks = [(i, block) for i, block in blocks if not isinstance(block, SurfaceContactTable)]
+        points = self.body.points if self.body is not None else None
+        contacts: list[tuple[int, ContactTable]] = []
+        on_surface: dict[int, tuple[int, int]] = {}
+        for i, block in blocks:
+            if not isinstance(block, SurfaceContactTable):
+                contacts.append((i, block))
+                continue
+            for point, contact in (self._built("contact", i, block, lambda b: expanded(b, points)) or {}).items():
+                if point in on_surface:
+                    self.faults.append(f"[[contact]] '{block.name}' points: point {point + 1} has a contact already")
+                on_surface[point] = (len(contacts), i)
+                contacts.append((i, contact))
+        if self.body is None or self.thermal is None or self.thermal.influence != INFLUENCE or self.faults:
+            return contacts
+        try:
+            own = {point: contacts[at][1] for point, (at, _) in on_surface.items()}
+            self.thermal, own = own_influence(self.thermal, own, points)
+        except InputError as error:
+            self.faults += error.problems
+            return contacts
+        for point, (at, i) in on_surface.items():
+            contacts[at] = (i, own[point])
+        return contacts
 
     def _top(self) -> Any:
         flat = {key: value for key, value in self.raw.items() if key not in _SECTIONS}
@@ -72,11 +109,11 @@ class Reading:
         ]
         return table
 
-    def _structure(self) -> tuple[Structure | None, list[str]]:
+    def _structure(self) -> tuple[Body | None, list[str]]:
         if "structure" not in self.raw:
             missing = "[structure] is missing; describe the structure by its matrices or its modes"
             return None, [missing] if "structure" not in self.meant else []
-        return build_structure(self.raw["structure"], self.folder)
+        return build_structure(self.raw["structure"], self.folder, self.tell)
 
     def _one(self, section: str, model: type[Table], *, optional: bool = False) -> Any:
         raw = self.raw.get(section)
@@ -90,14 +127,15 @@ class Reading:
             return None
         return self._validated(model, raw, where)
 
-    def _list(self, section: str, model: type[Table]) -> list[tuple[int, Any]]:
+    def _list(self, section: str, model: type[Table] | Callable[[Any], type[Table]]) -> list[tuple[int, Any]]:
         raw = self.raw.get(section, [])
         tables = isinstance(raw, list) and all(isinstance(t, Mapping) for t in raw)
         if not tables or len(raw) > MOST_TABLES:
             expected = f"at most {MOST_TABLES}" if tables else f"tables that begin with [[{section}]] (double brackets)"
             self.faults.append(f"[[{section}]]: found {shown(raw)}; expected {expected}")
             return []
-        found = ((i, self._validated(model, t, section_name(section, i, t))) for i, t in enumerate(raw))
+        models = [model if isinstance(model, type) else model(t) for t in raw]
+        found = ((i, self._validated(models[i], t, section_name(section, i, t))) for i, t in enumerate(raw))
         return [(i, table) for i, table in found if table is not None]
 
     def _validated(self, model: type[Table], raw: Mapping[str, Any], where: str) -> Any:
@@ -135,6 +173,8 @@ class Reading:
         for i, t in enumerate(_tables(self.raw.get("load"))):
             uses.append((f"{section_name('load', i, t)} dof", t.get("dof")))
         for i, t in enumerate(_tables(self.raw.get("contact"))):
+            if contact_table(t) is SurfaceContactTable:
+                continue
             for key in ("tangential", "normal"):
                 where = f"{section_name('contact', i, t)} {key}"
                 used = t.get(key)

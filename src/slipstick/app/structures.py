@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.body import Body, Tell, silent
+from slipstick.app.fe_tables import BladeTable, FeTable
 from slipstick.app.paths import inside
 from slipstick.app.sentences import model_faults, shown, suggestion
 from slipstick.app.tables import MatricesTable, ModalTable, Table
@@ -21,8 +23,8 @@ _MODAL = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
 _PRESSURE = {"load_participation": 1, "static_load_response": 1}
 
 
-def build_structure(raw: Any, folder: Path) -> tuple[Structure | None, list[str]]:
-    """The structure of a ``[structure]`` table, or the faults found in it."""
+def build_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Body | None, list[str]]:
+    """What a ``[structure]`` table describes, or the faults found in it; ``tell`` hears of stages that take time."""
     if not isinstance(raw, Mapping):
         return None, [f"{_SECTION}: found {shown(raw)}; expected one table [structure]"]
     kind = raw.get("kind")
@@ -38,7 +40,7 @@ def build_structure(raw: Any, folder: Path) -> tuple[Structure | None, list[str]
     if table is None or faults:
         return None, faults
     try:
-        return build(table, folder), []
+        return build(table, folder, tell), []
     except InputError as error:
         return None, [_prefixed(problem) for problem in error.problems]
 
@@ -187,7 +189,25 @@ def _modal_faults(file: str, table: Any, arrays: Mapping[str, Any]) -> list[str]
     return faults
 
 
-_BUILDERS: dict[str, tuple[type[Table], Callable[[Any, Path], Any]]] = {
-    "matrices": (MatricesTable, _matrices),
-    "modal": (ModalTable, _modal),
+def _fe(table: Any, folder: Path, tell: Tell) -> Body:
+    from slipstick.app.bodies import fe_body
+
+    return fe_body(table, folder, tell)
+
+
+def _blade(table: Any, folder: Path, tell: Tell) -> Body:
+    from slipstick.app.bodies import blade_body
+
+    return blade_body(table, folder, tell)
+
+
+def _plain(make: Callable[[Any, Path], Structure]) -> Callable[[Any, Path, Tell], Body]:
+    return lambda table, folder, _tell: Body(structure=make(table, folder))
+
+
+_BUILDERS: dict[str, tuple[type[Table], Callable[[Any, Path, Tell], Body]]] = {
+    "matrices": (MatricesTable, _plain(_matrices)),
+    "modal": (ModalTable, _plain(_modal)),
+    "fe": (FeTable, _fe),
+    "blade": (BladeTable, _blade),
 }
