@@ -96,7 +96,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
             reused=blade.reused,
             seconds=time.perf_counter() - began,
             note="parametric blade, SI units",
-            compare=lambda: _blade_again(setup, blade),
+            comparison=lambda: _blade_again(setup, blade),
         ),
     )
 
@@ -317,7 +317,7 @@ def _fe_reduced(
             reused=reduction.reused,
             seconds=time.perf_counter() - began,
             note=f"{imported.source}; units: {imported.units}",
-            compare=lambda: (reduction, model.K, model.M),
+            comparison=lambda: (reduction, model.K, model.M),
         ),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Tell = Callable[[str], None]
+
+
+Comparison = tuple["Reduction", Any, Any]
+"""A reduction and the full stiffness and mass."""
 
 
 def silent(_text: str) -> None:
@@ -44,7 +48,7 @@ class ContactPoints:
 class FullModel:
     """A full finite element model and its reduction.
 
-    ``errors`` compares the reduction with direct solutions of the full model at some frequencies (rad/s).
+    ``comparison`` gives the reduction with the full K, M; ``error`` compares it with a direct solution.
     """
 
     n_dofs: int
@@ -53,14 +57,14 @@ class FullModel:
     reused: bool
     seconds: float
     note: str
-    compare: Callable[[], tuple[Reduction, Any, Any]]
+    comparison: Callable[[], Comparison]
 
-    def errors(self, frequencies: Sequence[float]) -> dict[float, float]:
-        """Relative error of the receptance between the kept dofs by frequency."""
+    def error(self, compared: Comparison, omega: float) -> float:
+        """Relative error of the receptance between the kept dofs at a frequency, rad/s; one direct solution."""
         from slipstick.structure.reduction import estimate_error
 
-        reduction, K, M = self.compare()
-        return estimate_error(reduction, K, M, list(frequencies))
+        reduction, K, M = compared
+        return estimate_error(reduction, K, M, [omega])[omega]
 
 
 @dataclass(frozen=True, kw_only=True)

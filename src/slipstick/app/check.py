@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.app.case import Case
+from slipstick.app.full_model import show_full_model
 from slipstick.app.guard import complain, say
 from slipstick.app.references import linear_references
 
@@ -20,11 +21,12 @@ _LISTED = 10
 
 def check_case(path: Path) -> None:
     """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults."""
-    case = Case.from_file(path)
+    case = Case.from_file(path, say)
     problem = case.problem()
     warn(case)
     say(f"{case.title} ({path})")
     _structure(problem)
+    show_full_model(case.body, case.omega, max(problem.harmonics.orders))
     _request(case, problem)
     _contacts(problem)
     if case.parameter is None:

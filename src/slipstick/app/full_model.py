@@ -1,0 +1,74 @@
+"""What ``check`` tells of a finite element model: its size, how well it is reduced, where its contacts lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+
+from slipstick.app.body import Body, ContactPoints, FullModel
+from slipstick.app.guard import say
+from slipstick.app.progress import duration
+from slipstick.errors import InputError
+
+_LARGE = 20_000
+"""From this many dofs a direct solution takes seconds."""
+
+_FEW, _MANY = 3, 6
+
+
+def show_full_model(body: Body, omega: tuple[float, float], highest_order: int) -> None:
+    """Print the full model behind a reduced structure, the error of the reduction and the contact points."""
+    if body.full is None:
+        return
+    full = body.full
+    kept = "read from disk" if full.reused else "made"
+    say(
+        f"full model: {full.n_dofs} dofs ({full.note}); {full.modes} modes, solver {full.solver}; "
+        f"{kept} in {duration(full.seconds)}"
+    )
+    _errors(full, omega, highest_order)
+    if body.points is not None:
+        _points(body.points)
+
+
+def frequencies(omega: tuple[float, float], highest_order: int, count: int) -> list[float]:
+    """Where the reduction is compared: over the range asked for and up to the highest harmonic of its end.
+
+    >>> frequencies((10.0, 20.0), 5, 3)
+    [10.0, 20.0, 100.0]
+    """
+    low, high = sorted(omega)
+    top = high * max(highest_order, 1)
+    wanted = [low, high, top] if count <= _FEW else [*np.linspace(low, high, 3), *np.linspace(high, top, count - 2)[1:]]
+    return [float(value) for value in dict.fromkeys(wanted)]
+
+
+def _errors(full: FullModel, omega: tuple[float, float], highest_order: int) -> None:
+    large = full.n_dofs > _LARGE
+    wanted = frequencies(omega, highest_order, _FEW if large else _MANY)
+    few = "; the model is large, so at few frequencies" if large else ""
+    say(f"reduction against direct solutions of the full model, relative error of the receptance{few}:")
+    compared = full.comparison()
+    for value in wanted:
+        try:
+            error = full.error(compared, value)
+        except InputError:
+            continue
+        say(f"  {value:.6g} rad/s ({value / (2 * pi):.5g} Hz): {error:.1e}")
+
+
+def _points(points: ContactPoints) -> None:
+    say(f"{points.count} contact points on the surface: position, outward normal, share of the area")
+    for k, (at, normal, area) in enumerate(zip(points.positions, points.normals, points.areas, strict=True), 1):
+        say(f"  {k:>3}  {_vector(at)}  {_vector(normal)}  {area:.4g}")
+    if points.influence is not None:
+        own = np.diag(points.influence)
+        say(f"temperature over power of the points themselves: {own.min():.4g} to {own.max():.4g}")
+
+
+def _vector(values: Sequence[float]) -> str:
+    size = max(np.abs(values).max(), 1e-300)
+    clean = np.where(np.abs(values) < 1e-9 * size, 0.0, values)  # rounding of normals
+    return "(" + ", ".join(f"{value:.4g}" for value in clean) + ")"
