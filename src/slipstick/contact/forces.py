@@ -99,7 +99,8 @@ class ContactForces:
         They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list.
         """
         harmonics, X, Y, par, single = self._inputs
-        found = [_states(harmonics, x, y, p) for x, y, p in zip(X, Y, par, strict=True)]
+        parts = (slice(i, i + 512) for i in range(0, len(X), 512))
+        found = [states for part in parts for states in _states(harmonics, X[part], Y[part], par[part])]
         return found[0] if single else found
 
 
@@ -110,26 +111,32 @@ def _tables(harmonics: Harmonics) -> tuple[Any, Any, Any, bool, int, int]:
     return t.orders, t.cos, t.sin, t.consecutive, harmonics.n, 2 * max(harmonics.highest, 1)
 
 
-def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[Interval]:
-    from slipstick.contact.kernel import intervals
+def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
     from slipstick.contact.states import NAMES
 
-    at, code = intervals(X, Y, par, *_tables(harmonics))
-    return [(float(a), float(b), NAMES[c]) for (a, b, _f), (c, _o) in zip(at, code, strict=True)]
+    totals, at, code = _evaluate(harmonics, X, Y, par, states=True)[3:]
+    return [
+        [(float(a), float(b), NAMES[c]) for (a, b, _f), (c, _o) in zip(at[e, :n], code[e, :n], strict=True)]
+        for e, n in enumerate(totals)
+    ]
 
 
-def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> tuple[Array, Array, Array]:
-    from slipstick.contact.kernel import chunk
+def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False) -> tuple[Any, ...]:
+    from slipstick.contact.kernel import chunk, most_intervals
 
     count, L = X.shape
-    vec, mat, scalar = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
-    arguments = (X, Y, par, *_tables(harmonics), vec, mat, scalar)
+    tables = _tables(harmonics)
+    kept, room = (count, most_intervals(tables[-1])) if states else (0, 0)
+    out = (
+        np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)), np.empty(kept, np.int64),
+        np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64),
+    )  # fmt: skip
     if count < SERIAL:
-        chunk(0, count, *arguments)
+        chunk(0, count, X, Y, par, *tables, *out)
     else:
         ends = [i * count // _threads() for i in range(_threads() + 1)]
-        list(_pool().map(lambda a, b: chunk(a, b, *arguments), ends[:-1], ends[1:]))
-    return vec, mat, scalar
+        list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
+    return out
 
 
 def _threads() -> int:
@@ -156,7 +163,7 @@ def element_forces(
         par[:, i] = value
     # one compiled version serves: writable and contiguous
     X, Y = np.require(X, float, ["C", "W"]), np.require(Y, float, ["C", "W"])
-    vec, mat, scalar = _evaluate(harmonics, X, Y, par)
+    vec, mat, scalar = _evaluate(harmonics, X, Y, par)[:3]
     return ContactForces(
         Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
         dFy_dkn=vec[:, 6], dFx_dX=mat[:, 0], dFx_dY=mat[:, 1], dFy_dY=mat[:, 2], work=scalar[:, 0],

@@ -207,8 +207,11 @@ def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: An
 
 
 @compiled
-def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> None:
-    """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,)."""
+def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> int:
+    """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,).
+
+    Returns the number of its intervals.
+    """
     orders = tables[0]
     total, XU, Yg = find_states(X, Y, par, tables, k)
     accumulate(total, k.at, k.code, top, k.edge, k.sums, k.lengths, k.ends)
@@ -250,6 +253,7 @@ def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec
     scalar[S_LOW], scalar[S_HIGH] = vec[V_FX, 0], vec[V_FX, 0]
     if whole and v == 0.0:
         scalar[S_LOW], scalar[S_HIGH] = k.info[0, 3] + kt * X[0], k.info[1, 3] + kt * X[0]
+    return total
 
 
 class Work(NamedTuple):
@@ -304,27 +308,24 @@ def workspace(padded: int, cells: int, n: int, top: int) -> Any:
 @compiled(allocates=True, nogil=True)
 def chunk(
     first: int, last: int, X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int,
-    top: int, vec: Any, mat: Any, scalar: Any,
+    top: int, vec: Any, mat: Any, scalar: Any, totals: Any, at: Any, code: Any,
 ) -> None:  # fmt: skip
-    """A run of elements with one workspace; other threads may run theirs at the same time."""
+    """A run of elements with one workspace; other threads may run theirs at the same time.
+
+    Where ``totals`` (elements,) is not empty, ``at`` (elements, room, 3) receives the intervals (start, end, force at
+    start) of each element, ``code`` (elements, room, 2) their state and origin, and ``totals`` their number.
+    """
     k = workspace(orders.size, cos.shape[1], n, top)
     tables = (orders, cos, sin, consecutive)
     for e in range(first, last):
-        element(X[e], Y[e], par[e], tables, n, top, k, vec[e], mat[e], scalar[e])
+        total = element(X[e], Y[e], par[e], tables, n, top, k, vec[e], mat[e], scalar[e])
+        if totals.size:
+            totals[e] = total
+            for i in range(total):
+                at[e, i, 0], at[e, i, 1], at[e, i, 2] = k.at[i, 0], k.at[i, 1], k.at[i, 2]
+                code[e, i, 0], code[e, i, 1] = k.code[i, 0], k.code[i, 1]
 
 
-@compiled
-def count_states(X: Any, Y: Any, par: Any, tables: Any, k: Any) -> int:
-    """``find_states`` without the motion: arrays must not be handed from uncounted to counted code."""
-    total, _X, _Y = find_states(X, Y, par, tables, k)
-    return total
-
-
-@compiled(allocates=True)
-def intervals(
-    X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int, top: int
-) -> tuple[Any, Any]:  # fmt: skip
-    """Intervals (k, 3) (start, end, force at start) and codes (k, 2) (state, origin) of one element."""
-    k = workspace(orders.size, cos.shape[1], n, top)
-    total = count_states(X, Y, par, (orders, cos, sin, consecutive), k)
-    return k.at[:total].copy(), k.code[:total].copy()
+def most_intervals(top: int) -> int:
+    """Room for the intervals of one element."""
+    return 2 * (3 * (top + 2) + 1)

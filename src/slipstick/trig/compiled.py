@@ -62,9 +62,23 @@ def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = Fa
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(**{"cache": True, "fastmath": FAST, "_nrt": allocates, **options})(function)
+        return numba.njit(
+            **{
+                "cache": True,
+                "fastmath": FAST,
+                "error_model": "numpy",
+                "_nrt": allocates,
+                **_inner(allocates),
+                **options,
+            }
+        )(function)
     finally:
         config.CACHE_DIR = previous
+
+
+def _inner(allocates: bool) -> dict[str, bool]:
+    """Functions that make no arrays are called by compiled ones alone: no entry from Python is made for them."""
+    return {} if allocates else {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 inlined: Any = compiled(forceinline=True)
