@@ -1,4 +1,4 @@
-"""The import verb: a mesh written here becomes a model; what is wrong is told in sentences and nothing is overwritten."""
+"""The import verb: a mesh written here becomes a model; faults are sentences and nothing is overwritten."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def write_beam(folder: Path) -> Path:
 
 
 def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
-    """Free dofs: 3 for each node off the root; the mass that moves along x is that of the beam less the root's share."""
+    """Free dofs: 3 for each node off the root; its sets and units are in the file, nothing half written is left."""
     mesh, out = box(SIZE, DIVISIONS, "hex20"), tmp_path / "model.h5"
     result = slipstick("import", write_beam(tmp_path), "-o", out, *MATERIAL, "--fix", "ROOT", "--units", "SI")
     assert result.exit_code == 0, result.output
