@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app import tables
+from slipstick.app import fe_tables, tables
 from slipstick.app.case import Case
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 
-MODELS = [m for m in vars(tables).values() if isinstance(m, type) and issubclass(m, tables.Table)]
+FOUND = {**vars(tables), **vars(fe_tables)}.values()
+MODELS = list({m: m for m in FOUND if isinstance(m, type) and issubclass(m, tables.Table)})
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.__name__)
@@ -24,5 +25,5 @@ def test_every_key_is_explained(model: type[tables.Table]) -> None:
 
 
 def test_its_case_is_a_case() -> None:
-    (block,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    block, _ = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
     assert Case.from_text(block).span == (2.0, 15.0)
