@@ -174,7 +174,8 @@ def test_kept_dofs_without_a_surface(tmp_path: Path) -> None:
         ('= "z1"', '= "top"', "pressure.pressure: there is no surface 'top' in model.h5; there are x0"),
         ('"model.h5"', '"../model.h5"', "the path leaves the folder of the case"),
         ('"model.h5"', '"other.h5"', "there is no such file"),
-        ("contacts = 3", "contacts = 5000", "contacts: 5000 nodes asked on a surface of"),
+        ("contacts = 3", "contacts = 5000", "expected at most 1000 contacts"),
+        ("contacts = 3", "contacts = 500", "contacts: 500 nodes asked on a surface of"),
         ("contacts = 3", "contacts = []", "expected a number of contacts such as 8"),
         ("contacts = 3", "contacts = [1, 999999]", "999999"),
         ("modes = 6", "modes = 6\naccuracy = 1e-5", "both modes and accuracy are given"),
@@ -267,6 +268,17 @@ def test_points_need_a_surface(tmp_path: Path) -> None:
     structure = '[structure]\nkind = "matrices"\ndofs = ["x"]\nmass = [[1.0]]\nstiffness = [[40.0]]\n'
     (found,) = faults(tmp_path, structure, load="")
     assert "the structure has no contact surface" in found
+
+
+def test_heat_of_contacts_that_are_not_known(tmp_path: Path) -> None:
+    """A fault elsewhere brings no second one about heat; a name that is no contact there is told."""
+    model_file(tmp_path)
+    thermal = '[thermal]\ninfluence = "structure"\nbackground = 20.0\n'
+    contact = CONTACT + "thermal = { resistance = 2.0 }\n"
+    assert len(faults(tmp_path, STRUCTURE.replace('"y1"', '"y7"'), contact, extra=thermal)) == 1
+    hot = STRUCTURE + "films = { boundary = 100.0 }\n"
+    (found,) = faults(tmp_path, hot, contact, extra=thermal + 'contacts = ["pad 4"]\n')
+    assert "'pad 4' does not lie on the surface of the structure; did you mean 'pad" in found
 
 
 def test_influence_needs_conduction(tmp_path: Path) -> None:

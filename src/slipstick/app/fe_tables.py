@@ -9,6 +9,9 @@ from pydantic import Field, PlainValidator
 
 from slipstick.app.tables import ContactTable, Cosines, Frequency, NotNegative, Table
 
+MOST_POINTS = 1000
+"""Each keeps three dofs, of which the reduction is a full matrix."""
+
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
 
@@ -40,8 +43,10 @@ def _surface(value: Any) -> Any:
 
 def _contacts(value: Any) -> Any:
     """A number, node labels, or positions."""
-    if _whole(value) and value >= 1:
+    if _whole(value) and 1 <= value <= MOST_POINTS:
         return value
+    if (value if _whole(value) else len(value) if isinstance(value, list) else 0) > MOST_POINTS:
+        raise ValueError(f"expected at most {MOST_POINTS} contacts")
     if isinstance(value, list) and value and all(map(_whole, value)):
         return value
     triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
@@ -128,7 +133,9 @@ class FeTable(ReductionTable):
     pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
     films: Films = Field(default={}, description="a table of surface = convection coefficient")
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
-    keep: list[str] = Field(default=[], description='a list of dofs of the full model such as ["n123y"]')
+    keep: list[str] = Field(
+        default=[], max_length=3 * MOST_POINTS, description='a list of dofs of the full model such as ["n123y"]'
+    )
     accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
         default=None, description="a number between 0 and 1, the relative error of the receptance"
     )
@@ -165,7 +172,9 @@ class BladeTable(ReductionTable):
     material: MaterialTable | None = Field(
         default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
     )
-    contacts: Annotated[int, Field(ge=1, le=1000)] = Field(default=8, description="a whole number >= 1 of contacts")
+    contacts: Annotated[int, Field(ge=1, le=MOST_POINTS)] = Field(
+        default=8, description="a whole number >= 1 of contacts"
+    )
     film: NotNegative = Field(default=200.0, description="a number >= 0, the convection coefficient, W/(m2 K)")
 
 

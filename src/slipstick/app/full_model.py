@@ -50,6 +50,8 @@ def _errors(full: FullModel, omega: tuple[float, float], highest_order: int) -> 
     wanted = frequencies(omega, highest_order, _FEW if large else _MANY)
     few = "; the model is large, so at few frequencies" if large else ""
     say(f"reduction against direct solutions of the full model, relative error of the receptance{few}:")
+    if large:
+        say("  putting the full model together, then a direct solution for each of the frequencies ...")
     compared = full.comparison()
     for value in wanted:
         try:

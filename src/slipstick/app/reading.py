@@ -54,7 +54,8 @@ class Reading:
         self._references(loads, blocks, output)
         contacts = self._contacts(blocks)
         tables = [c for _, c in contacts]
-        self.faults += heating_faults(tables, self.thermal)
+        if self._heat_is_known(blocks):
+            self.faults += heating_faults(tables, self.thermal)
         pairs = [p for i, c in contacts if (p := self._built("contact", i, c, self._pair))]
         forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
         if not self.faults and top is not None and self.structure is not None:
@@ -65,6 +66,12 @@ class Reading:
     def structure(self) -> Structure | None:
         """The structure, once it is built."""
         return self.body.structure if self.body is not None else None
+
+    def _heat_is_known(self, blocks: list[tuple[int, Any]]) -> bool:
+        """Whether the contacts on a surface and the structure's own influence matrix are written out."""
+        if self.thermal is not None and self.thermal.influence == INFLUENCE:
+            return False
+        return self.body is not None or not any(isinstance(block, SurfaceContactTable) for _, block in blocks)
 
     def _contacts(self, blocks: list[tuple[int, Any]]) -> list[tuple[int, ContactTable]]:
         """Single contacts, and those on a surface written out; the influence matrix of the structure written out."""

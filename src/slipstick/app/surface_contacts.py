@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.app.body import Array, ContactPoints
 from slipstick.app.fe_tables import SurfaceContactTable
-from slipstick.app.sentences import shown
+from slipstick.app.sentences import shown, suggestion
 from slipstick.app.tables import ContactTable, ThermalTable
 from slipstick.errors import InputError
 
@@ -94,6 +94,11 @@ def own_influence(
             "[thermal] influence: the structure has no influence matrix; give [structure] films or cold and a "
             'conductivity (kind = "fe"), or use kind = "blade"'
         )
+    names = [c.name for c in contacts.values()]
+    stray = [name for name in top.contacts or () if name not in names]
+    if stray:
+        hint = suggestion(stray[0], names)
+        raise InputError(f"[thermal] contacts: '{stray[0]}' does not lie on the surface of the structure; {hint}")
     heated = {k: c for k, c in contacts.items() if top.contacts is None or c.name in top.contacts}
     if not heated:
         raise InputError('[thermal] influence: no contact lies on the surface; give [[contact]] with points = "all"')
