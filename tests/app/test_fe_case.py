@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.bodies import CACHE
 from slipstick.app.case import Case
 from slipstick.app.cli import app
+from slipstick.app.reducing import CACHE
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.contact_model import contact_model, cosines
@@ -71,37 +71,38 @@ def faults(folder: Path, *args: str, **parts: str) -> tuple[str, ...]:
     return caught.value.problems
 
 
-def by_hand(folder: Path, **films: Any) -> Any:
+def by_hand(**films: Any) -> Any:
     """The same contact model from the mesh, without import or case file."""
     return contact_model(beam(), STEEL, fixed="x0", surface="y1", contacts=3, pressures={"pressure": "z1"}, **films)
 
 
 def test_curve_is_that_of_the_objects(tmp_path: Path) -> None:
-    """To 1e-8 of its peak: the same matrices summed in another order, the same continuation."""
+    """To 1e-8 of its peak, in partial slip: the same matrices summed in another order, the same continuation."""
     model_file(tmp_path)
-    branch = read(tmp_path).run()
-    whole = by_hand(tmp_path)
+    contact = CONTACT.replace("[1.0, 1.0, 0.0]", "[0.0, 1.0, 1.0]").replace("= 0.1 ", "= 0.005 ").replace("6.0", "1.0")
+    branch = read(tmp_path, contact=contact, load=LOAD.replace("50.0", "500.0")).run()
+    whole = by_hand()
     structure = reduce_model(whole.model.K, whole.model.M, modes=6, loss_factor=0.01, **whole.request).structure
-    loads = 6.0 * whole.patches.areas / whole.patches.areas.sum()
+    loads = whole.patches.areas / whole.patches.areas.sum()
     pairs = [
         ss.ContactPair(
             name=name,
             contact=ss.FrictionContact(kt=1e5, mu=0.4, gap=-load),
             tangential=along,
-            rubbing=ss.RubbingMotion(velocity=0.1),
+            rubbing=ss.RubbingMotion(velocity=0.005),
         )
         for name, along, load in zip(
-            whole.contacts, cosines(whole.patches.tangents([1.0, 1.0, 0.0])), loads, strict=True
+            whole.contacts, cosines(whole.patches.tangents([0.0, 1.0, 1.0])), loads, strict=True
         )
     ]
     problem = ss.Problem(
-        structure, contacts=pairs, loads=[ss.Load(shape="pressure", cos=50.0)], harmonics=ss.Harmonics(range(4))
+        structure, contacts=pairs, loads=[ss.Load(shape="pressure", cos=500.0)], harmonics=ss.Harmonics(range(4))
     )
     hand = ss.forced_response(problem, omega=(2 * np.pi * 150.0, 2 * np.pi * 350.0))
     assert branch.outcome.ok
     mine, theirs = (float(b.dataset.amplitude.sel(dof="c1z").max()) for b in (branch, hand))
     assert mine == pytest.approx(theirs, rel=1e-8)
-    assert mine > 0.0
+    assert 0.1 < float(branch.dataset.stick_fraction.max()) < 1.0
     assert list(branch.dataset.contact.values) == ["pad 1", "pad 2", "pad 3"]
 
 
@@ -135,7 +136,7 @@ def test_influence_of_the_structure(tmp_path: Path) -> None:
     structure = STRUCTURE + 'films = { boundary = 100.0 }\ncold = "x0"\n'
     contact = CONTACT + "thermal = { resistance = 2.0 }\n"
     case = read(tmp_path, structure, contact, extra='[thermal]\ninfluence = "structure"\nbackground = 20.0\n')
-    expected = by_hand(tmp_path, films={"boundary": 100.0}, cold="x0").influence + 2.0 * np.eye(3)
+    expected = by_hand(films={"boundary": 100.0}, cold="x0").influence + 2.0 * np.eye(3)
     np.testing.assert_allclose(case.problem().thermal.resistance, expected, rtol=1e-9)
 
 
@@ -144,7 +145,7 @@ def test_conductivity_may_come_from_the_case(tmp_path: Path) -> None:
     structure = STRUCTURE + "material = { conductivity = 40.0 }\nfilms = { boundary = 100.0 }\n"
     case = read(tmp_path, structure)
     assert case.body.points is not None
-    expected = by_hand(tmp_path, films={"boundary": 100.0}).influence
+    expected = by_hand(films={"boundary": 100.0}).influence
     np.testing.assert_allclose(case.body.points.influence, expected, rtol=1e-9)
 
 

@@ -190,13 +190,13 @@ def _modal_faults(file: str, table: Any, arrays: Mapping[str, Any]) -> list[str]
 
 
 def _fe(table: Any, folder: Path, tell: Tell) -> Body:
-    from slipstick.app.bodies import fe_body
+    from slipstick.app.fe_body import fe_body
 
     return fe_body(table, folder, tell)
 
 
 def _blade(table: Any, folder: Path, tell: Tell) -> Body:
-    from slipstick.app.bodies import blade_body
+    from slipstick.app.blade_body import blade_body
 
     return blade_body(table, folder, tell)
 

@@ -1,158 +1,25 @@
-"""Finite element models of a case file: read or meshed, given contacts on a surface, reduced, kept for the next run."""
+"""Finite element models of a case file, ``[structure] kind = "fe"``: read, given contacts on a surface, reduced."""
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, ContactPoints, FullModel, Tell
-from slipstick.app.fe_tables import BladeTable, FeTable, MaterialTable
+from slipstick.app.fe_tables import FeTable, MaterialTable
 from slipstick.app.paths import inside
+from slipstick.app.reducing import CACHE, NEEDED, cache_folder, material_of, reduced
 from slipstick.app.sentences import shown, suggestion
-from slipstick.errors import InputError, SlipstickError
+from slipstick.errors import InputError
 
 if TYPE_CHECKING:
     from slipstick.fem.contact_model import ContactModel
     from slipstick.fem.imported import ImportedModel
-    from slipstick.fem.materials import Material
     from slipstick.fem.mesh import Mesh, Surface
     from slipstick.fem.model import ElasticModel
-    from slipstick.fem.rubbing_blade import BladeModel, RubbingBlade
-    from slipstick.solve.eigen import Progress
     from slipstick.structure.reduction import Reduction
-
-CACHE = "slipstick-cache"
-"""Folder beside the case in which reductions are kept."""
-
-_EVERY = 4.0
-_NEEDED = ("young", "poisson", "density")
-
-
-def cache_folder(folder: Path) -> Path | None:
-    """Where reductions are kept; None where the folder of the case cannot be written."""
-    own = folder / CACHE
-    return own if os.access(own if own.exists() else folder, os.W_OK) else None
-
-
-def stages(tell: Tell) -> Callable[[Progress], None]:
-    """A listener that tells each stage when it begins, and now and then how far it is."""
-    last, stage = [time.monotonic()], [""]
-
-    def hear(event: Progress) -> None:
-        now = time.monotonic()
-        if event.stage != stage[0]:
-            tell(f"  {event.stage} ...")
-        elif now - last[0] >= _EVERY:
-            tell(f"  {event.stage}: {event.done} of {event.total}")
-        else:
-            return
-        last[0], stage[0] = now, event.stage
-
-    return hear
-
-
-def _reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], Any]) -> Any:
-    """A reduction; one that does not succeed is a fault of the case."""
-    try:
-        return make(stages(tell))
-    except InputError:
-        raise
-    except SlipstickError as error:
-        raise InputError(str(error)) from None
-
-
-# ---------------------------------------------------------------------------------------------- the parametric blade
-
-
-def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
-    """The parametric blade of ``kind = "blade"``.
-
-    Raises
-    ------
-    InputError
-        For an unknown size, dimensions that make no blade, too many contacts.
-    """
-    from slipstick.fem.rubbing_blade import rubbing_blade
-
-    setup = _blade_model(table)
-    cache = cache_folder(folder)
-    tell(f"structure: {table.size} blade, from {CACHE} or by mesh, matrices and influence matrix ...")
-    began = time.perf_counter()
-    blade: RubbingBlade = _reduced(
-        tell, lambda hear: rubbing_blade(setup, loss_factor=table.loss_factor, cache=cache, listener=hear)
-    )
-    return Body(
-        structure=blade.structure,
-        points=ContactPoints(
-            positions=blade.positions, normals=blade.normals, areas=blade.areas, influence=blade.influence
-        ),
-        full=FullModel(
-            n_dofs=blade.n_dofs,
-            solver=blade.solver,
-            modes=len(blade.structure.omega),
-            reused=blade.reused,
-            seconds=time.perf_counter() - began,
-            note="parametric blade, SI units",
-            comparison=lambda: _blade_again(setup, blade),
-        ),
-    )
-
-
-def _blade_model(table: BladeTable) -> BladeModel:
-    from dataclasses import replace
-
-    from slipstick.fem.blade import ELEMENT_SIZES, blade_shape
-    from slipstick.fem.rubbing_blade import BLADE_STEEL, BladeModel
-
-    if table.size not in ELEMENT_SIZES:
-        raise InputError(f"size: found {shown(table.size)}; {suggestion(table.size, ELEMENT_SIZES)}")
-    dimensions = {name: getattr(table, name) for name in ("height", "chord", "thickness", "twist")}
-    shape = replace(blade_shape(table.size), **{name: value for name, value in dimensions.items() if value is not None})
-    material = BLADE_STEEL if table.material is None else _material(table.material)
-    more = {} if table.modes is None else {"modes": table.modes}
-    return BladeModel(
-        shape=shape, material=material, contacts=table.contacts, radius=table.radius, film=table.film, **more
-    )
-
-
-def _blade_again(setup: BladeModel, blade: RubbingBlade) -> tuple[Reduction, Any, Any]:
-    """The full blade once more, for comparison with the reduction, which may come from disk."""
-    import numpy as np
-
-    from slipstick.fem.rubbing_blade import finite_element_blade
-    from slipstick.structure.reduction import Reduction
-
-    whole = finite_element_blade(setup)
-    reduction = Reduction(
-        structure=blade.structure,
-        directions=whole.request["keep"],
-        n_full=blade.n_dofs,
-        solver=blade.solver,
-        residuals=np.empty(0),
-        complete=None,
-        error_estimate=None,
-    )
-    return reduction, whole.model.K, whole.model.M
-
-
-def _material(table: MaterialTable) -> Material:
-    from slipstick.fem.materials import Material
-
-    given = {name: value for name, value in table.model_dump().items() if value is not None}
-    missing = [
-        f"material.{name} is missing; a material needs young, poisson and density"
-        for name in _NEEDED
-        if name not in given
-    ]
-    if missing:
-        raise InputError(missing)
-    return Material(**given)
-
-
-# ------------------------------------------------------------------------------------------------- an imported model
 
 
 def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
@@ -186,11 +53,11 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
     from slipstick.io.model_store import load_model
 
     if path.suffix.lower() in MESH_SUFFIXES:
-        material = None if table.material is None else _material(table.material)
+        material = None if table.material is None else material_of(table.material)
         return read_model(path, ImportOptions(material=material, fixed=table.fixed, to_quadratic=table.quadratic))
     faults = [
         f"material.{name}: {path.name} holds matrices with a material already; give conductivity alone"
-        for name in _NEEDED
+        for name in NEEDED
         if table.material is not None and getattr(table.material, name) is not None
     ]
     if table.quadratic:
@@ -293,7 +160,7 @@ def _fe_reduced(
 
     tell(f"structure: reducing {model.K.shape[0]} dofs, or reading it from {CACHE} ...")
     began = time.perf_counter()
-    reduction: Reduction = _reduced(
+    reduction: Reduction = reduced(
         tell,
         lambda hear: reduce_model(
             model.K,

@@ -1,0 +1,72 @@
+"""What the finite element kinds of a case file share: the folder of reductions, progress, materials."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.body import Tell
+from slipstick.app.fe_tables import MaterialTable
+from slipstick.errors import InputError, SlipstickError
+
+if TYPE_CHECKING:
+    from slipstick.fem.materials import Material
+    from slipstick.solve.eigen import Progress
+
+CACHE = "slipstick-cache"
+"""Folder beside the case in which reductions are kept."""
+
+_EVERY = 4.0
+NEEDED = ("young", "poisson", "density")
+"""What a material has at least."""
+
+
+def cache_folder(folder: Path) -> Path | None:
+    """Where reductions are kept; None where the folder of the case cannot be written."""
+    own = folder / CACHE
+    return own if os.access(own if own.exists() else folder, os.W_OK) else None
+
+
+def stages(tell: Tell) -> Callable[[Progress], None]:
+    """A listener that tells each stage when it begins, and now and then how far it is."""
+    last, stage = [time.monotonic()], [""]
+
+    def hear(event: Progress) -> None:
+        now = time.monotonic()
+        if event.stage != stage[0]:
+            tell(f"  {event.stage} ...")
+        elif now - last[0] >= _EVERY:
+            tell(f"  {event.stage}: {event.done} of {event.total}")
+        else:
+            return
+        last[0], stage[0] = now, event.stage
+
+    return hear
+
+
+def reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], Any]) -> Any:
+    """A reduction; one that does not succeed is a fault of the case."""
+    try:
+        return make(stages(tell))
+    except InputError:
+        raise
+    except SlipstickError as error:
+        raise InputError(str(error)) from None
+
+
+def material_of(table: MaterialTable) -> Material:
+    """The material of a table that must be complete."""
+    from slipstick.fem.materials import Material
+
+    given = {name: value for name, value in table.model_dump().items() if value is not None}
+    missing = [
+        f"material.{name} is missing; a material needs young, poisson and density"
+        for name in NEEDED
+        if name not in given
+    ]
+    if missing:
+        raise InputError(missing)
+    return Material(**given)
