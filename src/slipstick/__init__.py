@@ -19,6 +19,7 @@ _PUBLIC = {
     "contact_forces": "slipstick.contact.forces",
     "MatrixStructure": "slipstick.structure.matrices",
     "ModalStructure": "slipstick.structure.modal",
+    "reduce": "slipstick.structure.reduction",
     "ContactPair": "slipstick.balance.problem",
     "Load": "slipstick.balance.problem",
     "Problem": "slipstick.balance.problem",

@@ -371,3 +371,11 @@ def test_any_value_anywhere_is_taken_or_told(line: str, value: object) -> None:
         Case.from_text(GOOD.replace(line, f"{key} = {toml(value)}", 1))
     except InputError as error:
         assert error.problems  # noqa: PT017
+
+
+def test_a_byte_order_mark_is_read_over(tmp_path):
+    """Editors on Windows write one."""
+    path = tmp_path / "case.toml"
+    example = Path(__file__).parent.parent.parent / "examples/oscillator/case.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + example.read_bytes())
+    assert Case.from_file(path).problem().title.startswith("SDOF")

@@ -15,6 +15,9 @@ from slipstick.solve.events import Event
 
 Array = NDArray[np.float64]
 
+_FLAT = 1e-9
+"""Relative change of an amplitude over the whole range that is rounding: a plateau has no peaks."""
+
 
 def peak_events(outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem) -> tuple[Event, ...]:
     """An event for each named output dof: the derivative of its amplitude along the branch falls through zero."""
@@ -39,6 +42,8 @@ class _Slopes:
                 return value
         motion, change = self._outputs.motion_along(step, self._system)
         h = self._outputs.balance.harmonics
-        value = amplitude_slope(h, amplitude(h, motion), change)
+        size = amplitude(h, motion)
+        value = amplitude_slope(h, size, change)
+        value[np.abs(value) <= _FLAT * size.value] = np.finfo(float).tiny
         self._known = [*self._known[-2:], (step, value)]
         return value

@@ -139,7 +139,7 @@ def _read(path: Path) -> str:
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: larger than {LARGEST_FILE >> 20} MB; put large matrices into .npz or .mtx files")
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file; expected a case in TOML (UTF-8)") from None
 

@@ -32,7 +32,7 @@ def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
     for name, draw in drawings.items():
         ax = draw()
         about = f" ({titles[name]})" if titles.get(name) else ""
-        ax.get_figure().suptitle(f"{case.title}{about}", fontsize="medium")
+        ax.get_figure().suptitle(f"{case.title}{about}", parse_math=False, fontsize="medium")
         paths += plots.save_figure(ax, folder / name)
     return paths
 

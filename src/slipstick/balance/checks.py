@@ -61,7 +61,7 @@ def requested_faults(requested: Sequence[float], start: float, stop: float) -> l
 
 def problem_warnings(problem: Problem, omega: Sequence[float] = ()) -> list[str]:
     """What can be computed but looks wrong; ``omega`` holds the ends of the frequency range, rad/s."""
-    found = [*_harmonic_warnings(problem), *_contact_warnings(problem)]
+    found = [*_harmonic_warnings(problem), *_contact_warnings(problem), *_damping_warnings(problem)]
     if not any(load.cos or load.sin for load in problem.loads) and not any(p.rubbing.moves for p in problem.contacts):
         found.append("nothing moves the structure: there is no load and no rubbing motion; give one of them")
     if len(omega):
@@ -90,8 +90,8 @@ def _name_faults(problem: Problem) -> Iterator[str]:
     for name in sorted({n for n in names if names.count(n) > 1}):
         yield f"contact '{name}': the name is used {names.count(name)} times; give every contact its own name"
     for name in names:
-        if not name or name == "*":
-            yield f"contact name: found '{name}'; expected a name other than '*'"
+        if not name or name == "*" or not name.isprintable():
+            yield f"contact name: found {name!r}; expected printable characters other than '*' alone"
     if not problem.outputs:
         yield "outputs: found none; expected at least one dof"
     for dof in problem.outputs or ():
@@ -165,6 +165,20 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
             f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is "
             f"{orders[-1]}, keep at least 0..5 and compare with more"
         )
+
+
+def _damping_warnings(problem: Problem) -> Iterator[str]:
+    natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
+    if natural.size == 0 or not problem.contacts:
+        return
+    direction = problem.direction_matrix([problem.contacts[0].directions[0]])
+    value, _ = problem.structure.project(direction, direction).at(np.array([0.5 * natural[0]]))
+    if value.imag.any():
+        return
+    yield (
+        "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance is "
+        "infinite and the curve stops; give a little damping, for instance a loss factor of 1e-6"
+    )
 
 
 def _contact_warnings(problem: Problem) -> Iterator[str]:

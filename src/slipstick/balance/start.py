@@ -92,7 +92,7 @@ class FirstPoint:
         for name in names:
             if name in motions:
                 yield f"from the linear response, contacts {name}", lambda x=motions[name]: self._solve(x)  # type: ignore[misc]
-        if len(self.balance.harmonics.orders) > 3:
+        if self._essential() != self.balance.harmonics:
             yield "fewer harmonics first", self._fewer_harmonics
         yield from self._ramps()
         start = motions.get(names[0], np.zeros(self.balance.size))

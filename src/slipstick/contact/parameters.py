@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
 
+LARGEST = 1e100
+"""No stiffness, gap or coefficient of a machine is above it in any units; beyond, products overflow."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionContact:
@@ -48,6 +51,8 @@ class FrictionContact:
             value = np.asarray(getattr(self, name), dtype=float)
             if not np.all(np.isfinite(value)):
                 problems.append(f"{name}: found {value}; expected finite numbers")
+            elif np.any(np.abs(value) > LARGEST):
+                problems.append(f"{name}: found {value}; expected a number below {LARGEST:g}: check the units")
             elif name != "gap" and np.any(value < 0):
                 problems.append(f"{name}: found {value}, negative; expected a value >= 0")
         if problems:

@@ -249,7 +249,7 @@ class Continuation(Iterator[Step]):
                 if new is not None:
                     return self._accept(last, new, result, length, 2), ""
             length, arc = 0.5 * length, None
-        return None, reason
+        return None, reason or "no solution was found ahead"
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
         metric = self._metric

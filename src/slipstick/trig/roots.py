@@ -303,7 +303,7 @@ def isolate(
     """
     bound, next_bound, size = bounds(pc, ps, m)
     floor = 2e-15 * (size + abs(p0))
-    if not size > floor:  # also where it is not a number
+    if not size > floor or not next_bound < 1e300:  # also where it is not a number, or overflows
         return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
     cells = g0.size
     h = 0.5 * TWO_PI / cells

@@ -1,0 +1,56 @@
+"""Cases that once went wrong: plateaus without peaks, ladders that must end, structures without damping."""
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.balance.checks import problem_warnings
+from slipstick.balance.residual import Balance, inputs_of
+from slipstick.balance.start import FirstPoint
+
+
+def oscillator(C=0.4, harmonics=range(11), **load):
+    return ss.Problem(
+        ss.MatrixStructure(M=[[1.0]], C=[[C]], K=[[40.0]], dofs=["x"]),
+        contacts=[
+            ss.ContactPair(
+                name="damper",
+                contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
+                tangential={"x": 1.0},
+                rubbing=ss.RubbingMotion(velocity=10.0),
+            )
+        ],
+        loads=[ss.Load(dof="x", sin=100.0, **load)],
+        harmonics=ss.Harmonics(harmonics),
+    )
+
+
+def test_a_plateau_has_no_peaks():
+    """Above the mu at which the contact no longer slips backwards the amplitude does not depend on mu."""
+    branch = ss.parameter_response(oscillator(), "damper.mu", (0.05, 2.0), omega=6.0)
+    assert branch.outcome.ok
+    amplitude = branch.dataset.amplitude.sel(dof="x").values
+    assert np.ptp(amplitude[-20:]) < 1e-9
+    assert len(branch.peaks("x")) <= 2
+
+
+def test_the_ladder_ends_when_no_harmonic_can_be_left_out():
+    """Orders 0 to 3, driven on 3: fewer harmonics would be the same ones again."""
+    problem = oscillator(harmonics=range(4), harmonic=3)
+    balance = Balance(problem)
+    names = [name for name, _ in FirstPoint(balance, inputs_of(problem), 2.0).strategies()]
+    assert "fewer harmonics first" not in names
+    assert "Newton homotopy" in names
+    full = Balance(oscillator())
+    assert "fewer harmonics first" in [name for name, _ in FirstPoint(full, inputs_of(full.problem), 2.0).strategies()]
+
+
+def test_no_damping_is_warned_of():
+    assert any("no damping" in text for text in problem_warnings(oscillator(C=0.0), (2.0, 15.0)))
+    assert not any("no damping" in text for text in problem_warnings(oscillator(), (2.0, 15.0)))
+
+
+@pytest.mark.parametrize("value", [1e308, 1e101])
+def test_numbers_beyond_any_machine_are_refused(value):
+    with pytest.raises(ss.InputError, match="check the units"):
+        ss.FrictionContact(kt=value, mu=0.3)
