@@ -28,8 +28,8 @@ class Outcome(Enum):
     COMPLETED = "completed: the whole requested range was followed"
     STEP_TOO_SMALL = (
         "stopped early: the continuation step fell below its smallest value; look at the last points' states, "
-        "allow smaller steps (min_step), add harmonics, or start from the other end of the range; a rubbing velocity that "
-        "passes 0 makes the force of a stuck contact jump: stay on one side of 0"
+        "allow smaller steps (min_step), add harmonics, or start from the other end of the range; a rubbing velocity "
+        "that passes 0 makes the force of a stuck contact jump: stay on one side of 0"
     )
     TURNED_BACK = (
         "stopped early: the branch turned back and left the range where it began; every point found is kept: "
