@@ -54,3 +54,11 @@ def test_no_damping_is_warned_of():
 def test_numbers_beyond_any_machine_are_refused(value):
     with pytest.raises(ss.InputError, match="check the units"):
         ss.FrictionContact(kt=value, mu=0.3)
+
+
+@pytest.mark.parametrize("span", [(2.0,), 3.0, ("2", "15"), None, (1.0, 2.0, 3.0)])
+def test_a_range_is_two_numbers(span):
+    with pytest.raises(ss.InputError, match="expected two numbers"):
+        ss.forced_response(oscillator(), omega=span)
+    with pytest.raises(ss.InputError, match="expected two numbers"):
+        ss.parameter_response(oscillator(), "damper.mu", span, omega=6.0)

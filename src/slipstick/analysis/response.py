@@ -16,7 +16,7 @@ from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.warming import Warming
-from slipstick.balance.checks import range_faults, requested_faults, suggestion
+from slipstick.balance.checks import range_faults, requested_faults, suggestion, two_numbers
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import (
     Balance,
@@ -163,6 +163,7 @@ def parameter_response(
     The other arguments, the result and the errors are those of ``forced_response``.
     """
     requested = tuple(requested)
+    span = two_numbers(span, f"range of {parameter}")
     faults = range_faults(*span, name=f"range of {parameter}", positive=False) or requested_faults(requested, *span)
     if not (np.isfinite(omega) and omega > 0):
         faults.append(f"omega: found {omega}; expected a frequency > 0 in rad/s")
@@ -191,10 +192,10 @@ def _frequency_task(
     guess: ArrayLike | None,
 ) -> _Task:
     requested = tuple(requested)
-    faults = range_faults(*omega) or requested_faults(requested, *omega)
+    start, stop = two_numbers(omega, "frequency range")
+    faults = range_faults(start, stop) or requested_faults(requested, start, stop)
     if faults:
         raise InputError(faults)
-    start, stop = float(omega[0]), float(omega[1])
     balance, inputs = _balance(problem), inputs_of(problem)
     return _Task(
         problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,

@@ -38,6 +38,17 @@ def problem_faults(problem: Problem) -> list[str]:
     return faults
 
 
+def two_numbers(value: Any, name: str) -> tuple[float, float]:
+    """First and last value of a range; InputError where that is not what was given."""
+    try:
+        start, stop = value
+        if isinstance(start, str) or isinstance(stop, str):
+            raise TypeError
+        return float(start), float(stop)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: found {value!r}; expected two numbers, the first and the last") from None
+
+
 def range_faults(start: float, stop: float, *, name: str = "frequency range", positive: bool = True) -> list[str]:
     """Faults of a range that is to be followed."""
     if not (isfinite(start) and isfinite(stop)):
