@@ -24,7 +24,7 @@ test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2
 
 verify: $(VENV)/.ready
-	$(BIN)/python -m pytest -m verify
+	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
 
 lint: $(VENV)/.ready
