@@ -1,4 +1,4 @@
-"""Corner cases that break friction elements, each against the march or what is known exactly (VALIDATION.md 3)."""
+"""Corner cases that break friction elements, each against the march or what is known exactly."""
 
 import numpy as np
 import pytest

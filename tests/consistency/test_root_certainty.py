@@ -1,4 +1,4 @@
-"""Certified roots miss nothing; sampling does (VALIDATION.md 3: 64 points miss some in 1 % of random states)."""
+"""Certified roots miss nothing; sampling does (64 points miss some in 1 % of random states)."""
 
 import numpy as np
 from marching import random_states

@@ -12,7 +12,7 @@ from slipstick.structure.protocol import Structure
 
 RNG = np.random.default_rng(9)
 N = 12
-BLADE = Path("/work/shared/data/blade_reduced/blade_reduced.npz")
+BLADE = Path(__file__).parents[2] / "examples" / "blade_reduced" / "blade_reduced.npz"
 
 
 def beam():
@@ -260,7 +260,6 @@ def test_files_that_are_not_plain_arrays(tmp_path):
             read_arrays(tmp_path / name)
 
 
-@pytest.mark.skipif(not BLADE.exists(), reason="the reduced blade is not on this machine")
 def test_reduced_blade():
     structure = ModalStructure.load(BLADE, loss_factor=1e-3, load="pressure")
     assert structure.natural_frequencies[0] == pytest.approx(1315.14, abs=0.01)

@@ -1,4 +1,4 @@
-"""A case file: read, checked as a whole, turned into the public objects (DESIGN.md section 5)."""
+"""A case file: read, checked as a whole, turned into the public objects."""
 
 from __future__ import annotations
 
