@@ -88,3 +88,18 @@ def test_motion_that_is_not_a_number_ends(bad):
     X = np.full((1, h.size), bad)
     f = element_forces(h, X, np.zeros((1, h.size)), v=one, kt=one, mu=one, kn=one, gap=-one)
     assert np.isnan(f.Fx).any()
+
+
+def test_results_in_use_are_never_written_over():
+    """Batches reuse memory only when nobody holds a part of it."""
+    h = Harmonics(range(4))
+    rng = np.random.default_rng(1)
+    contact = FrictionContact(kt=1.0, mu=0.4, kn=1.0, gap=-1.0)
+    X = rng.normal(size=(5, 100, h.size))
+    held = [contact_forces(contact, h, x, 0 * x, omega=1.0) for x in X]
+    parts = [contact_forces(contact, h, x, 0 * x, omega=1.0).dFx_dX[3, 1:2] for x in X]
+    for x, f, part in zip(X, held, parts, strict=True):
+        one = contact_forces(contact, h, x[3], 0 * x[3], omega=1.0)
+        np.testing.assert_array_equal(f.Fx[3], one.Fx)
+        np.testing.assert_array_equal(f.stick_fraction[3], one.stick_fraction)
+        np.testing.assert_array_equal(part[0], one.dFx_dX[1])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from sys import getrefcount
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,11 @@ from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float, str]
+
+KEPT_BYTES = 1 << 26
+_LAST: list[Array] = []
+_LOCK = Lock()
+_FREE = next(getrefcount(a) for a in [object()])  # of what only a list holds, asked in a loop
 
 SERIAL = 64
 """Below this number of elements threads cost more than they give."""
@@ -128,7 +135,7 @@ def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool
     tables = _tables(harmonics)
     kept, room = (count, most_intervals(tables[-1])) if states else (0, 0)
     out = (
-        np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)), np.empty(kept, np.int64),
+        *_outputs(count, L), np.empty(kept, np.int64),
         np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64),
     )  # fmt: skip
     if count < SERIAL:
@@ -137,6 +144,22 @@ def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool
         ends = [i * count // _threads() for i in range(_threads() + 1)]
         list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
     return out
+
+
+def _outputs(count: int, L: int) -> tuple[Array, Array, Array]:
+    """Room for the results of a batch: that of the last batch if nobody holds any of it any more.
+
+    Fresh memory of that size costs more in page faults than the kernel takes to fill it.
+    """
+    with _LOCK:
+        if _LAST and _LAST[0].shape == (count, 7, L) and all(getrefcount(a) == _FREE for a in _LAST):
+            vec, mat, scalar = _LAST
+            return vec, mat, scalar
+    vec, mat, scalar = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    if count >= SERIAL and mat.nbytes <= KEPT_BYTES:
+        with _LOCK:
+            _LAST[:] = vec, mat, scalar
+    return vec, mat, scalar
 
 
 def _threads() -> int:
