@@ -112,7 +112,7 @@ def _file(name: str, folder: Path, key: str) -> Path:
 
 def _modal(table: Any, folder: Path) -> Structure:
     from slipstick.io.npz import read_arrays
-    from slipstick.structure.modal import LoadShape, ModalStructure
+    from slipstick.structure.modal import ModalStructure
 
     path = _file(table.file, folder, "file")
     arrays = read_arrays(path, _MODAL, (*_PRESSURE, "second_residual", "second_load_response"))
@@ -122,22 +122,13 @@ def _modal(table: Any, folder: Path) -> Structure:
         raise InputError(faults)
     first = table.modes or n_modes
     kept = _truncated(arrays, first)
-    shapes = {}
-    if arrays.keys() >= _PRESSURE.keys():
-        shapes["pressure"] = LoadShape(
-            participation=kept["load_participation"],
-            static_response=kept["static_load_response"],
-            second_response=kept.get("second_load_response"),
-        )
-    return ModalStructure(
-        omega=kept["omega"],
-        mode_shapes=kept["mode_shapes"],
-        static_compliance=kept["static_compliance"],
+    if not arrays.keys() >= _PRESSURE.keys():  # half a load shape is none
+        kept = {name: value for name, value in kept.items() if name not in _PRESSURE}
+    return ModalStructure.from_arrays(
+        kept,
         dofs=table.dofs or node_major_names(n_dofs),
         loss_factor=table.loss_factor or 0.0,
         damping_ratio=table.damping_ratio or 0.0,
-        second_residual=kept.get("second_residual"),
-        load_shapes=shapes,
     )
 
 
