@@ -32,6 +32,7 @@ _PUBLIC = {
     "transient": "slipstick.analysis.transient",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
+    "SlipstickWarning": "slipstick.errors",
 }
 
 __all__ = sorted(_PUBLIC)

@@ -22,6 +22,10 @@ class InputError(SlipstickError, ValueError):
         super().__init__("\n".join(self.problems))
 
 
+class SlipstickWarning(UserWarning):
+    """Something that can be computed but looks wrong; one sentence each."""
+
+
 class Outcome(Enum):
     """How a computation ended; ``text`` says why and what to do."""
 
