@@ -94,6 +94,16 @@ def test_mean_power_and_friction() -> None:
     assert plots.friction(data).get_ylabel() == "Friction coefficient"
 
 
+def test_a_mean_that_is_rounding_is_drawn_as_zero() -> None:
+    data = dataset()
+    largest = float(data["amplitude"].max())
+    data["mean"].values[:, 0] = 1e-13 * largest * np.sin(7 * OMEGA)
+    data["mean"].values[:, 1] = 1e-9 * largest * np.sin(7 * OMEGA)
+    data["mean"].values[3, 1] = np.nan
+    assert (drawn(plots.mean(data, "x").lines[0])[1] == 0.0).all()
+    np.testing.assert_array_equal(drawn(plots.mean(data, "z").lines[0])[1], data["mean"].values[:, 1])
+
+
 def test_fractions_are_stacked_to_one() -> None:
     ax = plots.fractions(dataset(), "root")
     tops = [float(np.max(c.get_paths()[0].vertices[:, 1])) for c in ax.collections]

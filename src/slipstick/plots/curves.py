@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+ROUNDING = 1e-11
+"""Smaller than this beside the largest motion, a mean is what rounding left of zero."""
+
 
 def response(
     branches: Any,
@@ -66,7 +69,10 @@ def response(
 
 
 def mean(branches: Any, dof: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
-    """Zero harmonic (mean position) over frequency or the followed parameter; arguments as in :func:`response`."""
+    """Zero harmonic (mean position) over frequency or the followed parameter; arguments as in :func:`response`.
+
+    A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
+    """
     ax = _lines(branches, "mean", {"dof": dof}, ax, label)
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     _legend(ax)
@@ -135,13 +141,20 @@ def _lines(
 
 def _select(dataset: xarray.Dataset, name: str, where: Mapping[str, str | None]) -> np.ndarray:
     """The values (point,) of a variable for a named dof or contact; the first where no name is given."""
-    values = dataset[name]
+    values = _without_rounding(dataset) if name == "mean" else dataset[name]
     for dim, label in where.items():
         known = [str(v) for v in dataset[dim].to_numpy()]
         if label is not None and label not in known:
             raise InputError(f"there is no {dim} '{label}' in the results; there are {', '.join(known)}")
         values = values.isel({dim: known.index(label) if label is not None else 0})
     return values.to_numpy()
+
+
+def _without_rounding(dataset: xarray.Dataset) -> xarray.DataArray:
+    """The mean, with zero where it is nothing beside the largest motion of any dof."""
+    mean = dataset["mean"]
+    size = max(float(abs(dataset[name]).max()) for name in ("amplitude", "mean"))
+    return mean.where(~(abs(mean) <= ROUNDING * size), 0.0)
 
 
 def _mark_peaks(ax: Axes, dataset: xarray.Dataset, dof: str | None) -> None:
