@@ -112,3 +112,20 @@ def test_ranges(span: tuple[float, float]) -> None:
     assert len(range_faults(*span)) == 1
     with pytest.raises(ss.InputError):
         ss.forced_response(problem(), omega=span)
+
+
+def test_default_outputs_hold_every_loaded_and_contact_dof() -> None:
+    n = 130
+    names = [f"x{i}" for i in range(n)]
+    structure = ss.MatrixStructure(M=np.eye(n), C=np.eye(n), K=40.0 * np.eye(n), dofs=names)
+    contact = ss.FrictionContact(kt=1.0, mu=0.3, kn=2.0, gap=-4.0)
+    pair = ss.ContactPair(
+        name="tip",
+        contact=contact,
+        tangential={"x3": 1.0, "x121": -1.0},
+        normal="x120",
+        rubbing=ss.RubbingMotion(velocity=1.0),
+    )
+    p = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x110", sin=1.0)], harmonics=[0, 1])
+    assert p.outputs == (*names[:100], "x110", "x120", "x121")
+    assert ss.Problem(structure, loads=[ss.Load(dof="x110", sin=1.0)], outputs=["x5"]).outputs == ("x5",)

@@ -132,7 +132,8 @@ class Problem:
     harmonics
         Harmonics of the principal frequency kept in the balance; an iterable of orders will do.
     outputs
-        Names of the dofs in the results; by default all, at most 100.
+        Names of the dofs in the results; by default all of at most 100, else the first 100 with
+        those that are loaded or in contact.
     period_ratio
         ``T_p / T_u = j1 / j2``, period of the excitation over that of the rubbing motion. Harmonics of loads and of
         rubbing motions count their own frequency; ``omega`` is always the principal one.
@@ -167,13 +168,19 @@ class Problem:
             object.__setattr__(self, "harmonics", Harmonics(self.harmonics))
         object.__setattr__(self, "contacts", tuple(self.contacts))
         object.__setattr__(self, "loads", tuple(self.loads))
-        outputs = self.structure.dofs[:MOST_OUTPUTS] if self.outputs is None else self.outputs
+        outputs = self._default_outputs() if self.outputs is None else self.outputs
         object.__setattr__(self, "outputs", tuple([outputs] if isinstance(outputs, str) else outputs))
         faults = problem_faults(self)
         if faults:
             raise InputError(faults)
         if self.heated is not None:
             object.__setattr__(self, "contacts", cold_pairs(self.contacts, self.heated))
+
+    def _default_outputs(self) -> list[str]:
+        """The first dofs, and those beyond them that are loaded or in contact, in the order of the structure."""
+        wanted = {load.dof for load in self.loads}
+        wanted |= {dof for pair in self.contacts for side in pair.directions for dof in side or ()}
+        return [dof for i, dof in enumerate(self.structure.dofs) if i < MOST_OUTPUTS or dof in wanted]
 
     @cached_property
     def heated(self) -> HeatedContacts | None:
