@@ -21,13 +21,13 @@ def slipstick(*arguments: object) -> Result:
 
 
 def write_beam(folder: Path) -> Path:
-    """A beam of hex20 elements with the sets ROOT (x = 0) and TIP (y = top), without material."""
+    """A beam of hex20 elements with the sets ROOT (x = 0) and TIP (y = top) and one as Abaqus makes; no material."""
     mesh = box(SIZE, DIVISIONS, "hex20")
     lines = ["*NODE", *(f"{i}, {x!r}, {y!r}, {z!r}" for i, (x, y, z) in enumerate(mesh.nodes.tolist(), 1))]
     lines.append("*ELEMENT, TYPE=C3D20, ELSET=EALL")
     for number, element in enumerate((mesh.blocks["hex20"] + 1).tolist(), 1):
         lines += [f"{number}, " + ", ".join(map(str, element[:12])) + ",", ", ".join(map(str, element[12:]))]
-    for name, side in (("ROOT", "x0"), ("TIP", "y1"), ("BACK", "z0")):
+    for name, side in (("ROOT", "x0"), ("TIP", "y1"), ("BACK", "z0"), ("_PickedSet4", "x0")):
         labels = (mesh.surfaces[side].nodes + 1).tolist()
         lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
     path = folder / "beam.inp"
@@ -54,7 +54,7 @@ def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
     [
         ((), "is a mesh without material; give young, poisson and density"),
         (("--young", "2e11"), "--poisson is missing"),
-        ((*MATERIAL, "--fix", "ROOTS"), "'ROOTS' is not in the mesh; it has:"),
+        ((*MATERIAL, "--fix", "ROOTS"), "node set 'ROOTS' is not in the mesh; it has: BACK, ROOT, TIP\n"),
         ((*MATERIAL, "--name", "KGG"), "expected K=NAME"),
         ((*MATERIAL, "--map", "nowhere.txt"), "nowhere.txt: there is no such file"),
         (("--young", "-1", "--poisson", "0.3", "--density", "1"), "young = -1.0; expected"),

@@ -13,6 +13,7 @@ from slipstick.app.paths import inside
 from slipstick.app.reducing import CACHE, NEEDED, cache_folder, material_of, reduced
 from slipstick.app.sentences import shown, suggestion
 from slipstick.errors import InputError
+from slipstick.fem.mesh import user_names
 
 if TYPE_CHECKING:
     from slipstick.fem.contact_model import ContactModel
@@ -66,7 +67,7 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
         raise InputError(faults)
     model = load_model(path)
     unknown = [
-        f"fixed: there is no node set '{name}' in {path.name}; {suggestion(name, model.node_sets)}"
+        f"fixed: there is no node set '{name}' in {path.name}; {suggestion(name, user_names(model.node_sets))}"
         for name in table.fixed
         if name not in model.node_sets
     ]
@@ -113,17 +114,18 @@ def _surface_faults(table: FeTable, mesh: Mesh) -> Iterable[str]:
     for key, names in named.items():
         for name in names:
             if name not in mesh.surfaces:
-                yield f"{key}: there is no surface '{name}' in {table.file}; {suggestion(name, mesh.surfaces)}"
+                known = suggestion(name, user_names(mesh.surfaces))
+                yield f"{key}: there is no surface '{name}' in {table.file}; {known}"
 
 
 def _conduction_faults(table: FeTable, mesh: Mesh) -> Iterable[str]:
     for name in table.films:
         if name not in mesh.surfaces and name != "boundary":
-            known = suggestion(name, [*mesh.surfaces, "boundary"])
+            known = suggestion(name, user_names([*mesh.surfaces, "boundary"]))
             yield f"films: there is no surface '{name}' in {table.file}; {known}"
     sets = {*mesh.node_sets, *mesh.surfaces}
     if table.cold is not None and table.cold not in sets:
-        yield f"cold: there is no node set '{table.cold}' in {table.file}; {suggestion(table.cold, sorted(sets))}"
+        yield f"cold: there is no node set '{table.cold}' in {table.file}; {suggestion(table.cold, user_names(sets))}"
 
 
 def _surface(wanted: Any, mesh: Mesh) -> Surface:

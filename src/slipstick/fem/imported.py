@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh
+from slipstick.fem.mesh import Mesh, user_names
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -114,7 +114,7 @@ class ImportedModel:
     def nodes_of(self, name: str) -> IntArray:
         """Node labels of a named set; InputError says which there are."""
         if name not in self.node_sets:
-            known = ", ".join(sorted(self.node_sets)) or "none"
+            known = ", ".join(user_names(self.node_sets)) or "none"
             raise InputError(f"node set '{name}' is not in the imported model; it has: {known}")
         return self.node_sets[name]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.fem.mesh import Mesh
+from slipstick.fem.mesh import Mesh, user_names
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def element_values(mesh: Mesh, materials: Materials, value: Callable[[Material],
     unknown = sorted(set(materials) - set(mesh.element_sets))
     if unknown:
         raise InputError(
-            f"materials: no element set {unknown}; the mesh has: {', '.join(sorted(mesh.element_sets)) or 'none'}"
+            f"materials: no element set {unknown}; the mesh has: {', '.join(user_names(mesh.element_sets)) or 'none'}"
         )
     values = {kind: np.zeros(len(block)) for kind, block in mesh.blocks.items()}
     count = {kind: np.zeros(len(block), dtype=int) for kind, block in mesh.blocks.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
@@ -112,15 +112,26 @@ class Mesh:
         return _named(self.surfaces, name, "surface")
 
     def node_set(self, name: str) -> IntArray:
-        """Nodes of the node set of that name, or of the surface of that name."""
+        """Nodes of the node set of that name, or of the surface of that name; InputError says which there are."""
         if name not in self.node_sets and name in self.surfaces:
             return self.surfaces[name].nodes
-        return _named(self.node_sets, name, "node set")
+        return _named(self.node_sets, name, "node set", [*self.node_sets, *self.surfaces])
 
 
-def _named(group: Mapping[str, T], name: str, what: str) -> T:
+def user_names(names: Iterable[str]) -> list[str]:
+    """Names in order, without those a preprocessor makes for itself ("_PickedSet4"); all if there are no others.
+
+    >>> user_names(["TIP", "_PickedSet4", "ROOT"])
+    ['ROOT', 'TIP']
+    """
+    known = sorted(set(names))
+    return [name for name in known if not name.startswith("_")] or known
+
+
+def _named(group: Mapping[str, T], name: str, what: str, known: Iterable[str] | None = None) -> T:
     if name not in group:
-        raise InputError(f"{what} '{name}' is not in the mesh; it has: {', '.join(sorted(group)) or 'none'}")
+        listed = ", ".join(user_names(group if known is None else known)) or "none"
+        raise InputError(f"{what} '{name}' is not in the mesh; it has: {listed}")
     return group[name]
 
 

@@ -108,6 +108,8 @@ def assemble_mesh(
     from slipstick.fem.refine import quadratic
 
     materials = _materials(imported, material, source)
+    for name in fixed:
+        imported.mesh.node_set(name)
     mesh = _with_held_sets(imported)
     if to_quadratic:
         mesh = quadratic(mesh)

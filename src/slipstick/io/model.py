@@ -12,6 +12,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
+from slipstick.fem.mesh import user_names
 from slipstick.io.mesh_files import MESH_SUFFIXES, read_mesh
 from slipstick.io.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_store import load_model, save_model
@@ -88,7 +89,7 @@ def summary(model: ImportedModel) -> tuple[str, ...]:
     """What came in, its units, the notes of the import, and parts that are not held."""
     nodes = len(set(model.dof_nodes.tolist()))
     known = "with coordinates" if len(model.node_ids) else "without coordinates"
-    sets = f"; sets: {', '.join(sorted(model.node_sets))}" if model.node_sets else ""
+    sets = f"; sets: {', '.join(user_names(model.node_sets))}" if model.node_sets else ""
     head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {len(model.constrained)} constrained{sets}"
     return (head, f"units: {model.units}; {_sizes(model)}", *model.notes, *support_notes(model))
 
