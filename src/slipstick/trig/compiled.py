@@ -1,7 +1,8 @@
 """How the compiled functions of this package are compiled and cached.
 
-The cache lives in a folder named by the content of every compiled source: a function is compiled again when one it
-calls has changed, which numba alone would not notice.
+The cache lives in a folder named by the content of every compiled source and by the version of numba: a function is
+compiled again when one it calls has changed, which numba alone would not notice, and environments with different
+versions do not overwrite each other's files.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def cache_folder() -> Path:
     """Folder of the compiled functions: the user's cache, or a temporary one where that cannot be written."""
     package = Path(__file__).parent.parent
     content = b"".join((package / name).read_bytes() for name in SOURCES)
-    key = hashlib.sha256(content).hexdigest()[:16]
+    key = hashlib.sha256(content + numba.__version__.encode()).hexdigest()[:16]
     for root in _roots():
         folder = root / "slipstick" / key
         try:
