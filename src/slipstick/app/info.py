@@ -26,7 +26,7 @@ def versions() -> dict[str, str]:
 
 def show_info() -> None:
     """Print what a bug report needs."""
-    from slipstick.contact.warmup import is_compiled
+    from slipstick.contact.warmup import COMPILE_TIME, is_compiled
     from slipstick.trig.compiled import cache_folder
 
     for name, number in versions().items():
@@ -34,7 +34,7 @@ def show_info() -> None:
     say(f"{'platform':<12} {platform.platform()}")
     threads = os.environ.get("NUMBA_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS")
     say(f"{'threads':<12} {usable_cpus()} processors" + (f", limited to {threads} by the environment" * bool(threads)))
-    state = "compiled" if is_compiled() else "not compiled yet (about 15 s, once, at the first run)"
+    state = "compiled" if is_compiled() else f"not compiled yet ({COMPILE_TIME}, once, at the first run)"
     say(f"{'kernel':<12} {state}; cache in {cache_folder()}")
 
 

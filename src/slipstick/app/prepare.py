@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-EXPECTED_SECONDS = 20
-
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:
     """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
-    from slipstick.contact.warmup import compile_kernel, is_compiled
+    from slipstick.contact.warmup import COMPILE_TIME, compile_kernel, is_compiled
 
     if is_compiled():
         return
-    tell(f"compiling the contact kernel, once on this machine, about {EXPECTED_SECONDS} s ...")
+    tell(f"compiling the contact kernel, once on this machine, {COMPILE_TIME} ...")
     seconds = compile_kernel()
     tell(f"compiled in {seconds:.0f} s; later runs start at once")

@@ -7,6 +7,9 @@ from time import perf_counter
 
 import numpy as np
 
+COMPILE_TIME = "up to a minute"
+"""What to expect of the first evaluation: 20 s on a free processor, 40 s on a busy one."""
+
 
 def is_compiled() -> bool:
     """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
