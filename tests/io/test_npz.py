@@ -66,7 +66,7 @@ def test_no_pickle_is_ever_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("value", [np.array([np.nan]), np.array([1j]), np.array(["x"])])
 def test_only_finite_real_numbers(tmp_path: Path, value: np.ndarray) -> None:
     np.savez(tmp_path / "a.npz", a=value)
-    with pytest.raises(InputError, match="expected finite real numbers"):
+    with pytest.raises(InputError, match=r"expected (finite )?real numbers"):
         read_arrays(tmp_path / "a.npz", {"a": 1})
 
 

@@ -20,6 +20,7 @@ _SECTION = "[structure]"
 _AXES = "xyz"
 _KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 _MODAL = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
+_DAMPING = ("loss_factor", "damping_ratio")
 _PRESSURE = {"load_participation": 1, "static_load_response": 1}
 
 
@@ -115,20 +116,17 @@ def _modal(table: Any, folder: Path) -> Structure:
     from slipstick.structure.modal import ModalStructure
 
     path = _file(table.file, folder, "file")
-    arrays = read_arrays(path, _MODAL, (*_PRESSURE, "second_residual", "second_load_response"))
+    arrays = read_arrays(path, _MODAL, (*_PRESSURE, *_DAMPING, "second_residual", "second_load_response"))
     n_dofs, n_modes = arrays["mode_shapes"].shape
     faults = _modal_faults(path.name, table, arrays)
     if faults:
         raise InputError(faults)
     first = table.modes or n_modes
-    kept = _truncated(arrays, first)
-    if not arrays.keys() >= _PRESSURE.keys():  # half a load shape is none
-        kept = {name: value for name, value in kept.items() if name not in _PRESSURE}
     return ModalStructure.from_arrays(
-        kept,
+        _truncated(arrays, first),
         dofs=table.dofs or node_major_names(n_dofs),
-        loss_factor=table.loss_factor or 0.0,
-        damping_ratio=table.damping_ratio or 0.0,
+        loss_factor=table.loss_factor,
+        damping_ratio=table.damping_ratio,
     )
 
 
@@ -136,6 +134,7 @@ def _truncated(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
     """The arrays of the first modes; what the dropped ones did to the second residuals is added back to these."""
     dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
     kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
+    kept |= {name: arrays[name][:modes] for name in _DAMPING if name in arrays and arrays[name].ndim == 1}
     if "second_residual" in arrays:
         kept["second_residual"] = arrays["second_residual"] + dropped @ arrays["mode_shapes"][:, modes:].T
     if "load_participation" in arrays:
@@ -165,6 +164,7 @@ def _modal_faults(file: str, table: Any, arrays: Mapping[str, Any]) -> list[str]
         "load_participation": (n_modes,),
         "static_load_response": (n_dofs,),
         "second_load_response": (n_dofs,),
+        **{name: (n_modes,) for name in _DAMPING if name in arrays and arrays[name].ndim},
     }
     faults = [
         f"{file}: '{name}' has shape {arrays[name].shape}; expected {shape} to agree with mode_shapes {n_dofs, n_modes}"

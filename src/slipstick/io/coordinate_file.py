@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.io.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
+from slipstick.structure.checks import DAMPING_ELSEWHERE
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ def read_matrix_market(path: Path) -> Any:
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"] or words[2] not in ("coordinate", "array"):
         raise InputError(f"{path.name}: not a readable MatrixMarket file; its first line names no matrix")
     if words[3] not in ("real", "integer", "double"):
-        raise InputError(f"{path.name}: holds {words[3]} values; expected real numbers")
+        raise InputError(f"{path.name}: holds {words[3]} values; expected real numbers: {DAMPING_ELSEWHERE}")
     if words[4] not in ("general", "symmetric"):
         raise InputError(f"{path.name}: holds a {words[4]} matrix; expected a general or symmetric one")
     while rest.startswith((b"%", b"\n", b"\r")):

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.io.npz import LARGEST, array_shapes, read_arrays
+from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 
 _SPARSE = {"format", "shape", "data", "indices", "indptr"}
 
@@ -38,7 +39,7 @@ def _from_npz(path: Path, limit: int) -> Any:
     if len(shapes) != 1:
         raise InputError(f"{path.name}: holds the arrays {', '.join(shapes) or '(none)'}; expected one matrix alone")
     name = next(iter(shapes))
-    return read_arrays(path, {name: 2}, limit=limit)[name]
+    return read_arrays(path, {name: 2}, limit=limit, remedy=DAMPING_ELSEWHERE)[name]
 
 
 def _sparse_npz(path: Path) -> Any:
@@ -61,6 +62,7 @@ def _from_matrix_market(path: Path, limit: int) -> Any:
 
 
 def _real(path: Path, matrix: Any) -> Any:
-    if matrix.dtype.kind not in "fiu":
-        raise InputError(f"{path.name}: holds values of type {matrix.dtype}; expected real numbers")
-    return matrix.astype(float)
+    faults = number_faults(f"{path.name}:", matrix, DAMPING_ELSEWHERE)
+    if faults:
+        raise InputError(faults)
+    return real(matrix)

@@ -57,5 +57,5 @@ def read_bundle(path: Path) -> RawModel:
     positions = Nodes()
     if {"nodes", "coordinates"} <= set(shapes):
         positions = Nodes(ids=arrays["nodes"].astype(np.int64), coordinates=arrays["coordinates"].astype(float))
-    matrices = {name: arrays[name].astype(float) for name in "KMC" if name in arrays}
+    matrices = {name: arrays[name] for name in "KMC" if name in arrays}
     return RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), nodes=positions)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.io.text_numbers import read_bytes, require_plausible
+from slipstick.structure.checks import DAMPING_ELSEWHERE
 
 Array = NDArray[np.float64]
 _STRING = 65536
@@ -83,7 +84,8 @@ def _is_binary(data: bytes) -> bool:
 def _start(name: str, columns: int, rows: int, kind: int, path: Path) -> _Matrix:
     if kind not in (1, 2):
         found = "complex" if kind in (3, 4) else f"of unknown type {kind}"
-        raise InputError(f"{path.name}: matrix {name} is {found}; expected a real one")
+        remedy = f": {DAMPING_ELSEWHERE}" if kind in (3, 4) else ""
+        raise InputError(f"{path.name}: matrix {name} is {found}; expected a real one{remedy}")
     require_plausible(abs(rows), 0, path)
     require_plausible(columns, 0, path)
     return _Matrix(name=name, rows=abs(rows), columns=columns, path=path)

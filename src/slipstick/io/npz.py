@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.structure.checks import REAL_MODES, number_faults, real
 
 LARGEST = 4 * 1024**3
 """Bytes one file may unpack to."""
@@ -58,7 +59,7 @@ def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
 
 
 def read_arrays(
-    path: Path, required: Mapping[str, int], optional: Iterable[str] = (), *, limit: int = LARGEST
+    path: Path, required: Mapping[str, int], optional: Iterable[str] = (), *, limit: int = LARGEST, remedy: str = ""
 ) -> dict[str, NDArray[np.float64]]:
     """The named arrays of a file as finite floats.
 
@@ -70,6 +71,8 @@ def read_arrays(
         Names that must be there, with their number of dimensions.
     optional
         Names read where present.
+    remedy
+        What to do about complex values.
 
     Raises
     ------
@@ -94,16 +97,16 @@ def read_arrays(
             arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
     except (zipfile.BadZipFile, zlib.error, ValueError, EOFError):
         raise _unreadable(path) from None
-    problems = [_fault(path.name, name, a) for name, a in arrays.items() if a.dtype.kind not in "fiu" or not _finite(a)]
+    problems = [fault for name, a in arrays.items() for fault in _faults(path.name, name, a, remedy)]
     if problems:
         raise InputError(problems)
-    return {name: np.asarray(a, dtype=float) for name, a in arrays.items()}
+    return {name: real(a) for name, a in arrays.items()}
 
 
-def _finite(array: NDArray) -> bool:
-    return bool(np.all(np.isfinite(array)))
-
-
-def _fault(file: str, name: str, array: NDArray) -> str:
-    what = "values that are not finite" if array.dtype.kind in "fiu" else f"values of type {array.dtype}"
-    return f"{file}: '{name}' holds {what}; expected finite real numbers"
+def _faults(file: str, name: str, array: NDArray, remedy: str) -> list[str]:
+    where = f"{file}: '{name}'"
+    if array.dtype.kind not in "fiuc":
+        return [f"{where} holds values of type {array.dtype}; expected finite real numbers"]
+    if not np.all(np.isfinite(array)):
+        return [f"{where} holds values that are not finite; expected finite real numbers"]
+    return number_faults(where, array, remedy or REAL_MODES.get(name, ""))

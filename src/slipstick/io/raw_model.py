@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, name_rows
+from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -60,7 +61,7 @@ def full_symmetric(matrix: Any, name: str) -> csr_array:
     Raises
     ------
     InputError
-        If it is not square, not finite, or its halves differ.
+        If it is not real, not square, not finite, or its halves differ.
 
     Examples
     --------
@@ -69,7 +70,10 @@ def full_symmetric(matrix: Any, name: str) -> csr_array:
     """
     from scipy.sparse import csr_array, diags_array, tril, triu
 
-    matrix = csr_array(matrix)
+    faults = number_faults(name, matrix, DAMPING_ELSEWHERE)
+    if faults:
+        raise InputError(faults)
+    matrix = csr_array(real(matrix))
     if matrix.shape[0] != matrix.shape[1]:
         raise InputError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}; expected a square matrix")
     matrix.sum_duplicates()

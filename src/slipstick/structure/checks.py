@@ -13,6 +13,47 @@ from slipstick.errors import InputError
 Array = NDArray[np.float64]
 
 
+DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
+"""What to do about a complex matrix."""
+
+REAL_MODES = {
+    "omega": (
+        "give the frequencies of the undamped structure; an imaginary one is a negative squared frequency, an unstable "
+        "structure"
+    ),
+    "mode_shapes": "give the real modes of the undamped structure, and damping as loss_factor or damping_ratio",
+}
+"""What to do about complex modal arrays."""
+
+
+def number_faults(name: str, value: Any, remedy: str = "") -> list[str]:
+    """Faults of an array, dense or sparse, that is not of real numbers; an imaginary part of exactly zero passes.
+
+    >>> number_faults("K", [[40.0 + 4.0j]])
+    ['K is complex (imaginary parts up to 4 beside real ones up to 40); expected real numbers']
+    """
+    try:
+        array = np.asarray(value.tocoo().data if hasattr(value, "tocoo") else value)
+        if array.dtype.kind == "O":
+            array = array.astype(complex)
+    except (TypeError, ValueError) as error:
+        return [f"{name}: not made of real numbers ({error}); give rows of equal length"]
+    if array.dtype.kind not in "biufc":
+        return [f"{name}: found values of type {array.dtype}; expected real numbers"]
+    if array.dtype.kind != "c" or not array.imag.any():
+        return []
+    found = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
+    return [f"{name} is complex ({found}); expected real numbers" + (f": {remedy}" if remedy else "")]
+
+
+def real(value: Any) -> Any:
+    """A float array, dense or sparse as it came, of a value in which :func:`number_faults` finds none."""
+    if hasattr(value, "tocoo"):
+        return value if value.dtype == np.float64 else value.real.astype(float)
+    array = np.asarray(value)
+    return np.array(array.astype(complex).real if array.dtype.kind in "cO" else array, dtype=float)
+
+
 def array_faults(
     name: str, value: Any, shape: Sequence[int], *, positive: bool = False, non_negative: bool = False
 ) -> list[str]:

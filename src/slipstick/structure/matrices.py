@@ -10,7 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, symmetry_faults
+from slipstick.structure.checks import (
+    DAMPING_ELSEWHERE,
+    array_faults,
+    directions,
+    dof_names,
+    known_shapes,
+    number_faults,
+    real,
+    symmetry_faults,
+)
+from slipstick.structure.definite import damping_faults, definite_faults
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 
@@ -29,8 +39,8 @@ class MatrixStructure:
     Parameters
     ----------
     M, C, K
-        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; symmetric, M positive
-        definite, K positive definite (a grounded structure).
+        Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real and symmetric; M and K
+        positive definite (a grounded structure), C positive semidefinite.
     dofs
         A name for each degree of freedom, in the order of the matrices.
     loss_factor
@@ -65,18 +75,24 @@ class MatrixStructure:
     ) -> None:
         self._dofs, faults = dof_names(dofs)
         n = len(self._dofs)
-        given = {"M": _matrix("M", M), "K": _matrix("K", K)} | ({} if C is None else {"C": _matrix("C", C)})
-        for name, matrix in given.items():
-            wrong = _matrix_faults(name, matrix, n)
-            faults += wrong or symmetry_faults(name, matrix)
-        self._shapes = {name: np.asarray(v, dtype=float) for name, v in (load_shapes or {}).items()}
-        for name, vector in self._shapes.items():
-            faults += array_faults(f"load shape {name!r}", vector, (n,))
-        if np.ndim(loss_factor) or not (np.isfinite(loss_factor) and loss_factor >= 0):
-            faults.append(f"loss_factor: found {loss_factor}; expected one number >= 0")
+        given = {"M": M, "K": K} | ({} if C is None else {"C": C})
+        for name, value in given.items():
+            wrong = number_faults(name, value, DAMPING_ELSEWHERE)
+            given[name] = None if wrong else _matrix(value)
+            wrong = wrong or _matrix_faults(name, given[name], n)
+            faults += wrong or symmetry_faults(name, given[name])
+        self._shapes: dict[str, Array] = {}
+        for name, value in (load_shapes or {}).items():
+            where = f"load shape {name!r}"
+            wrong = number_faults(where, value)
+            self._shapes[name] = np.zeros(n) if wrong else real(value)
+            faults += wrong or array_faults(where, self._shapes[name], (n,))
+        faults += number_faults("loss_factor", loss_factor) or array_faults(
+            "loss_factor", real(loss_factor), (), non_negative=True
+        )
         if faults:
             raise InputError(faults)
-        self.loss_factor = float(loss_factor)
+        self.loss_factor = float(real(loss_factor))
         self._dense = n <= DENSE_LIMIT
         self.M, self.K, self.C = (self._form(given.get(name)) for name in ("M", "K", "C"))
         self._check_definite()
@@ -92,12 +108,10 @@ class MatrixStructure:
         return csc_array(matrix)
 
     def _check_definite(self) -> None:
-        if not self._dense:
-            faults = _sparse_definite_faults(self.M, self.K)
-        else:
-            faults = _definite_faults("M", self.M) + _definite_faults("K", self.K)
-            if self.C is not None:
-                faults += _damping_faults(self.C)
+        faults = definite_faults("M", self.M)
+        if self.C is not None and not faults:
+            faults += damping_faults(self.C, self.M)
+        faults += definite_faults("K", self.K)
         if faults:
             raise InputError(faults)
 
@@ -247,11 +261,8 @@ class MatrixStructure:
         return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
 
 
-def _matrix(name: str, value: Any) -> Any:
-    try:
-        return value.tocsc().astype(float) if hasattr(value, "tocsc") else np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: not a matrix of real numbers ({error}); give rows of equal length") from error
+def _matrix(value: Any) -> Any:
+    return real(value).tocsc(copy=True) if hasattr(value, "tocsc") else real(value)
 
 
 def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:
@@ -263,69 +274,3 @@ def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:
     if not np.all(np.isfinite(entries)):
         return [f"{name}: some entries are not finite; look for empty fields or overflow in its source"]
     return []
-
-
-_REMEDY = {
-    "M": "the mass matrix is not positive definite; give every dof a mass, or condense the massless ones",
-    "K": "the stiffness matrix is not positive definite; look for wrong signs or a missing triangle",
-}
-_GROUNDED = (
-    "K: the stiffness matrix is singular, the structure can move without deforming; a grounded structure is required "
-    "because the zero harmonic needs its static compliance: fix it, or attach weak springs to ground"
-)
-
-
-def _definite_faults(name: str, matrix: Array) -> list[str]:
-    """Faults of a matrix that must be positive definite, judged with unit diagonal: dofs may differ in units."""
-    diagonal = np.diag(matrix)
-    if np.any(diagonal <= 0):
-        if name == "K" and np.all(diagonal >= 0):
-            return [_GROUNDED]
-        return [f"{name}: {_REMEDY[name]} (smallest diagonal entry {diagonal.min():g})"]
-    scale = 1.0 / np.sqrt(diagonal)
-    smallest = float(np.linalg.eigvalsh(matrix * scale * scale[:, None])[0])
-    limit = 1e-13 * len(diagonal)
-    if smallest > limit:
-        return []
-    if name == "K" and smallest >= -limit:
-        return [_GROUNDED]
-    return [f"{name}: {_REMEDY[name]} (smallest eigenvalue with unit diagonal {smallest:g})"]
-
-
-def _damping_faults(matrix: Array) -> list[str]:
-    values = np.linalg.eigvalsh(matrix)
-    if values[0] >= -1e-10 * max(abs(values[-1]), 1e-300):
-        return []
-    return [f"C: the damping matrix feeds energy in (smallest eigenvalue {values[0]:g}); expected none negative"]
-
-
-def _sparse_definite_faults(M: Any, K: Any) -> list[str]:
-    """The same for large sparse matrices, from the signs of the pivots of a symmetric elimination."""
-    faults = []
-    for name, matrix in (("M", M), ("K", K)):
-        smallest = _smallest_pivot(matrix)
-        if name == "K" and abs(smallest) <= 1e-14 * matrix.shape[0]:
-            faults.append(_GROUNDED)
-        elif smallest <= 0:
-            faults.append(f"{name}: {_REMEDY[name]} (smallest scaled pivot {smallest:g})")
-    return faults
-
-
-def _smallest_pivot(matrix: Any) -> float:
-    from scipy.sparse import diags_array
-    from scipy.sparse.linalg import splu
-
-    diagonal = matrix.diagonal()
-    if np.any(diagonal <= 0):
-        return float(diagonal.min())
-    scale = diags_array(1.0 / np.sqrt(diagonal))
-    try:
-        factors = splu(
-            (scale @ matrix @ scale).tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:
-        return 0.0
-    return float(factors.U.diagonal().min())

@@ -43,9 +43,6 @@ def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
 
 
 def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[str]:
-    if np.iscomplexobj(A.data):
-        yield f"the {name} matrix is complex; give the real part here and damping as loss_factor or rayleigh"
-        return
     if not np.isfinite(A.data).all():
         where = name_of(dofs, int(A.tocoo().row[~np.isfinite(A.data)][0]))
         yield f"the {name} matrix holds a value that is not finite, in the row of dof {where}"

@@ -32,6 +32,7 @@ from slipstick.structure.reduction_request import (
     load_columns,
     number_or_array,
     request_problems,
+    require_real,
 )
 
 Array = NDArray[np.float64]
@@ -105,10 +106,11 @@ def reduce_model(
     Raises
     ------
     InputError
-        Sizes, names, values, asymmetry, singular or indefinite matrices: one sentence each.
+        Sizes, names, complex or non-finite values, asymmetry, singular or indefinite matrices: one sentence each.
     EigenError
         Modes that do not converge, or an accuracy out of reach.
     """
+    require_real(K, M, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh)
     K, M = as_csr(K), as_csr(M)
     damping = Damping(
         loss_factor=number_or_array(loss_factor), damping_ratio=number_or_array(damping_ratio), rayleigh=rayleigh

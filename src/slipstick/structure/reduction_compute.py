@@ -16,6 +16,7 @@ from slipstick.errors import InputError
 from slipstick.solve.eigen import BlockLanczos, EigenError, Listener, Modes, Progress
 from slipstick.solve.factorisation import SingularMatrixError, factorise, shifted
 from slipstick.structure import reduction_store
+from slipstick.structure.definite import scaled, smallest_pivot
 from slipstick.structure.matrix_checks import matrix_problems, name_of
 from slipstick.structure.reduction_request import Accuracy
 
@@ -187,12 +188,20 @@ def _iteration(
     except SingularMatrixError as error:
         raise InputError(_singular_sentence(error, dofs)) from error
     inertia = iteration.inertia
-    if inertia is not None and inertia.negative:
+    negative = inertia.negative if inertia is not None else int(_is_indefinite(K))
+    if negative:
+        count = f"{negative} negative eigenvalues" if inertia is not None else "negative eigenvalues"
         raise InputError(
-            f"the stiffness matrix has {inertia.negative} negative eigenvalues, so the structure is unstable at rest; "
+            f"the stiffness matrix has {count}, so the structure is unstable at rest; "
             "check signs, material data and any prestress"
         )
     return iteration
+
+
+def _is_indefinite(K: Any) -> bool:
+    """Whether a regular K has negative eigenvalues, for solvers that do not tell."""
+    diagonal = K.diagonal()
+    return bool(diagonal.min() <= 0.0) or smallest_pivot(scaled(K, diagonal)) <= 0.0
 
 
 def _singular_sentence(error: SingularMatrixError, dofs: Sequence[str] | None) -> str:

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
+from slipstick.errors import InputError
+from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
+
 Array = NDArray[np.float64]
 
 
@@ -53,13 +56,23 @@ class Accuracy:
 
 def number_or_array(value: float | ArrayLike) -> float | Array:
     """A float or a float array."""
-    array = np.asarray(value, dtype=float)
+    array = real(value)
     return array if array.ndim else float(array)
 
 
+def require_real(K: Any, M: Any, **values: Any) -> None:
+    """Raises InputError where matrices or other values (by name) are complex or not numbers."""
+    faults = number_faults("the stiffness matrix", K, DAMPING_ELSEWHERE)
+    faults += number_faults("the mass matrix", M, DAMPING_ELSEWHERE)
+    for name, value in values.items():
+        faults += number_faults(name, value)
+    if faults:
+        raise InputError(faults)
+
+
 def as_csr(A: Any) -> Any:
-    """Any matrix, sparse or dense, stored by rows."""
-    return A.tocsr() if sparse.issparse(A) else sparse.csr_array(np.asarray(A))
+    """Any matrix of real numbers, sparse or dense, stored by rows."""
+    return real(A).tocsr() if sparse.issparse(A) else sparse.csr_array(real(A))
 
 
 def request_problems(K: Any, want: Accuracy, frequency_range: tuple[float, float] | None) -> list[str]:
@@ -81,9 +94,11 @@ def kept_directions(
 ) -> tuple[Any, tuple[str, ...], list[str]]:
     """Directions (n, n_keep) sparse by columns, their names, and what is wrong with them."""
     if sparse.issparse(keep) or (isinstance(keep, np.ndarray) and keep.dtype.kind not in "UO"):
-        matrix = sparse.csc_array(keep)
+        faults = number_faults("keep", keep)
+        if faults:
+            return None, (), faults
+        matrix = sparse.csc_array(real(keep))
         kept = tuple(names or ())
-        faults = []
         if matrix.shape[0] != n:
             faults.append(f"keep has {matrix.shape[0]} rows, the matrices have {n}; give one row for each dof")
         if len(kept) != matrix.shape[1] or len(set(kept)) != len(kept):
@@ -115,9 +130,14 @@ def _examples(dofs: Sequence[str]) -> str:
 
 def load_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[str]]:
     """Load vectors as columns (n, n_loads), and what is wrong with them."""
-    faults, columns = [], []
+    faults: list[str] = []
+    columns: list[Array] = []
     for name, vector in shapes.items():
-        column = np.asarray(vector, dtype=float).reshape(-1)
+        wrong = number_faults(f"load shape '{name}'", vector)
+        if wrong:
+            faults += wrong
+            continue
+        column = real(vector).reshape(-1)
         columns.append(column)
         if column.shape != (n,):
             faults.append(f"load shape '{name}' has {column.size} entries, the matrices {n}; give one for each dof")

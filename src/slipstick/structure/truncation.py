@@ -1,0 +1,79 @@
+"""What the modes left out of a modal structure do to its receptance: an estimate from the structure's own residuals.
+
+A mode left out adds ``a_r a_r^T / (w_r^2 - w^2)``, of which the residuals hold the first terms in ``w^2``. With all
+modes up to ``w_n`` kept, ``R0 = sum a_r a_r^T / w_r^2`` and ``R1 = sum a_r a_r^T / w_r^4`` over those left out, the
+rest is, as a symmetric form and below ``w_n``, at most (THEORY.md section 9)::
+
+    R1 w^4 / (w_n^2 - w^2)   with both residuals,      R0 w^2 / (w_n^2 - w^2)   with the static one alone
+
+Near and above ``w_n`` modes may be left out that w passes; there ``RESONANT`` stands for ``w^2 / (w_n^2 - w^2)``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+REFUSED = 1e-2
+"""Relative error of the receptance above which a reduction is refused."""
+
+WARNED = 1e-4
+"""Relative error of the receptance above which a reduction is warned of."""
+
+RESONANT = 5.0
+"""Largest factor on what a mode left out adds at rest."""
+
+
+class Truncation:
+    """Estimate of what is left out, undamped; dofs are scaled by their static compliance, so that units do not matter.
+
+    Parameters
+    ----------
+    omega, mode_shapes
+        The modes kept, (n_modes,) and (n_dofs, n_modes).
+    static_compliance
+        Exact, (n_dofs, n_dofs).
+    second_residual
+        (n_dofs, n_dofs), or None.
+    """
+
+    def __init__(
+        self, *, omega: Array, mode_shapes: Array, static_compliance: Array, second_residual: Array | None
+    ) -> None:
+        self._squared = omega**2
+        self.last = float(omega.max())
+        diagonal = np.diag(static_compliance)
+        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        scales, shapes = np.outer(scale, scale), mode_shapes * scale[:, None]
+        residual = scales * static_compliance - (shapes / self._squared) @ shapes.T
+        self._products = (shapes.T @ shapes) ** 2
+        self._crossed = np.einsum("ir,ij,jr->r", shapes, residual, shapes, optimize=True)
+        self._residual = float(np.linalg.norm(residual))
+        self._second = None if second_residual is None else float(np.linalg.norm(scales * second_residual))
+
+    def error(self, frequency: ArrayLike) -> Array:
+        """Relative error of the receptance (Frobenius norm over all dofs) at frequencies (rad/s), same shape."""
+        w = np.asarray(frequency, dtype=float)
+        square = w * w
+        with np.errstate(divide="ignore"):
+            factor = np.where(w < self.last, np.minimum(square / (self.last**2 - square), RESONANT), RESONANT)
+        left_out = factor * (self._residual if self._second is None else square * self._second)
+        size = self._size(square)
+        return np.divide(left_out, size, out=np.full(w.shape, np.inf), where=size > 0.0)
+
+    def _size(self, square: Any) -> Array:
+        """Norm of the modal part and the static residual: ``|sum c_r a_r a_r^T + R0|`` with Gram matrices."""
+        gap = self._squared - square[..., None]
+        c = 1.0 / np.where(gap == 0.0, 1e-12 * self._squared, gap)
+        modal = np.einsum("...r,rs,...s->...", c, self._products, c, optimize=True)
+        return np.asarray(np.sqrt(np.maximum(modal + 2.0 * c @ self._crossed + self._residual**2, 0.0)))
+
+    def valid_to(self, error: float = REFUSED) -> float:
+        """Lowest frequency (rad/s) at which the estimate reaches ``error``; infinite where it never does."""
+        grid = self.last * np.geomspace(1e-3, 1e3, 1201)
+        above = np.flatnonzero(self.error(grid) > error)
+        return float(grid[max(above[0] - 1, 0)]) if len(above) else float("inf")
