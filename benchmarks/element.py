@@ -60,13 +60,12 @@ def interleaved(functions, repeats):
 
 def measure(repeats=15):
     """Both on one core: numba and BLAS are held to one thread."""
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
+    threads, numba.config.NUMBA_NUM_THREADS = numba.config.NUMBA_NUM_THREADS, 1
     try:
         with threadpool_limits(1):
             return _measure(repeats)
     finally:
-        numba.set_num_threads(threads)
+        numba.config.NUMBA_NUM_THREADS = threads
 
 
 def _measure(repeats):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +47,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
             reused=blade.reused,
             seconds=time.perf_counter() - began,
             note="parametric blade, SI units",
-            comparison=lambda: _blade_again(setup, blade),
+            comparison=partial(_blade_again, setup, blade),
         ),
     )
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.body import Body, ContactPoints, FullModel, Tell
+from slipstick.app.body import Body, Comparison, ContactPoints, FullModel, Tell
 from slipstick.app.fe_tables import FeTable, MaterialTable
 from slipstick.app.paths import inside
 from slipstick.app.reducing import CACHE, NEEDED, cache_folder, material_of, reduced
@@ -186,9 +187,13 @@ def _fe_reduced(
             reused=reduction.reused,
             seconds=time.perf_counter() - began,
             note=f"{imported.source}; units: {imported.units}",
-            comparison=lambda: (reduction, model.K, model.M),
+            comparison=partial(_compared, reduction, model.K, model.M),
         ),
     )
+
+
+def _compared(reduction: Reduction, K: Any, M: Any) -> Comparison:
+    return reduction, K, M
 
 
 def _contact_points(whole: ContactModel) -> ContactPoints:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from sys import getrefcount
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,8 @@ Array = NDArray[np.float64]
 Interval = tuple[float, float, str]
 
 KEPT_BYTES = 1 << 26
-_LAST: list[Array] = []
-_LOCK = Lock()
-_FREE = next(getrefcount(a) for a in [object()])  # of what only a list holds, asked in a loop
+"""Memory of a batch up to this size is used again."""
+_RETURNED: deque[Array] = deque(maxlen=1)
 
 SERIAL = 64
 """Below this number of elements threads cost more than they give."""
@@ -138,39 +138,65 @@ def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool
         *_outputs(count, L), np.empty(kept, np.int64),
         np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64),
     )  # fmt: skip
-    if count < SERIAL:
+    parts = 1 if count < SERIAL else _threads()
+    if parts == 1:
         chunk(0, count, X, Y, par, *tables, *out)
     else:
-        ends = [i * count // _threads() for i in range(_threads() + 1)]
+        ends = [i * count // parts for i in range(parts + 1)]
         list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
     return out
 
 
+class _Lease:
+    """Memory on loan to the arrays made of it; the last of them to go gives it back, in whatever thread that is."""
+
+    def __init__(self, memory: Array) -> None:
+        self._memory, self.__array_interface__ = memory, memory.__array_interface__
+
+    def __del__(self, give_back: Callable[[Array], None] = _RETURNED.append) -> None:
+        give_back(self._memory)
+
+
+def _leased(size: int) -> Array:
+    try:
+        memory = _RETURNED.pop()
+    except IndexError:
+        memory = np.empty(0)
+    return np.asarray(_Lease(memory if len(memory) == size else np.empty(size)))
+
+
 def _outputs(count: int, L: int) -> tuple[Array, Array, Array]:
-    """Room for the results of a batch: that of the last batch if nobody holds any of it any more.
+    """Room for the results of a batch, of a batch before it where nobody holds that any more.
 
     Fresh memory of that size costs more in page faults than the kernel takes to fill it.
     """
-    with _LOCK:
-        if _LAST and _LAST[0].shape == (count, 7, L) and all(getrefcount(a) == _FREE for a in _LAST):
-            vec, mat, scalar = _LAST
-            return vec, mat, scalar
-    vec, mat, scalar = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
-    if count >= SERIAL and mat.nbytes <= KEPT_BYTES:
-        with _LOCK:
-            _LAST[:] = vec, mat, scalar
-    return vec, mat, scalar
+    vec, mat = 7 * L * count, 3 * L * L * count
+    size = vec + mat + 6 * count
+    if count < SERIAL or 8 * size > KEPT_BYTES:
+        return np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    memory = _leased(size)
+    return (
+        memory[:vec].reshape(count, 7, L),
+        memory[vec : vec + mat].reshape(count, 3, L, L),
+        memory[vec + mat :].reshape(count, 6),
+    )
 
 
 def _threads() -> int:
+    """NUMBA_NUM_THREADS, or what there is; numba's own threads, which a fork does not survive, are not started."""
     import numba
 
-    return int(numba.get_num_threads())
+    config: Any = numba.config
+    return int(config.NUMBA_NUM_THREADS)
 
 
 @cache
 def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(_threads(), thread_name_prefix="slipstick")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # the threads stay behind in the parent
 
 
 def element_forces(

@@ -60,6 +60,9 @@ class Branch:
     def __init__(self, dataset: Any, outcome: Outcome, problem: Problem | None = None) -> None:
         self._source, self.outcome, self.problem = dataset, outcome, problem
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_source": self.dataset, "outcome": self.outcome, "problem": self.problem}
+
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All numbers with their labels."""

@@ -7,8 +7,10 @@ thread around them: more threads slow the many small dense kernels of a sparse f
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib.util import find_spec
 from typing import Any, Protocol, runtime_checkable
 
@@ -204,11 +206,18 @@ def _row_maximum(A: Any) -> NDArray[np.float64]:
     return np.where(largest > 0.0, largest, 1.0)
 
 
+@cache
+def _home() -> int:
+    """The process that has rslab's threads: in one forked from it they are gone, and waiting for them never ends."""
+    return os.getpid()
+
+
 def _rslab(A: Any) -> Factorisation:
     import rslab
 
+    own: dict[str, Any] = {} if _home() == os.getpid() else {"threads": 1}
     try:
-        factors = rslab.ldlt(A)
+        factors = rslab.ldlt(A, **own)
     except RuntimeError as error:
         raise SingularMatrixError("the matrix is singular: a pivot is zero") from error
     inertia = None if np.iscomplexobj(A.data) else Inertia(**dict(zip(_SIGNS, factors.inertia, strict=True)))
