@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Callable
@@ -34,21 +35,36 @@ def cache_folder() -> Path:
     content = b"".join((package / name).read_bytes() for name in SOURCES)
     key = hashlib.sha256(content + numba.__version__.encode()).hexdigest()[:16]
     for root in _roots():
-        folder = root / "slipstick" / key
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                return folder
+            if found := _private(root / key):
+                return found
         except OSError:
             continue
     return Path(tempfile.mkdtemp(prefix="slipstick-"))
+
+
+def _private(folder: Path) -> Path | None:
+    """The folder, made if need be, where nobody else can write: what lies in it is executed.
+
+    Somebody else may have made it first where all may write, such as /tmp: it and the one above it must be ours.
+    """
+    folder.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if hasattr(os, "getuid"):
+        for known in (folder.parent.lstat(), folder.lstat()):
+            if not stat.S_ISDIR(known.st_mode) or known.st_uid != os.getuid() or known.st_mode & 0o022:
+                return None
+        folder.chmod(0o700)
+    with tempfile.TemporaryFile(dir=folder):
+        return folder
 
 
 def _roots() -> list[Path]:
     given = [os.environ[name] for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA") if os.environ.get(name)]
     home = Path(os.path.expanduser("~"))
     usual = home / "Library" / "Caches" if sys.platform == "darwin" else home / ".cache"
-    return [*map(Path, given), usual, Path(tempfile.gettempdir())]
+    shared = f"slipstick-{os.getuid()}" if hasattr(os, "getuid") else "slipstick"
+    return [*(Path(root) / "slipstick" for root in (*given, usual)), Path(tempfile.gettempdir()) / shared]
 
 
 def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = False, **options: Any) -> Any:
