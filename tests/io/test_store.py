@@ -8,17 +8,19 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
-from slipstick.io.journal import Layout, journal_of, read_journal
-from slipstick.io.store import ResultStore, load_dataset, save_dataset
+from slipstick.io.journal import Journal, Layout, journal_of, read_journal
+from slipstick.io.store import ResultStore, load_dataset, remove_leftovers, save_dataset
 
 LAYOUT = Layout(
     labels={"dof": ("x", "y"), "coefficient": ("0", "c1", "s1"), "contact": ("tip",)},
@@ -120,12 +122,108 @@ def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"nothing\n", b'{"magic": "x"}\n', b'{"magic": "slipstick journal 1"}\n', b"[]"]
+    "content",
+    [
+        b"",
+        b"nothing\n",
+        b'{"magic": "x"}\n',
+        b'{"magic": "slipstick journal 1"}\n',
+        b"[]",
+        b"[" * 10**6,
+        b'{"magic": ' + b"9" * 5000 + b"}",
+        b'{"magic": "slipstick journal 1", "labels": {"a": "'
+        + b"x" * 2000
+        + b'"}, "variables": {"v": '
+        + b'["a", "a", "a", "a", "a", "a", "a"]}, "meanings": {}, "attributes": {}}\n',
+        b'{"magic": "slipstick journal 1", "labels": {"a": "x"}, "variables": {"v": ['
+        + b'"a", ' * 99
+        + b'"a"]}, "meanings": {}, "attributes": {}}\n',
+        b'{"magic": "slipstick journal 1", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
+        + bytes(99),
+    ],
 )
 def test_a_foreign_journal_is_refused_with_a_sentence(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "j").write_bytes(content)
     with pytest.raises(InputError, match="not a journal of slipstick"):
         read_journal(tmp_path / "j")
+
+
+def journal_of_three(path: Path, layout: Layout = LAYOUT, first: int = 0) -> None:
+    """A sound journal beside ``path``, as a killed run leaves it."""
+    journal = Journal(journal_of(path), layout)
+    for i in range(first, first + 3):
+        journal.append(layout.pack(point(i)))
+    journal.close(remove=False)
+
+
+def written(path: Path, count: int, layout: Layout = LAYOUT) -> None:
+    with ResultStore(path, layout) as store:
+        for i in range(count):
+            store.append(point(i))
+
+
+OTHER_CASE = replace(LAYOUT, attributes={"case": "format = 1"})
+OTHER_DOFS = replace(LAYOUT, labels={**LAYOUT.labels, "dof": ("x", "z")})
+
+
+@pytest.mark.parametrize("count", [0, 2])
+@pytest.mark.parametrize(
+    "foreign",
+    [
+        lambda path: journal_of(path).write_bytes(b""),
+        lambda path: journal_of(path).write_bytes(os.urandom(5000)),
+        lambda path: journal_of(path).write_bytes(b"[" * 100_000),
+        lambda path: journal_of_three(path, OTHER_CASE),
+        lambda path: journal_of_three(path, OTHER_DOFS),
+    ],
+    ids=["empty", "garbage", "deep", "other case", "other dofs"],
+)
+def test_a_journal_that_is_not_its_own_neither_hides_nor_replaces_results(
+    tmp_path: Path, count: int, foreign: Callable[[Path], object]
+) -> None:
+    path = tmp_path / "r.nc"
+    written(path, count)
+    sound = load_dataset(path)
+    foreign(path)
+    with pytest.warns(SlipstickWarning, match=r"r\.nc was read without it"):
+        assert load_dataset(path).identical(sound)
+
+
+def test_a_journal_with_other_points_is_not_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    written(path, 2)
+    journal_of_three(path, first=1)
+    with pytest.warns(SlipstickWarning, match="not the journal of these results"):
+        assert load_dataset(path)["omega"].values.tolist() == [0.0, 1.0]
+    journal_of_three(path)
+    assert load_dataset(path)["omega"].values.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_results_that_cannot_be_renewed_do_not_end_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk has room for the journal but not for the results file; later it has."""
+    path, tries = tmp_path / "r.nc", []
+
+    def full(*_: object) -> None:
+        tries.append(1)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    store = ResultStore(path, LAYOUT)
+    with monkeypatch.context() as patch:
+        patch.setattr(store_module, "write_netcdf", full)
+        for i in range(50):
+            store.append(point(i))
+    assert 1 <= len(tries) < 10
+    assert load_dataset(path).sizes["point"] == 50
+    store.close()
+    assert opened(path).sizes["point"] == 50
+    assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
+
+
+def test_leftovers_of_killed_writers_are_removed(tmp_path: Path) -> None:
+    for name in (".r.nc.7.tmp", "r.nc", ".q.nc.7.tmp"):
+        (tmp_path / name).write_bytes(b"")
+    remove_leftovers(tmp_path / "r.nc")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [".q.nc.7.tmp", "r.nc"]
 
 
 WRITER = """

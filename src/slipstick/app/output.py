@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 
 from slipstick.errors import InputError
+from slipstick.io.lock import FolderLock
+from slipstick.io.store import remove_leftovers
 
 RESULTS = "results.nc"
 FIGURES = ("response", "mean", "power", "fractions", "friction", "temperature", "loop", "states")
@@ -29,24 +31,39 @@ class OutputFolder:
     Raises
     ------
     InputError
-        If there are results already, or the folder cannot be made or written.
+        If there are results already, another run writes into the folder, or it cannot be made or written.
     """
 
     def __init__(self, folder: Path, *, case_path: Path, case_text: str, force: bool = False) -> None:
         self.folder, self._case_path, self._case_text = folder, case_path, case_text
-        earlier = self._earlier()
-        if earlier and not force:
-            raise InputError(
-                f"{folder} already holds {earlier[0]}; choose another folder with -o, or --force to replace its results"
-            )
-        self.work = self._free("unfinished") if earlier else folder
         self._created: list[Path] = []
+        self._lock: FolderLock | None = None
+        self._refuse(force)
         try:
+            self._make(folder)
+            self._lock = FolderLock(folder)
+            earlier = self._refuse(force)  # once more: a run that held the lock until now may have left some
+            self.work = self._free("unfinished") if earlier else folder
             self._make(self.work)
             with tempfile.TemporaryFile(dir=self.work):
                 pass
+            remove_leftovers(self.results)
         except OSError as error:
+            self.abandon()
             raise InputError(f"{folder}: cannot be written ({_reason(error)}); choose another folder with -o") from None
+        except BaseException:
+            self.abandon()
+            raise
+
+    def _refuse(self, force: bool) -> bool:
+        """Whether there are earlier results; unless they may be replaced that is a fault."""
+        earlier = self._earlier()
+        if earlier and not force:
+            raise InputError(
+                f"{self.folder} already holds {earlier[0]}; choose another folder with -o, or --force to replace its "
+                "results"
+            )
+        return bool(earlier)
 
     @property
     def results(self) -> Path:
@@ -77,8 +94,14 @@ class OutputFolder:
         self.work.rmdir()
         self.work = self.folder
 
+    def release(self) -> None:
+        """Let the next run in."""
+        if self._lock is not None:
+            self._lock.release()
+
     def abandon(self) -> None:
         """Remove what is empty of the folders made here: nothing was found."""
+        self.release()
         for path in reversed(self._created):
             if path.is_dir() and not any(path.iterdir()):
                 path.rmdir()

@@ -54,10 +54,12 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
     try:
         run = _Run(case, folder, tell)
         run.compute(quiet=quiet)
+        return run.finish(figures=figures)
     except BaseException:
         folder.abandon()
         raise
-    return run.finish(figures=figures)
+    finally:
+        folder.release()
 
 
 @dataclass

@@ -11,8 +11,9 @@ import os
 import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from math import prod
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from slipstick.errors import InputError
 _MAGIC = "slipstick journal 1"
 _LARGEST_HEADER = 64 * 1024**2
 _LARGEST_FILE = 16 * 1024**3
+_MOST_DIMENSIONS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +45,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Numbers a point."""
-        return sum(int(np.prod(self.shape(name), dtype=int)) for name in self.variables)
+        return sum(prod(self.shape(name)) for name in self.variables)
 
     def pack(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
         """One point as a flat row; raises InputError where a variable is missing or of the wrong shape."""
@@ -60,7 +62,7 @@ class Layout:
         out, start = {}, 0
         for name in self.variables:
             shape = self.shape(name)
-            stop = start + int(np.prod(shape, dtype=int))
+            stop = start + prod(shape)
             out[name] = rows[:, start:stop].reshape(len(rows), *shape)
             start = stop
         return out
@@ -112,13 +114,21 @@ def read_journal(path: Path) -> tuple[Layout, NDArray[np.float64]]:
     Raises
     ------
     InputError
-        If the file is no journal.
+        If the file is no journal, or cannot be read.
     """
-    if path.stat().st_size > _LARGEST_FILE:
-        raise InputError(f"{path}: larger than {_LARGEST_FILE >> 30} GB; expected the journal of a run")
-    with path.open("rb") as stream:
-        layout = _layout(stream.readline(_LARGEST_HEADER), path)
-        rows, length = [], 8 * layout.size
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise InputError(f"{path}: larger than {_LARGEST_FILE >> 30} GB; expected the journal of a run")
+        with path.open("rb") as stream:
+            return _read(stream, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+
+
+def _read(stream: IO[bytes], path: Path) -> tuple[Layout, NDArray[np.float64]]:
+    layout = _layout(stream.readline(_LARGEST_HEADER), path)
+    rows, length = [], 8 * layout.size
+    if length <= path.stat().st_size:  # a point larger than the file is not even asked for
         while len(record := stream.read(4 + length)) == 4 + length:
             if zlib.crc32(record[4:]) != int.from_bytes(record[:4], "little"):
                 break
@@ -137,8 +147,8 @@ def _layout(line: bytes, path: Path) -> Layout:
             meanings={k: (str(v[0]), str(v[1])) for k, v in header["meanings"].items()},
             attributes={k: str(v) for k, v in header["attributes"].items()},
         )
-        if 8 * layout.size > _LARGEST_FILE:
+        if not 0 < 8 * layout.size <= _LARGEST_FILE or max(map(len, layout.variables.values())) > _MOST_DIMENSIONS:
             raise ValueError
-    except (ValueError, KeyError, TypeError, AttributeError, IndexError):
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
         raise InputError(f"{path}: not a journal of slipstick; expected one written by 'slipstick run'") from None
     return layout

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io.journal import Journal, Layout, journal_of, read_journal
 from slipstick.io.netcdf import Variable, read_netcdf, write_netcdf
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
 _SHARE = 10.0
+_RETRY = 0.1
+"""Seconds, times ``_SHARE``, to the next try where the results file could not be renewed; twice as long each time."""
 
 
 class ResultStore:
@@ -71,7 +74,16 @@ class ResultStore:
         self._journal.append(row)
         self._rows.append(row)
         if time.perf_counter() - self._when > _SHARE * self._cost:
+            self._renew()
+
+    def _renew(self) -> None:
+        """Bring the results file up to date if it can be; the journal has the point anyway."""
+        begin = time.perf_counter()
+        try:
             self.write()
+        except OSError:
+            self._when = time.perf_counter()
+            self._cost = max(2.0 * self._cost, self._when - begin, _RETRY)
 
     def write(self) -> None:
         """Bring the results file up to date, in one step."""
@@ -108,12 +120,23 @@ class ResultStore:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary name beside ``path`` that takes its place at the end; on any failure ``path`` stays as it was."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f"{_part(path)}{os.getpid()}.tmp")
     try:
         yield temporary
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _part(path: Path) -> str:
+    return f".{path.name}."
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove the unfinished parts that killed writers of ``path`` left; only for whom no other writer disturbs."""
+    for part in path.parent.iterdir():
+        if part.name.startswith(_part(path)) and part.name.endswith(".tmp"):
+            part.unlink(missing_ok=True)
 
 
 def _variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, Variable]:
@@ -144,6 +167,8 @@ def save_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
 def load_dataset(path: str | Path) -> xarray.Dataset:
     """The dataset of a results file, in memory, with the points a killed run left in the journal beside it.
 
+    A journal that is damaged, or none of this results file, is left alone with a SlipstickWarning.
+
     Raises
     ------
     InputError
@@ -159,13 +184,41 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
         raise InputError(f"{path}: not a results file in netCDF-4 ({error}); give one from 'slipstick run'") from None
-    journal = journal_of(path)
+    try:
+        return _continued(dataset, journal_of(path))
+    except InputError as error:
+        warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
+        return dataset
+
+
+def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
+    """The dataset with the points that only its journal holds; raises InputError where that is not its journal."""
     if not journal.is_file():
         return dataset
     layout, rows = read_journal(journal)
+    found = _variables(layout, rows)
+    if not _begins_alike(dataset, layout, found):
+        raise InputError(f"{journal}: not the journal of these results")
     if len(rows) <= dataset.sizes.get("point", 0):
         return dataset
-    return _as_dataset(_variables(layout, rows), layout.attributes)
+    return _as_dataset(found, layout.attributes)
+
+
+def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, Variable]) -> bool:
+    """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
+    if set(found) != set(map(str, dataset.variables)) or dict(layout.attributes) != dataset.attrs:
+        return False
+    common = min(dataset.sizes.get("point", 0), len(found["point"].values))
+    for name, variable in found.items():
+        known = dataset[name]
+        if known.dims != variable.dims or known.shape[1:] != variable.values.shape[1:]:
+            return False
+        a, b = known.to_numpy(), variable.values
+        if "point" in variable.dims:
+            a, b = a[:common], b[:common]
+        if not np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):
+            return False
+    return True
 
 
 def _as_dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> xarray.Dataset:

@@ -64,7 +64,7 @@ def _roots() -> list[Path]:
     home = Path(os.path.expanduser("~"))
     usual = home / "Library" / "Caches" if sys.platform == "darwin" else home / ".cache"
     shared = f"slipstick-{os.getuid()}" if hasattr(os, "getuid") else "slipstick"
-    return [*(Path(root) / "slipstick" for root in (*given, usual)), Path(tempfile.gettempdir()) / shared]
+    return [*(root / "slipstick" for root in (*map(Path, given), usual)), Path(tempfile.gettempdir()) / shared]
 
 
 def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = False, **options: Any) -> Any:
