@@ -3,13 +3,15 @@ PYTHON ?= python3
 # several test processes with several BLAS threads each get in each other's way
 export OMP_NUM_THREADS ?= 1
 VENV ?= .venv
+LOWEST = $(VENV)-lowest
 ifeq ($(OS),Windows_NT)
-BIN = $(VENV)/Scripts
+SCRIPTS = Scripts
 else
-BIN = $(VENV)/bin
+SCRIPTS = bin
 endif
+BIN = $(VENV)/$(SCRIPTS)
 
-.PHONY: demo test verify lint bench clean
+.PHONY: demo test verify lowest lint bench clean
 
 $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -26,6 +28,18 @@ test: $(VENV)/.ready
 verify: $(VENV)/.ready
 	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
+	$(MAKE) lowest
+
+# the fast tests with every dependency at the lower bound that pyproject.toml gives it
+lowest: $(LOWEST)/.ready
+	$(LOWEST)/$(SCRIPTS)/python -m pytest -n 2
+
+$(LOWEST)/.ready: pyproject.toml .ci/lowest.py
+	$(PYTHON) -m venv $(LOWEST)
+	$(LOWEST)/$(SCRIPTS)/python -m pip install -q --upgrade "pip>=25.1"
+	$(LOWEST)/$(SCRIPTS)/python .ci/lowest.py > $(LOWEST)/constraints.txt
+	$(LOWEST)/$(SCRIPTS)/python -m pip install -q --only-binary :all: -c $(LOWEST)/constraints.txt -e . --group dev
+	$(LOWEST)/$(SCRIPTS)/python -c "open('$(LOWEST)/.ready', 'w').close()"
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check .
@@ -36,4 +50,4 @@ bench: $(VENV)/.ready
 	$(BIN)/python benchmarks/run.py
 
 clean:
-	$(PYTHON) -c "import shutil; [shutil.rmtree(d, ignore_errors=True) for d in ('$(VENV)', 'demo-results', 'build', 'dist')]"
+	$(PYTHON) -c "import shutil; [shutil.rmtree(d, ignore_errors=True) for d in ('$(VENV)', '$(LOWEST)', 'demo-results', 'build', 'dist')]"
