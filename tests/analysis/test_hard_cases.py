@@ -30,7 +30,7 @@ def test_a_plateau_has_no_peaks():
     branch = ss.parameter_response(oscillator(), "damper.mu", (0.05, 2.0), omega=6.0)
     assert branch.outcome.ok
     amplitude = branch.dataset.amplitude.sel(dof="x").values
-    assert np.ptp(amplitude[-20:]) < 1e-9
+    assert np.ptp(amplitude[-20:]) < 1e-8  # Newton stops at 1e-10 of the scaled motion
     assert len(branch.peaks("x")) <= 2
 
 

@@ -18,6 +18,7 @@ from typer.testing import CliRunner, Result
 from slipstick.app import run as run_module
 from slipstick.app.cli import app
 from slipstick.app.init import examples
+from slipstick.contact.warmup import compile_kernel
 from slipstick.io.store import ResultStore, load_dataset
 
 GOOD = """
@@ -271,9 +272,15 @@ def test_a_fault_of_the_program_is_a_sentence_and_a_log(tmp_path: Path, monkeypa
     assert "Traceback" in log.read_text()
 
 
+def heard() -> None:
+    """A job started in the background ignores SIGINT, and so would its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def started(path: Path, out: Path) -> subprocess.Popen[str]:
+    compile_kernel()
     command = [sys.executable, "-m", "slipstick", "run", str(path), "-o", str(out), "--no-figures"]
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heard)
     file, end = out / "results.nc.journal", time.monotonic() + 60
     while time.monotonic() < end and child.poll() is None:
         if file.exists() and file.stat().st_size > 20_000:
