@@ -63,7 +63,7 @@ def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
 def test_faults_are_sentences(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
     result = slipstick("import", write_beam(tmp_path), "-o", tmp_path / "model.h5", *arguments)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert said in result.output
     assert "Traceback" not in result.output
     assert not (tmp_path / "model.h5").exists()
 
@@ -74,7 +74,7 @@ def test_an_earlier_model_stays(tmp_path: Path) -> None:
     out.write_bytes(b"earlier")
     refused = slipstick("import", mesh, "-o", out, *MATERIAL, "--fix", "ROOT")
     assert refused.exit_code == 2
-    assert "is there already" in refused.stderr
+    assert "is there already" in refused.output
     failed = slipstick("import", mesh, "-o", out, "--force")
     assert failed.exit_code == 2
     assert out.read_bytes() == b"earlier"
@@ -86,10 +86,10 @@ def test_an_earlier_model_stays(tmp_path: Path) -> None:
 def test_the_output_is_a_model_in_a_folder(tmp_path: Path, output: str, said: str) -> None:
     result = slipstick("import", write_beam(tmp_path), "-o", tmp_path / output, *MATERIAL)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert said in result.output
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     result = slipstick("import", tmp_path / "no.cdb", "-o", tmp_path / "model.h5")
     assert result.exit_code == 2
-    assert "there is no such file" in result.stderr
+    assert "there is no such file" in result.output
