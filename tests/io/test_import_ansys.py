@@ -9,12 +9,14 @@ import pytest
 from scipy.sparse import coo_array, csc_array, triu
 from scipy.sparse.linalg import eigsh
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.io.mesh_files import read_mesh
 from slipstick.io.model import ImportOptions, import_model, read_model
 from slipstick.io.model_store import load_model
 
+BEAM = Material(young=16.9e6, poisson=0.31, density=4.1408e-4)
+"""Of file.full, in lbf and inch."""
 BLADE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"
 
 
@@ -73,7 +75,12 @@ def test_full_lists_what_is_held(shipped):
 
 
 def test_full_takes_positions_and_components_from_the_archive(shipped):
-    model = read_model([shipped / "file.full", shipped / "HexBeam.cdb"])
+    """The archive is in N and m, the matrices in lbf and inch: only with the material of the matrices they fit."""
+    files = [shipped / "file.full", shipped / "HexBeam.cdb"]
+    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*in the same units"):
+        read_model(files)
+    model = read_model(files, ImportOptions(material=BEAM))
+    assert model.warnings == ()
     assert len(model.node_ids) == 321
     assert "NCOMP2" in model.node_sets
     held = np.unique(model.constrained[:, 0])
@@ -83,8 +90,12 @@ def test_full_takes_positions_and_components_from_the_archive(shipped):
 def test_archive_assembles_to_the_mass_and_frequencies_of_full(shipped):
     """SOLID186 integrates with 2 x 2 x 2 points, our hex20 with 3 x 3 x 3: 0.5 % in frequency; the mass is the same."""
     full = read_model(shipped / "file.full")
-    own = Material(young=16.9e6, poisson=0.31, density=4.1408e-4)
-    model = read_model(shipped / "HexBeam.cdb", ImportOptions(material=own)).fix(np.unique(full.constrained[:, 0]))
+    with pytest.warns(SlipstickWarning) as caught:
+        model = read_model(shipped / "HexBeam.cdb", ImportOptions(material=BEAM))
+    said = [str(warning.message) for warning in caught]
+    assert said[0] == "HexBeam.cdb: 40 elements of type SOLID186 are computed as fully integrated hex20"
+    assert "not the file's own: material 1 (E = 7e+10" in said[1]
+    model = model.fix(np.unique(full.constrained[:, 0]))
     assert sorted(model.dofs) == sorted(full.dofs)
     assert model.M.sum() == pytest.approx(full.M.sum(), rel=1e-9)
     ours, theirs = (np.sqrt(eigsh(m.K, 6, m.M, sigma=0.0)[0]) for m in (model, full))
@@ -153,7 +164,7 @@ def test_degenerate_bricks_units_material_and_supports(tmp_path):
     from slipstick.fem.geometry import volume
 
     assert volume(found.mesh) == pytest.approx(1 + 1 / 3 + 0.5 + 1 / 6)
-    model = read_model(path)
+    model = read_model(path, quiet=True)
     assert model.constrained.tolist() == found.held.tolist()
 
 
@@ -272,7 +283,7 @@ def test_hbmat_that_claims_or_lacks_numbers(hbmat):
 def test_real_turbine_blade(tmp_path):
     pytest.importorskip("mapdl_archive")
     root = ["FIRTREE1", "FIRTREE2", "FIRTREE3", "FIRTREE4"]
-    model, notes = import_model(BLADE, tmp_path / "blade.h5", ImportOptions(fixed=root))
+    model, notes = import_model(BLADE, tmp_path / "blade.h5", ImportOptions(fixed=root), quiet=True)
     assert model.mesh.n_nodes == 15689
     assert {kind: len(part) for kind, part in model.mesh.blocks.items()} == {"hex8": 12331, "wedge6": 38}
     assert {name: len(nodes) for name, nodes in model.node_sets.items()} == {
@@ -280,10 +291,12 @@ def test_real_turbine_blade(tmp_path):
         **dict.fromkeys(root, 80),
     }
     assert "lbf, inch, s" in model.units
-    assert any("stiff in bending" in note for note in notes)
+    assert [warning for warning in model.warnings if "stiff in bending" in warning] == list(model.warnings)
+    assert len(model.warnings) == 1
     assert not any("not held" in note for note in notes)
     assert model.mesh.surface("PRESSURE_SURF").n_faces > 2000
-    again = load_model(tmp_path / "blade.h5")
+    with pytest.warns(SlipstickWarning, match="stiff in bending"):
+        again = load_model(tmp_path / "blade.h5")
     assert again.n_dofs == model.n_dofs == 3 * (15689 - len(np.unique(model.constrained[:, 0])))
 
 
@@ -295,3 +308,89 @@ def test_real_turbine_blade_quadratic():
     model = read_model(BLADE, ImportOptions(fixed=root, to_quadratic=True))
     assert model.n_dofs == 175_521
     assert model.mesh.n_nodes == 59_371
+
+
+CUBE = [(x, y, z) for z in (0.0, 1.0) for x, y in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]]
+
+
+def cube(folder: Path, more: str = "", *, old: str = "", new: str = "") -> Path:
+    """One brick with three nodes held, and more commands."""
+    text = _cdb([list(range(1, 9))], 185, CUBE) + "D,4,ALL,0.\n" + more
+    assert old in text
+    (folder / "cube.cdb").write_text(text.replace(old, new, 1) if old else text)
+    return folder / "cube.cdb"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("CE,R5.0,DEFI,    3,    1,  0.0\nCE,R5.0,NODE,    5,UX  ,  1.0\n", "and 1 more: CE ties degrees of freedom"),
+        ("CP,    1,UX  ,    5,    6\n", "CP ties degrees of freedom to each other"),
+        ("D,      5,UX  , 0.1, 0.0\n", "D prescribes a value that is not 0"),
+        ("D,      5,UX  , %MOVE%, 0.0\n", "D prescribes a value that is not 0"),
+        ("D,ROOT,ALL,0.\n", "D names its nodes otherwise than one on a line"),
+        ("INISTATE,DEFI,1,,,,100.\n", "INISTATE sets stresses"),
+        ("MP,EX,1,3.0E+07,-1e3\n", "MP of material 1: EX depends on temperature"),
+        ("MPDATA,R5.0, 1,EX  ,       1, 4, 2.9E+07\n", "material 1: EX depends on temperature (3e+07 to 2.9e+07)"),
+        ("MP,EY,1,2.0E+07\n", "material 1: EY is 2e+07, along x 3e+07: not isotropic"),
+        ("MP,GXY,1,2.0E+07\n", "material 1: GXY is 2e+07, of an isotropic material 1.15385e+07"),
+        ("TB,ANEL,1,1,21,0\n", "TB, ANEL of material 1 is not isotropic elasticity"),
+        ("CDREAD,DB,'other',cdb\n", "CDREAD brings in data that are not in the file"),
+    ],
+)
+def test_what_couples_or_holds_otherwise_is_refused_by_name(tmp_path, more, said):
+    pytest.importorskip("mapdl_archive")
+    with pytest.raises(InputError) as caught:
+        read_model(cube(tmp_path, more))
+    assert said in str(caught.value)
+    assert str(caught.value).startswith("cube.cdb")
+
+
+@pytest.mark.parametrize(("kind", "name"), [(21, "MASS21"), (14, "COMBIN14"), (174, "CONTA174"), (999, "999")])
+def test_other_elements_are_refused_by_name(tmp_path, kind, name):
+    """A second brick of a type that adds stiffness, mass or contact."""
+    pytest.importorskip("mapdl_archive")
+    path = tmp_path / "two.cdb"
+    text = _cdb([list(range(1, 9)), list(range(1, 9))], 185, CUBE).replace("ET,1,185", f"ET,1,185\nET,2,{kind}")
+    lines = text.splitlines()
+    second = next(i for i, line in enumerate(lines) if line.startswith(f"{1:9d}{1:9d}") and line[90:99] == f"{2:9d}")
+    lines[second] = f"{1:9d}{2:9d}" + lines[second][18:]
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match=f"two.cdb: 1 elements of type {name} add stiffness, mass or constraints"):
+        read_model(path)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("ALPHAD, 0.5\n", "ALPHAD is not read; give the structure's loss_factor"),
+        ("OMEGA, 0.0, 0.0, 100.\n", "OMEGA rotates the structure"),
+        ("NOSUCH,1,2\n", "NOSUCH is not understood: it has no effect here"),
+        ("MP,DMPR,1,0.02\n", "DMPR of material 1: damping is not read"),
+        ("TB,BISO,1,1,2\n", "TB, BISO of material 1 is left out: the structure is linear"),
+        ("KEYOP,1,2,3\n", "1 elements of type SOLID185 with KEYOPT(2) = 3 are computed as fully integrated hex8"),
+    ],
+)
+def test_what_is_approximated_is_warned_of(tmp_path, more, said):
+    pytest.importorskip("mapdl_archive")
+    path = cube(tmp_path, old="ET,1,185\n", new="ET,1,185\n" + more) if more[:3] == "KEY" else cube(tmp_path, more)
+    with pytest.warns(SlipstickWarning) as caught:
+        read_model(path)
+    assert any(said in str(warning.message) for warning in caught)
+
+
+def test_rotated_nodes(tmp_path, shipped):
+    """Free or wholly held they do not matter; held in part they do, and beside matrices always."""
+    pytest.importorskip("mapdl_archive")
+    rows = {node: "".join(f"{v:21.13E}" for v in CUBE[node - 1]) + "\n" for node in (1, 4, 7)}
+    turned = {node: row[:-1] + f"{30.0:21.13E}{0.0:21.13E}\n" for node, row in rows.items()}
+    for node in (4, 7):
+        assert read_model(cube(tmp_path, old=rows[node], new=turned[node]), quiet=True).n_dofs == 24 - 8
+    with pytest.raises(InputError, match=r"1 nodes \(1, ...\) are held along rotated directions"):
+        read_model(cube(tmp_path, old=rows[1], new=turned[1]))
+    lines = (shipped / "HexBeam.cdb").read_text().splitlines()
+    number = next(i for i, line in enumerate(lines) if line.startswith(f"{50:9d}{0:9d}{0:9d}"))
+    lines[number] = lines[number].ljust(27 + 63) + f"{45.0:21.13E}"
+    (tmp_path / "turned.cdb").write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match=r"1 nodes \(50, ...\) have rotated directions"):
+        read_model([shipped / "file.full", tmp_path / "turned.cdb"], ImportOptions(material=BEAM))

@@ -21,8 +21,8 @@ def test_turbine_blade_rubs_at_its_tip(tmp_path):
     from slipstick.structure.reduction import reduce_model
 
     pytest.importorskip("mapdl_archive")
-    import_model(BLADE, tmp_path / "blade.h5", ImportOptions(fixed=ROOT))
-    model = of_import(load_model(tmp_path / "blade.h5"))
+    import_model(BLADE, tmp_path / "blade.h5", ImportOptions(fixed=ROOT), quiet=True)
+    model = of_import(load_model(tmp_path / "blade.h5", quiet=True))
     tip = surface_towards(model.mesh, [0.0, 1.0, 0.0], depth=0.02)
     whole = with_contacts(model, surface=tip, contacts=4, pressures={"pressure": "PRESSURE_SURF"})
     np.testing.assert_allclose(whole.patches.normals[:, 1], 1.0, atol=0.05)

@@ -69,8 +69,13 @@ class FullModel:
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The structure of a case, its contact points and its full model where it has them."""
+    """The structure of a case, its contact points and its full model where it has them.
+
+    ``notes`` and ``warnings`` are those of the imported model: what was left out; what is approximated or looks wrong.
+    """
 
     structure: Structure
     points: ContactPoints | None = None
     full: FullModel | None = None
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -118,7 +118,7 @@ class Case:
         """What can be computed but looks wrong, one sentence each."""
         from slipstick.balance.checks import problem_warnings
 
-        return list(problem_warnings(self.problem(), self.omega))
+        return [*self.body.warnings, *problem_warnings(self.problem(), self.omega)]
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""

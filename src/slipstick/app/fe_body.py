@@ -56,7 +56,8 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
 
     if path.suffix.lower() in MESH_SUFFIXES:
         material = None if table.material is None else material_of(table.material)
-        return read_model(path, ImportOptions(material=material, fixed=table.fixed, to_quadratic=table.quadratic))
+        options = ImportOptions(material=material, fixed=table.fixed, to_quadratic=table.quadratic)
+        return read_model(path, options, quiet=True)
     faults = [
         f"material.{name}: {path.name} holds matrices with a material already; give conductivity alone"
         for name in NEEDED
@@ -66,7 +67,7 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
         faults.append(f"quadratic: {path.name} holds matrices already; give --quadratic to 'slipstick import'")
     if faults:
         raise InputError(faults)
-    model = load_model(path)
+    model = load_model(path, quiet=True)
     unknown = [
         f"fixed: there is no node set '{name}' in {path.name}; {suggestion(name, user_names(model.node_sets))}"
         for name in table.fixed
@@ -189,6 +190,8 @@ def _fe_reduced(
             note=f"{imported.source}; units: {imported.units}",
             comparison=partial(_compared, reduction, model.K, model.M),
         ),
+        notes=imported.notes,
+        warnings=imported.warnings,
     )
 
 

@@ -28,6 +28,8 @@ def show_full_model(body: Body, omega: tuple[float, float], highest_order: int) 
         f"full model: {full.n_dofs} dofs ({full.note}); {full.modes} modes, solver {full.solver}; "
         f"{kept} in {duration(full.seconds)}"
     )
+    for note in body.notes:
+        say(f"  {note}")
     _errors(full, omega, highest_order)
     if body.points is not None:
         _points(body.points)

@@ -70,9 +70,11 @@ def import_files(request: ImportRequest) -> None:
         units=request.units,
     )
     say(f"reading {', '.join(path.name for path in request.files)} ...")
-    _, notes = import_model(list(request.files), request.output, options)
+    model, notes = import_model(list(request.files), request.output, options, quiet=True)
     for line in notes:
         say(line)
+    for warning in model.warnings:
+        complain(f"warning: {warning}")
     say(f'wrote {request.output}: name it in a case as [structure] kind = "fe", file = "{request.output.name}"')
     if request.units is None and "units: not stated" in " ".join(notes):
         complain('warning: the units of the model are not stated; say them with --units "N, mm, t, s"')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
 
@@ -40,8 +41,9 @@ class ImportedModel:
         Node labels of each named set or component.
     constrained
         Degrees of freedom which were removed because they are held, (n_constrained, 2): node label, direction.
-    source, units, notes
-        The files read; what is known of the units; what a user should know about the import.
+    source, units, notes, warnings
+        The files read; what is known of the units; what was left out without effect; what is approximated or looks
+        wrong, one sentence each.
     mesh, materials
         The mesh and its materials (by element set) where the file had one.
 
@@ -71,6 +73,7 @@ class ImportedModel:
     source: str = ""
     units: str = "not stated"
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     mesh: Mesh | None = None
     materials: Mapping[str, Material] = field(default_factory=dict)
 
@@ -78,6 +81,11 @@ class ImportedModel:
         problems = list(_problems(self))
         if problems:
             raise InputError(problems)
+
+    def announce(self) -> None:
+        """Give each of ``warnings`` as SlipstickWarning, in the name of whoever called the caller."""
+        for sentence in self.warnings:
+            warnings.warn(sentence, SlipstickWarning, stacklevel=3)
 
     @property
     def n_dofs(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.refine import linear_warnings
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -86,12 +88,16 @@ def elastic_model(
 ) -> ElasticModel:
     """Assemble a mesh and take out the fixed nodes: a node set or surface by name, several, or node indices.
 
+    Linear tetrahedra are far too stiff: SlipstickWarning.
+
     Raises
     ------
     InputError
         If a set is unknown, empty or holds every node, or the material has no density.
     """
     nodes = _fixed_nodes(mesh, fixed)
+    for sentence in linear_warnings(mesh, "mesh", ("tet4",)):
+        warnings.warn(sentence, SlipstickWarning, stacklevel=2)
     whole = matrices or assemble(mesh, materials)
     kept = np.zeros(mesh.n_nodes, dtype=bool)
     kept[mesh.used_nodes] = True

@@ -1,7 +1,8 @@
-"""From linear to quadratic elements: a node in the middle of every edge."""
+"""From linear to quadratic elements: a node in the middle of every edge; who needs it is warned."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,17 @@ from slipstick.fem.mesh import Mesh, Surface
 
 IntArray = NDArray[np.int64]
 _QUADRATIC_FACE = {"tri3": "tri6", "quad4": "quad8"}
+
+
+def linear_warnings(mesh: Mesh, source: str, kinds: Collection[str] = LINEAR_TO_QUADRATIC) -> Iterator[str]:
+    """A sentence where a mesh has linear elements of these kinds."""
+    found = [f"{len(block)} {kind}" for kind, block in mesh.blocks.items() if kind in kinds and len(block)]
+    if found:
+        yield (
+            f"{source}: {', '.join(found)} elements are linear, far too stiff in bending; put nodes in the middle of "
+            "their edges (import: --quadratic; case: quadratic = true; Python: to_quadratic=True, or "
+            "slipstick.fem.refine.quadratic) or mesh with quadratic elements"
+        )
 
 
 def quadratic(mesh: Mesh) -> Mesh:

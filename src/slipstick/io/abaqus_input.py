@@ -1,268 +1,359 @@
-"""Meshes from Abaqus and CalculiX input files (.inp): nodes, solid elements, sets, surfaces, materials, supports."""
+"""Input files of Abaqus and CalculiX (.inp): nodes, solid elements, sets, surfaces, materials, supports.
+
+Every keyword is read here, or has a verdict in abaqus_keywords.py, or is named as not understood.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
-from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, Surface
-from slipstick.io.mesh_model import MeshModel, likely_units, node_indices, unit_notes, with_surfaces
+from slipstick.io.abaqus_blocks import Block, blocks
+from slipstick.io.abaqus_keywords import MATERIAL_FAULTS, PARAMETERS, TABLE, solid_type
+from slipstick.io.findings import Findings, Verdict
 from slipstick.io.text_numbers import fortran_real, read_bytes
 
-IntArray = NDArray[np.int64]
-
-_TYPES = {8: "hex8", 20: "hex20", 4: "tet4", 10: "tet10", 6: "wedge6", 15: "wedge15"}
-_ELASTIC = {"young", "poisson"}
-_REFUSED = {"INCLUDE": "merge the included files into one", "TRANSFORM": "use global directions"}
+_INSTANCES = (
+    'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
+)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Block:
-    """A keyword, its parameters in capitals and its data lines as words."""
+@dataclass(kw_only=True)
+class Section:
+    """A *SOLID SECTION: which elements, which material."""
 
-    keyword: str
-    parameters: dict[str, str]
-    rows: list[list[str]]
+    elements: str
+    material: str
     line: int
 
 
 @dataclass(kw_only=True)
-class _Content:
+class Content:
     """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
 
     path: Path
+    findings: Findings
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
     elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
+    kinds: dict[int, str] = field(default_factory=dict)
+    variants: dict[str, dict[str, int]] = field(default_factory=dict)
+    skipped: dict[str, list[int]] = field(default_factory=dict)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)
-    surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    sections: dict[str, str] = field(default_factory=dict)
+    material_faults: dict[str, list[str]] = field(default_factory=dict)
+    sections: list[Section] = field(default_factory=list)
     held: set[tuple[int, int]] = field(default_factory=set)
-    skipped: dict[str, int] = field(default_factory=dict)
+    rotated: list[tuple[int, str]] = field(default_factory=list)
     material: str = ""
+    parts: int = 0
+    instances: int = 0
+    steps: list[dict[str, str]] = field(default_factory=list)
+
+    def where(self, line: int) -> str:
+        """File and line, for messages."""
+        return f"{self.path.name}, line {line}"
 
 
-def read_input(path: Path) -> MeshModel:
-    """Mesh of an input file.
+def read_content(path: Path) -> Content:
+    """The entries of an input file.
 
     Raises
     ------
     InputError
-        For damaged lines (with their number), includes, transformations, instances that are moved, no solid element.
+        For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
+        incomplete: includes, generated nodes, several parts, moved instances.
     """
-    content = _Content(path=path)
-    handlers = {
-        "NODE": _node,
-        "ELEMENT": _element,
-        "NSET": _nset,
-        "ELSET": _elset,
-        "SURFACE": _surface,
-        "MATERIAL": _material,
-        "ELASTIC": _property,
-        "DENSITY": _property,
-        "CONDUCTIVITY": _property,
-        "SOLIDSECTION": _section,
-        "BOUNDARY": _boundary,
-        "INSTANCE": _instance,
-    }
-    for block in _blocks(read_bytes(path).decode("latin-1")):
-        if block.keyword in _REFUSED:
-            raise InputError(f"{path.name}, line {block.line}: *{block.keyword} is not read; {_REFUSED[block.keyword]}")
-        try:
-            handlers.get(block.keyword, _ignored)(content, block)
-        except InputError:
-            raise
-        except (ValueError, IndexError, KeyError) as error:
-            raise InputError(f"{path.name}, line {block.line}: *{block.keyword} cannot be read ({error})") from None
-    return _model(content)
+    content = Content(path=path, findings=Findings(source=path.name))
+    late = []
+    for block in blocks(read_bytes(path).decode("latin-1")):
+        if block.keyword in _LATE:
+            late.append(block)
+        else:
+            _handle(content, block)
+    content.findings.refuse_incomplete()
+    for block in late:
+        _handle(content, block)
+    return content
 
 
-def _blocks(text: str) -> Iterator[_Block]:
-    block: _Block | None = None
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.startswith("**") or not line.strip():
-            continue
-        if line.startswith("*"):
-            if block:
-                yield block
-            head, *parameters = (part.strip().upper() for part in line[1:].split(","))
-            pairs = (part.split("=", 1) for part in parameters if part)
-            named = {pair[0].replace(" ", ""): pair[-1].strip() for pair in pairs}
-            block = _Block(keyword=head.replace(" ", ""), parameters=named, rows=[], line=number)
-        elif block:
-            block.rows.append([word.strip() for word in line.rstrip().rstrip(",").split(",")])
-    if block:
-        yield block
+def _handle(content: Content, block: Block) -> None:
+    handler = _HANDLERS.get(block.keyword) or _LATE.get(block.keyword)
+    if handler is None and block.keyword in MATERIAL_FAULTS:
+        handler = _law
+    if handler is None:
+        content.findings.look_up(TABLE, block.keyword, block.shown, block.line, of_the_model=not content.steps)
+        return
+    _parameters(content, block)
+    try:
+        handler(content, block)
+    except InputError:
+        raise
+    except KeyError as error:
+        missing = str(error.args[0])
+        lacks = missing in PARAMETERS.get(block.keyword, ())
+        fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
+        raise InputError(f"{content.where(block.line)}: {block.shown} {fault}") from None
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{content.where(block.line)}: {block.shown} cannot be read ({error})") from None
 
 
-def _ignored(content: _Content, block: _Block) -> None:
-    """Everything else has no part in the mesh."""
+def _parameters(content: Content, block: Block) -> None:
+    """Parameters that nobody reads are named; data in other files are refused."""
+    if "INPUT" in block.parameters:
+        content.findings.add(
+            Verdict.INCOMPLETE, block.shown, "has its data in another file; merge the files into one", block.line
+        )
+    for name in block.parameters.keys() - PARAMETERS.get(block.keyword, block.parameters.keys()):
+        content.findings.add(
+            Verdict.APPROXIMATED, block.shown, f"has the parameter {name}, which is not understood", block.line
+        )
 
 
-def _instance(content: _Content, block: _Block) -> None:
-    if any(fortran_real(word) for row in block.rows for word in row if word):
-        raise InputError(f"{content.path.name}, line {block.line}: an instance is moved; export a flat input file")
+def _part(content: Content, block: Block) -> None:
+    content.parts += 1
+    if content.parts > 1:
+        content.findings.add(
+            Verdict.INCOMPLETE, block.shown, f"begins a second part, whose labels are its own; {_INSTANCES}", block.line
+        )
 
 
-def _node(content: _Content, block: _Block) -> None:
+def _instance(content: Content, block: Block) -> None:
+    content.instances += 1
+    if content.instances > 1:
+        content.findings.add(Verdict.INCOMPLETE, block.shown, f"places a second instance; {_INSTANCES}", block.line)
+    elif any(fortran_real(word) for row in block.rows for word in row if word):
+        content.findings.add(Verdict.INCOMPLETE, block.shown, f"is an instance that is moved; {_INSTANCES}", block.line)
+
+
+def _node(content: Content, block: Block) -> None:
+    if block.parameters.get("SYSTEM", "R") != "R":
+        what = "gives cylindrical or spherical coordinates; write global rectangular ones"
+        content.findings.add(Verdict.INCOMPLETE, block.shown, what, block.line)
     labels = []
-    for row in block.rows:
+    for line, row in zip(block.lines, block.rows, strict=True):
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
-        labels.append(int(row[0]))
-        content.nodes[labels[-1]] = (x, y, z)
+        label = int(row[0])
+        if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
+            raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
+        labels.append(label)
     if "NSET" in block.parameters:
         content.node_sets.setdefault(block.parameters["NSET"], []).extend(labels)
 
 
-def _element(content: _Content, block: _Block) -> None:
+def _element(content: Content, block: Block) -> None:
     name = block.parameters["TYPE"]
-    found = re.match(r"^D?C3D(\d+)", name)
-    kind = _TYPES.get(int(found.group(1))) if found else None
+    found = solid_type(name)
+    labels = _skipped(content, block, name) if found is None else _solids(content, block, name, *found)
+    if "ELSET" in block.parameters:
+        content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
+
+
+def _skipped(content: Content, block: Block, name: str) -> list[int]:
+    labels = [int(words[0]) for _, words in block.joined() if words]
+    content.skipped.setdefault(name, []).extend(labels)
+    return labels
+
+
+def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
     words = [int(word) for row in block.rows for word in row if word]
-    if kind is None:
-        content.skipped[name] = content.skipped.get(name, 0) + len(block.rows)
-        return
     width = 1 + ELEMENTS[kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
     table = content.elements.setdefault(kind, {})
     labels = words[::width]
     for at, label in enumerate(labels):
-        table[label] = words[at * width + 1 : (at + 1) * width]
+        nodes = words[at * width + 1 : (at + 1) * width]
+        if content.kinds.setdefault(label, kind) != kind or table.setdefault(label, nodes) != nodes:
+            raise InputError(f"{content.where(block.line)}: element {label} is given twice; {_INSTANCES}")
+    if not same:
+        counts = content.variants.setdefault(kind, {})
+        counts[name] = counts.get(name, 0) + len(labels)
+    return labels
+
+
+def _nset(content: Content, block: Block) -> None:
+    members = _members(block, content.node_sets)
     if "ELSET" in block.parameters:
-        content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
+        chosen = set(content.element_sets[block.parameters["ELSET"]])
+        members = [n for table in content.elements.values() for e, row in table.items() if e in chosen for n in row]
+    content.node_sets.setdefault(block.parameters["NSET"], []).extend(members)
 
 
-def _nset(content: _Content, block: _Block) -> None:
-    content.node_sets.setdefault(block.parameters["NSET"], []).extend(_members(block, content.node_sets))
-
-
-def _elset(content: _Content, block: _Block) -> None:
+def _elset(content: Content, block: Block) -> None:
     content.element_sets.setdefault(block.parameters["ELSET"], []).extend(_members(block, content.element_sets))
 
 
-def _members(block: _Block, sets: dict[str, list[int]]) -> list[int]:
+def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     if "GENERATE" in block.parameters:
         members: list[int] = []
         for row in block.rows:
-            first, last, step = int(row[0]), int(row[1]), int(row[2]) if len(row) > 2 else 1
+            first, last, step = int(row[0]), int(row[1]), int(row[2]) if len(row) > 2 and row[2] else 1
             if step <= 0 or (last - first) // step > 50_000_000:
                 raise ValueError(f"range {first}, {last}, {step}")
             members += range(first, last + 1, step)
         return members
-    words = [word for row in block.rows for word in row if word]
-    return [label for word in words for label in ([int(word)] if word.isdigit() else sets[word.upper()])]
+    return [label for row in block.rows for word in row if word for label in named(word, sets)]
 
 
-def _surface(content: _Content, block: _Block) -> None:
+def named(word: str, sets: dict[str, list[int]]) -> list[int]:
+    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
+    word = word.strip('"').upper()
+    if word not in sets:
+        word = word.split(".")[-1]
+    return [int(word)] if word.isdigit() else sets[word]
+
+
+def _surface(content: Content, block: Block) -> None:
     name = block.parameters["NAME"]
-    if block.parameters.get("TYPE", "ELEMENT") == "NODE":
-        words = [row[0] for row in block.rows]
-        content.node_sets[name] = [
-            n for w in words for n in ([int(w)] if w.isdigit() else content.node_sets[w.upper()])
-        ]
+    kind = block.parameters.get("TYPE", "ELEMENT")
+    if kind == "NODE":
+        content.node_sets[name] = [n for row in block.rows for n in named(row[0], content.node_sets)]
+    elif kind == "ELEMENT" and block.rows:
+        content.surfaces[name] = [*zip(block.lines, block.rows, strict=True)]
     else:
-        content.surfaces[name] = [(row[0].upper(), row[1].upper()) for row in block.rows if len(row) > 1]
+        content.findings.add(Verdict.APPROXIMATED, block.shown, f"{name} of TYPE={kind} is left out", block.line)
 
 
-def _material(content: _Content, block: _Block) -> None:
+def _material(content: Content, block: Block) -> None:
     content.material = block.parameters["NAME"]
     content.materials[content.material] = {}
 
 
-def _property(content: _Content, block: _Block) -> None:
-    values = [fortran_real(word) for word in block.rows[0] if word]
+def _property(content: Content, block: Block) -> None:
+    if not content.material:
+        raise ValueError("no *MATERIAL stands before it")
+    rows = [[fortran_real(word) if word else 0.0 for word in row] for row in block.rows]
     table = content.materials[content.material]
-    if block.keyword == "ELASTIC":
-        if block.parameters.get("TYPE", "ISOTROPIC") not in ("ISO", "ISOTROPIC"):
-            raise InputError(f"{content.path.name}, line {block.line}: only isotropic elasticity is known")
-        table["young"], table["poisson"] = values[:2]
+    width = 2 if block.keyword == "ELASTIC" else 1
+    isotropic = block.parameters.get("TYPE", "ISO") in ("ISO", "ISOTROPIC")
+    varies = any(row[:width] != rows[0][:width] for row in rows)
+    if block.keyword == "CONDUCTIVITY" and (varies or not isotropic):
+        what = "depends on temperature or direction and is not read; give conductivity in the case"
+        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+    elif not isotropic:
+        _law(content, block)
+    elif varies:
+        _fault(content, block, "depends on temperature or fields; keep the line that holds at your temperature")
+    elif block.keyword == "ELASTIC":
+        table["young"], table["poisson"] = rows[0][:2]
     else:
-        table[block.keyword.lower()] = values[0]
+        table[block.keyword.lower()] = rows[0][0]
 
 
-def _section(content: _Content, block: _Block) -> None:
-    content.sections[block.parameters["ELSET"]] = block.parameters["MATERIAL"]
+def _law(content: Content, block: Block) -> None:
+    kind = f", TYPE={block.parameters['TYPE']}," if "TYPE" in block.parameters else ""
+    _fault(content, block, f"is not isotropic elasticity{kind}".rstrip(","))
 
 
-def _boundary(content: _Content, block: _Block) -> None:
-    for row in block.rows:
-        nodes = [int(row[0])] if row[0].isdigit() else content.node_sets[row[0].upper().split(".")[-1]]
-        first, last = _directions(row)
-        content.held |= {(node, axis) for node in nodes for axis in range(first - 1, min(last, 3))}
+def _fault(content: Content, block: Block, what: str) -> None:
+    sentence = f"{content.where(block.line)}: {block.shown} of material {content.material} {what}"
+    content.material_faults.setdefault(content.material, []).append(sentence)
 
 
-def _directions(row: list[str]) -> tuple[int, int]:
-    named = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": (2, 2), "ZSYMM": (3, 3)}
-    if row[1].upper() in named:
-        return named[row[1].upper()]
-    first = int(row[1])
-    return first, int(row[2]) if len(row) > 2 and row[2] else first
-
-
-def _model(content: _Content) -> MeshModel:
-    name = content.path.name
-    if not content.nodes or not content.elements:
-        raise InputError(
-            f"{name}: has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20); give the file with the mesh"
+def _section(content: Content, block: Block) -> None:
+    if "COMPOSITE" in block.parameters:
+        content.findings.add(Verdict.COUPLING, block.shown, "lays up layers of materials", block.line)
+    content.sections.append(
+        Section(
+            elements=block.parameters["ELSET"], material=block.parameters.get("MATERIAL", "(none)"), line=block.line
         )
-    labels = np.array(list(content.nodes), dtype=np.int64)
-    numbers = {kind: np.array(list(table), dtype=np.int64) for kind, table in content.elements.items()}
-    blocks = {
-        kind: node_indices(labels, np.array(list(table.values()), dtype=np.int64), f"{name}: an element")
-        for kind, table in content.elements.items()
-    }
-    mesh = Mesh(
-        nodes=np.array(list(content.nodes.values()), dtype=float),
-        blocks=blocks,
-        node_sets={
-            s: node_indices(labels, np.unique(n), f"{name}: node set {s}") for s, n in content.node_sets.items()
-        },
-        element_sets={s: _positions(numbers, members) for s, members in content.element_sets.items()},
-        node_labels=labels,
-        element_labels=numbers,
-    )
-    mesh = replace(mesh, surfaces={s: _faces(mesh, content, parts) for s, parts in content.surfaces.items()})
-    mesh = with_surfaces(mesh, [s for s in mesh.node_sets if s not in mesh.surfaces])
-    materials = {
-        s: Material(**known)
-        for s, m in content.sections.items()
-        if set(known := content.materials.get(m, {})) >= _ELASTIC
-    }
-    skipped = [
-        f"{count} elements of type {kind} are no solids and were left out" for kind, count in content.skipped.items()
-    ]
-    held = np.array(sorted(content.held), dtype=np.int64).reshape(-1, 2)
-    return MeshModel(
-        mesh=mesh,
-        materials=materials,
-        held=held,
-        units=likely_units(materials),
-        notes=(*skipped, *unit_notes(mesh, materials)),
     )
 
 
-def _positions(numbers: dict[str, IntArray], members: list[int]) -> dict[str, IntArray]:
-    return {kind: np.flatnonzero(np.isin(part, members)) for kind, part in numbers.items()}
+def _step(content: Content, block: Block) -> None:
+    """A step about the loaded state of an earlier one is stiffened by its stress."""
+    if "PERTURBATION" in block.parameters and any(step.get("NLGEOM") != "NO" for step in content.steps):
+        what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+    content.steps.append(block.parameters)
 
 
-def _faces(mesh: Mesh, content: _Content, parts: list[tuple[str, str]]) -> Surface:
-    """Faces "element or set, S<number>"."""
-    faces: dict[str, list[IntArray]] = {}
-    for who, face in parts:
-        members = [int(who)] if who.isdigit() else content.element_sets[who]
-        for kind, chosen in _positions(dict(mesh.element_labels or {}), members).items():
-            number = int(face.lstrip("S")) - 1
-            if len(chosen) and 0 <= number < len(ELEMENTS[kind].faces):
-                shape, local = ELEMENTS[kind].faces[number]
-                faces.setdefault(shape, []).append(mesh.blocks[kind][chosen][:, list(local)])
-    return Surface(faces={shape: np.concatenate(part) for shape, part in faces.items()})
+def _initial(content: Content, block: Block) -> None:
+    if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
+        content.findings.add(Verdict.COUPLING, block.shown, "sets stresses that stiffen the structure", block.line)
+    else:
+        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _load(content: Content, block: Block) -> None:
+    """Loads come from the case; a rotation also stiffens, which is left out."""
+    if any(word.upper().startswith(("CENTRIF", "ROTA", "CORIO")) for row in block.rows for word in row[1:2]):
+        what = "rotates the structure: its stiffening and softening are left out"
+        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+    else:
+        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _transform(content: Content, block: Block) -> None:
+    content.node_sets[block.parameters["NSET"]]  # KeyError where there is none
+    content.rotated.append((block.line, block.parameters["NSET"]))
+
+
+def _boundary(content: Content, block: Block) -> None:
+    parameters = block.parameters
+    if parameters.get("OP") == "NEW" and content.held:
+        content.findings.add(Verdict.COUPLING, block.shown, "takes away the supports given before (OP=NEW)", block.line)
+    if parameters.keys() & {"USER", "SUBMODEL"} or parameters.get("TYPE", "DISPLACEMENT") != "DISPLACEMENT":
+        what = "moves nodes by a routine, another model, a velocity or an acceleration"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+    for line, row in zip(block.lines, block.rows, strict=True):
+        nodes = named(row[0], content.node_sets)
+        axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 3]
+        value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
+        if axes and value and "FIXED" not in parameters:
+            content.findings.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
+        content.held |= {(node, axis) for node in nodes for axis in axes}
+
+
+_NAMED = {
+    "ENCASTRE": (1, 2, 3),
+    "PINNED": (1, 2, 3),
+    "XSYMM": (1,),
+    "YSYMM": (2,),
+    "ZSYMM": (3,),
+    "XASYMM": (2, 3),
+    "YASYMM": (1, 3),
+    "ZASYMM": (1, 2),
+}
+
+
+def _directions(row: list[str]) -> tuple[int, ...]:
+    """Directions from 1 of a line "node, first, last, value" or "node, ENCASTRE".
+
+    >>> _directions(["TIP", "2", "3"]), _directions(["TIP", "XASYMM"])
+    ((2, 3), (2, 3))
+    """
+    if row[1].upper() in _NAMED:
+        return _NAMED[row[1].upper()]
+    first = int(row[1])
+    last = int(row[2]) if len(row) > 2 and row[2] else first
+    if last - first > 1000:
+        raise ValueError(f"directions {first} to {last}")
+    return tuple(range(first, last + 1))
+
+
+_Handler = Callable[[Content, Block], None]
+_HANDLERS: dict[str, _Handler] = {
+    "PART": _part,
+    "INSTANCE": _instance,
+    "NODE": _node,
+    "ELEMENT": _element,
+    "NSET": _nset,
+    "ELSET": _elset,
+    "SURFACE": _surface,
+    "MATERIAL": _material,
+    "ELASTIC": _property,
+    "DENSITY": _property,
+    "CONDUCTIVITY": _property,
+    "SOLIDSECTION": _section,
+    "STEP": _step,
+    "INITIALCONDITIONS": _initial,
+    "DLOAD": _load,
+}
+_LATE: dict[str, _Handler] = {"BOUNDARY": _boundary, "TRANSFORM": _transform}
+"""Read when all sets are known: they may name sets that stand further down."""

@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
+from slipstick.io.ansys_commands import classify
+from slipstick.io.ansys_materials import read_materials
 from slipstick.io.extras import require
-from slipstick.io.mesh_model import MeshModel, likely_units, node_indices, unit_notes, with_surfaces
+from slipstick.io.findings import Coupling, Findings
+from slipstick.io.mesh_checks import likely_units, unit_notes
+from slipstick.io.mesh_model import MeshModel, node_indices, with_surfaces
 from slipstick.io.text_numbers import fortran_real, read_bytes
 
 IntArray = NDArray[np.int64]
@@ -42,9 +45,20 @@ _SHAPES = {
 _TETRAHEDRA = {4: "tet4", 10: "tet10"}
 _SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
 _MESH200_SOLID = {8, 9, 10, 11}
+_KINDS = {
+    45: "SOLID45", 64: "SOLID64", 65: "SOLID65", 73: "SOLID73", 92: "SOLID92", 95: "SOLID95", 185: "SOLID185",
+    186: "SOLID186", 187: "SOLID187", 285: "SOLID285", 14: "COMBIN14", 21: "MASS21", 27: "MATRIX27", 37: "COMBIN37",
+    39: "COMBIN39", 40: "COMBIN40", 50: "MATRIX50", 151: "SURF151", 152: "SURF152", 153: "SURF153", 154: "SURF154",
+    156: "SURF156", 169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173",
+    174: "CONTA174", 175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179",
+    180: "LINK180", 181: "SHELL181", 184: "MPC184", 188: "BEAM188", 189: "BEAM189", 190: "SOLSH190", 200: "MESH200",
+    214: "COMBI214", 281: "SHELL281",
+}  # fmt: skip
+_WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
+"""Load elements, the targets of contacts, and elements for meshing only."""
+_SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186 with KEYOPT(2) = 1"}
 _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
 _UNITS |= {"MPA": "mm, tonne, s", "UMKS": "micrometre, kg, s"}
-_PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
 
 
 def read_archive(path: Path) -> MeshModel:
@@ -53,7 +67,8 @@ def read_archive(path: Path) -> MeshModel:
     Raises
     ------
     InputError
-        If the extra is not installed, the file is damaged or has no solid element.
+        If the extra is not installed, the file is damaged or has no solid element. What couples or holds otherwise is
+        in the model's ``couplings``.
     """
     reader = require("mapdl_archive", "mapdl-archive")
     text = read_bytes(path).decode("latin-1")
@@ -61,7 +76,7 @@ def read_archive(path: Path) -> MeshModel:
     archive = _parse(reader, path)
     nodes = np.asarray(archive.nodes, dtype=float).reshape(-1, 3)
     labels = np.asarray(archive.nnum, dtype=np.int64)
-    blocks, numbers, sets, skipped = _elements(archive, labels, path)
+    blocks, numbers, sets, skipped, variants = _elements(archive, labels, path)
     groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
     mesh = Mesh(
         nodes=nodes,
@@ -71,17 +86,66 @@ def read_archive(path: Path) -> MeshModel:
         node_labels=labels,
         element_labels=numbers,
     )
-    found = _materials(text)
-    materials = {name: found[int(name.split()[1])] for name in sets if int(name.split()[1]) in found}
-    materials = materials if len(materials) == len(sets) else {}
-    notes = [f"{count} elements of type {kind} are no solids: left out" for kind, count in skipped.items()]
+    findings = Findings(source=path.name)
+    held = np.array(sorted(classify(findings, text)), dtype=np.int64).reshape(-1, 2)
+    found = read_materials(findings, text)
+    findings.refuse_incomplete()
+    used = {name: int(name.split()[1]) for name in sets}
+    materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
+    rotated = rotated_nodes(text)
     return MeshModel(
         mesh=with_surfaces(mesh, groups),
-        materials=materials,
-        held=_held(text),
+        materials=materials if len(materials) == len(sets) else {},
+        held=held,
         units=_units(text) or likely_units(materials),
-        notes=(*notes, *unit_notes(mesh, materials)),
+        notes=(*_left_out(skipped, path), *findings.notes, *unit_notes(mesh, materials)),
+        warnings=findings.warnings,
+        couplings=(*findings.couplings, *_elements_that_matter(skipped, path), *_turned_supports(held, rotated, path)),
+        material_faults=tuple(fault for number in used.values() for fault in found.faults.get(number, ())),
+        variants=variants,
+        rotated=rotated,
     )
+
+
+def _left_out(skipped: dict[int, int], path: Path) -> Iterator[str]:
+    for kind, count in skipped.items():
+        if kind in _WITHOUT_STIFFNESS:
+            yield f"{path.name}: {count} elements of type {_KINDS[kind]} are no solids and were left out"
+
+
+def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupling]:
+    for kind, count in skipped.items():
+        if kind not in _WITHOUT_STIFFNESS:
+            name = _KINDS.get(kind, str(kind))
+            what = "add stiffness, mass or constraints and are not read"
+            yield Coupling(where=f"{path.name}: {count} elements of type {name}", what=what)
+
+
+def _turned_supports(held: IntArray, rotated: IntArray, path: Path) -> Iterator[Coupling]:
+    """Nodes held along some of their own rotated directions; where all three are held, rotation does not matter."""
+    nodes, counts = np.unique(held[:, 0], return_counts=True)
+    turned = np.intersect1d(nodes[counts < 3], rotated)
+    if len(turned):
+        where = f"{path.name}: {len(turned)} nodes ({turned[0]}, ...)"
+        yield Coupling(where=where, what="are held along rotated directions")
+
+
+def rotated_nodes(text: str) -> IntArray:
+    """Labels of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
+    rotated: list[int] = []
+    for block in re.finditer(
+        r"^NBLOCK[^\r\n]*\r?\n\((\d+)i(\d+),\s*\d+[eEgG](\d+)[^\r\n]*\r?\n((?:[ \t]*\d[^\r\n]*\r?\n)*)",
+        text,
+        re.MULTILINE | re.IGNORECASE,
+    ):
+        integers, width, real = (int(block.group(i)) for i in (1, 2, 3))
+        start = integers * width + 3 * real
+        for line in block.group(4).splitlines():
+            if any(c in line[start:] for c in "123456789"):
+                angles = [line[at : at + real].strip() for at in range(start, len(line), real)]
+                if any(fortran_real(angle) for angle in angles if angle):
+                    rotated.append(int(line[:width]))
+    return np.array(sorted(rotated), dtype=np.int64)
 
 
 def _parse(reader: Any, path: Path) -> Any:
@@ -113,20 +177,23 @@ def _check_counts(text: str, path: Path) -> None:
             )
 
 
-def _elements(archive: Any, labels: IntArray, path: Path) -> tuple[dict, dict, dict, dict]:
-    """Blocks, element numbers and sets "material <number>" by element type, and how many elements were left out."""
+def _elements(archive: Any, labels: IntArray, path: Path) -> tuple[dict, dict, dict, dict, dict]:
+    """Blocks, numbers and sets "material <number>" by element type; how many of other types; types unlike ours."""
     solid = dict(_solid_types(archive))
     parts: dict[str, list[tuple[IntArray, int, int]]] = {}
     skipped: dict[int, int] = {}
+    variants: dict[str, dict[str, int]] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
     for row in archive.elem:
         row = np.asarray(row, dtype=np.int64)
-        if not solid.get(int(row[1]), False):
+        if int(row[1]) not in solid:
             kind = types.get(int(row[1]), 0)
             skipped[kind] = skipped.get(kind, 0) + 1
             continue
         name, nodes = _shape(row[_HEAD:], int(row[8]), path)
         parts.setdefault(name, []).append((nodes, int(row[8]), int(row[0])))
+        if (full := solid[int(row[1])]) not in _SAME:
+            variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
     if not parts:
         raise InputError(f"{path.name}: has no solid element (types {sorted(_SOLID)} or MESH200 solids)")
     what = f"{path.name}: an element"
@@ -137,13 +204,20 @@ def _elements(archive: Any, labels: IntArray, path: Path) -> tuple[dict, dict, d
         f"material {number}": {kind: np.flatnonzero(part == number) for kind, part in material.items()}
         for number in np.unique(np.concatenate(list(material.values()))).tolist()
     }
-    return blocks, numbers, sets, skipped
+    return blocks, numbers, sets, skipped, variants
 
 
-def _solid_types(archive: Any) -> Iterator[tuple[int, bool]]:
+def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
+    """Number of each solid element type, and its name with the options that change its integration.
+
+    Layered solids (KEYOPT(3) = 1 of 185 and 186) are none that we read.
+    """
     for number, kind in np.asarray(archive.ekey).tolist():
         options = dict(tuple(pair[:2]) for pair in archive.key_option.get(number, []))
-        yield number, kind in _SOLID or (kind == 200 and options.get(1) in _MESH200_SOLID)
+        layered = kind in (185, 186) and options.get(3) == 1
+        if (kind in _SOLID and not layered) or (kind == 200 and options.get(1) in _MESH200_SOLID):
+            key = {45: 1, 95: 11, 185: 2, 186: 2}.get(kind, 0)
+            yield number, f"{_KINDS[kind]}" + (f" with KEYOPT({key}) = {options[key]}" if options.get(key) else "")
 
 
 def _shape(nodes: IntArray, number: int, path: Path) -> tuple[str, IntArray]:
@@ -176,27 +250,3 @@ def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str,
 def _units(text: str) -> str:
     found = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
     return _UNITS.get(found.group(1).upper(), found.group(1)) if found else ""
-
-
-def _materials(text: str) -> dict[int, Material]:
-    """Materials with constant EX and NUXY or PRXY (first temperature where there are several), by number."""
-    values: dict[int, dict[str, float]] = {}
-    pattern = r"^MPDATA,(?:[^,\n]*,)?\s*\d+\s*,\s*(\w+)\s*,\s*(\d+)\s*,\s*1\s*,\s*([^,\s]+)"
-    short = r"^MP,\s*(\w+)\s*,\s*(\d+)\s*,\s*([^,\s]+)"
-    for expression in (pattern, short):
-        for match in re.finditer(expression, text, re.MULTILINE | re.IGNORECASE):
-            name = _PROPERTIES.get(match.group(1).upper())
-            if name:
-                values.setdefault(int(match.group(2)), {})[name] = fortran_real(match.group(3))
-    return {number: Material(**known) for number, known in values.items() if {"young", "poisson"} <= set(known)}
-
-
-def _held(text: str) -> IntArray:
-    """Zero displacements given by D commands, as CDWRITE writes them: D, node, UX, value."""
-    axes = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}
-    pairs = {
-        (int(match.group(1)), axis)
-        for match in re.finditer(r"^D,\s*(\d+)\s*,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
-        for axis in axes.get(match.group(2).upper(), ())
-    }
-    return np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import Mesh
-from slipstick.io.abaqus_input import read_input
+from slipstick.io.abaqus_mesh import read_input
 from slipstick.io.ansys_archive import read_archive
 from slipstick.io.extras import require
-from slipstick.io.mesh_model import MeshModel, matching_surface, unit_notes
+from slipstick.io.mesh_checks import unit_notes
+from slipstick.io.mesh_model import MeshModel, matching_surface
 from slipstick.io.text_numbers import read_bytes
 
 IntArray = NDArray[np.int64]
@@ -35,6 +37,8 @@ _SOLIDS = {
     "pyramid13": "pyramid13",
     "pyramid14": "pyramid13",
 }
+_FAMILIES = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
+_NODES_LEFT_OUT = {"hexahedron27", "wedge18", "pyramid14"}
 _CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 
@@ -67,7 +71,26 @@ def _from_meshio(path: Path) -> MeshModel:
     except (Exception, SystemExit):
         raise InputError(f"{path.name}: is damaged or not a mesh that meshio reads") from None
     mesh = _mesh(data, path)
-    return MeshModel(mesh=mesh, notes=unit_notes(mesh, {}))
+    variants: dict[str, dict[str, int]] = {}
+    for block in data.cells:
+        if block.type in _NODES_LEFT_OUT:
+            counts = variants.setdefault(_SOLIDS[block.type], {})
+            counts[block.type] = counts.get(block.type, 0) + len(block.data)
+    return MeshModel(mesh=mesh, notes=(*_left_out(data, path), *unit_notes(mesh, {})), variants=variants)
+
+
+def _left_out(data: Any, path: Path) -> Iterator[str]:
+    """Cells that are no solids, and groups kept in another way than Gmsh's."""
+    counts: dict[str, int] = {}
+    for block in data.cells:
+        if block.type not in _SOLIDS:
+            counts[block.type] = counts.get(block.type, 0) + len(block.data)
+    if counts:
+        parts = ", ".join(f"{count} {name}" for name, count in counts.items())
+        yield f"{path.name}: cells that are no solids were left out: {parts}"
+    groups = [name for name in (*data.point_sets, *data.cell_sets) if not str(name).startswith("gmsh:")]
+    if groups:
+        yield f"{path.name}: groups that are not read: {', '.join(map(str, groups))}; physical groups of Gmsh are"
 
 
 def _check_counts(path: Path) -> None:
@@ -91,6 +114,8 @@ def _mesh(data: Any, path: Path) -> Mesh:
     names = {(int(v[0]), int(v[1])): name for name, v in data.field_data.items() if len(v) == 2}
     tags = data.cell_data.get("gmsh:physical", [np.zeros(len(block.data), dtype=int) for block in data.cells])
     for block, tag in zip(data.cells, tags, strict=True):
+        if block.type.startswith(_FAMILIES) and block.type not in _SOLIDS:
+            raise InputError(f"{path.name}: {len(block.data)} solids are of type {block.type}; mesh with order 1 or 2")
         cells = np.asarray(block.data, dtype=np.int64)
         if block.type in _SOLIDS:
             kind = _SOLIDS[block.type]

@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
-from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
+from slipstick.fem.elements import FACES
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.refine import linear_warnings, quadratic
+from slipstick.io.findings import Coupling
+from slipstick.io.mesh_checks import Variants, material_warnings, variant_warnings
 from slipstick.io.raw_model import DofMap, Nodes, RawModel, build_model
 
 IntArray = NDArray[np.int64]
@@ -21,13 +24,34 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshModel:
-    """Mesh, materials by element set (empty where the file has none), held dofs (node label, direction 0..2), notes."""
+    """A mesh as a file has it.
+
+    Attributes
+    ----------
+    mesh, materials, held, units
+        Materials by element set (empty where the file has none); held dofs as (node label, direction 0..2).
+    notes, warnings
+        What was left out without effect; what is approximated or not understood. One sentence each.
+    couplings
+        What an assembly of the mesh would leave out: refused there.
+    material_faults
+        Why the file's own materials cannot be used: refused where no other is given.
+    variants
+        Foreign element types that integrate otherwise than ours, with their counts, by our element.
+    rotated
+        Labels of the nodes whose directions are their own, not the global ones.
+    """
 
     mesh: Mesh
     materials: Mapping[str, Material] = field(default_factory=dict)
     held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     units: str = "not stated"
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    material_faults: tuple[str, ...] = ()
+    variants: Variants = field(default_factory=dict)
+    rotated: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
@@ -102,11 +126,15 @@ def assemble_mesh(
     Raises
     ------
     InputError
-        If no material is known, a set is unknown, or an element is inside out.
+        If the file couples or holds what we do not apply, no material is known, a set is unknown, or an element is
+        inside out.
     """
     from slipstick.fem.assembly import assemble
-    from slipstick.fem.refine import quadratic
 
+    faults = [coupling.refused for coupling in imported.couplings]
+    faults += imported.material_faults if material is None else ()
+    if faults:
+        raise InputError(faults)
     materials = _materials(imported, material, source)
     for name in fixed:
         imported.mesh.node_set(name)
@@ -127,7 +155,13 @@ def assemble_mesh(
         matrices={"K": whole.stiffness, "M": whole.mass},
         dof_map=DofMap(nodes=mesh.labels[count // 3], components=count % 3),
         nodes=nodes,
-        notes=(*imported.notes, *_notes(mesh)),
+        notes=imported.notes,
+        warnings=(
+            *imported.warnings,
+            *linear_warnings(mesh, source),
+            *variant_warnings(mesh, imported.variants, source),
+            *material_warnings(imported.materials, material, source),
+        ),
     )
     model = build_model(raw, source=source, units=units or imported.units)
     if isinstance(materials, Material):
@@ -172,49 +206,3 @@ def _materials(imported: MeshModel, material: Material | None, source: str) -> M
     if len(imported.materials) == 1 and next(iter(imported.materials)) not in imported.mesh.element_sets:
         return next(iter(imported.materials.values()))
     return imported.materials
-
-
-def _notes(mesh: Mesh) -> Iterable[str]:
-    linear = [name for name, block in mesh.blocks.items() if name in LINEAR_TO_QUADRATIC and len(block)]
-    if linear:
-        yield f"{', '.join(linear)} elements are far too stiff in bending; import with quadratic elements"
-
-
-def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]:
-    """What the size of the numbers suggests about the units, as sentences; a suspicion, never an error.
-
-    Metals have E about 1e11 Pa and density 2000 to 20000 kg/m3; in N, mm, tonne 1e5 and 1e-9; in lbf, in 1e7 and 1e-4.
-    """
-    size = float(np.ptp(mesh.nodes[mesh.used_nodes], axis=0).max())
-    notes = [f"the largest dimension is {size:.4g} length units; stiffness and density must be in the same system"]
-    for name, material in materials.items():
-        system = _system(material)
-        if system:
-            notes.append(f"{name}: E = {material.young:.4g}, density = {material.density:.4g} look like {system}")
-        elif material.density > 0.0:
-            notes.append(
-                f"{name}: E = {material.young:.4g} and density = {material.density:.4g} fit no common system of units "
-                "(Pa and kg/m3; MPa and t/mm3; psi and lbf s2/in4): check them"
-            )
-    return tuple(notes)
-
-
-def likely_units(materials: Mapping[str, Material]) -> str:
-    """What to write down about units that are not stated."""
-    systems = {_system(material) for material in materials.values()} - {""}
-    return f"not stated; E and density look like {systems.pop()}" if len(systems) == 1 else "not stated"
-
-
-_SYSTEMS = (
-    ("SI (N, m, kg)", (1e8, 2e12), (500.0, 3e4)),
-    ("N, mm, tonne", (1e2, 2e6), (5e-10, 3e-8)),
-    ("lbf, inch, s", (1e4, 2e8), (4e-5, 3e-3)),
-    ("mN, mm, kg", (1e5, 2e9), (5e-7, 3e-5)),
-)
-
-
-def _system(material: Material) -> str:
-    for name, (low, high), (lightest, heaviest) in _SYSTEMS:
-        if low <= material.young <= high and lightest <= material.density <= heaviest:
-            return name
-    return ""

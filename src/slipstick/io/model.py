@@ -13,6 +13,8 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
+from slipstick.fem.refine import linear_warnings
+from slipstick.io.mesh_checks import mass_warnings
 from slipstick.io.mesh_files import MESH_SUFFIXES, read_mesh
 from slipstick.io.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_store import load_model, save_model
@@ -21,6 +23,7 @@ from slipstick.io.text_numbers import read_bytes
 
 _MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
+_MODELS = (".h5", ".hdf5")
 _BULK = (".bdf", ".nas", ".dat", ".blk")
 
 
@@ -69,19 +72,21 @@ class _Roles:
 
 
 def import_model(
-    files: Sequence[Path] | Path, out: Path, options: ImportOptions | None = None
+    files: Sequence[Path] | Path, out: Path, options: ImportOptions | None = None, *, quiet: bool = False
 ) -> tuple[ImportedModel, tuple[str, ...]]:
     """Read a model from the files of another code and write it to one HDF5 file.
 
-    Returns the model and what the user should be told, one sentence each.
+    Returns the model and what the user should be told, one sentence each; its warnings as in :func:`read_model`.
 
     Raises
     ------
     InputError
         One sentence for each fault of the files.
     """
-    model = read_model(files, options)
+    model = read_model(files, options, quiet=True)
     save_model(model, Path(out))
+    if not quiet:
+        model.announce()
     return model, summary(model)
 
 
@@ -103,18 +108,28 @@ def _sizes(model: ImportedModel) -> str:
     return f"{mass}, the largest dimension {np.ptp(model.coordinates, axis=0).max():.4g}"
 
 
-def read_model(files: Sequence[Path] | Path, options: ImportOptions | None = None) -> ImportedModel:
+def read_model(
+    files: Sequence[Path] | Path, options: ImportOptions | None = None, *, quiet: bool = False
+) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
 
     Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
     .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh; our own .h5.
+
+    What is approximated or looks wrong is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
 
     Raises
     ------
     InputError
         One sentence for each fault.
     """
-    options = options or ImportOptions()
+    model = _read_model(files, options or ImportOptions())
+    if not quiet:
+        model.announce()
+    return model
+
+
+def _read_model(files: Sequence[Path] | Path, options: ImportOptions) -> ImportedModel:
     paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
     if not paths:
         raise InputError("no file to import was given")
@@ -123,20 +138,65 @@ def read_model(files: Sequence[Path] | Path, options: ImportOptions | None = Non
         raise InputError(missing)
     source = ", ".join(path.name for path in paths)
     roles = _roles(paths, options)
+    _refuse_unused(paths, roles, options)
     if not roles.matrices:
-        return _without_matrices(paths, source, options)
+        return _without_matrices(paths[0], source, options)
     raw, mesh = _with_positions(_read(roles, options), roles)
     model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
     if mesh:
-        model = replace(model, mesh=mesh.mesh, materials=mesh.materials)
+        if not any(path.suffix.lower() == ".sti" for path in paths):  # CalculiX writes global directions
+            _refuse_rotated(model, mesh)
+        model = _with_mesh(model, mesh, options.material)
     return model.fix(list(options.fixed)) if options.fixed else model
 
 
-def _without_matrices(paths: list[Path], source: str, options: ImportOptions) -> ImportedModel:
-    if paths[0].suffix.lower() in (".h5", ".hdf5"):
-        model = load_model(paths[0])
+def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
+    """The model of matrices with the mesh they came from, and what does not fit between the two."""
+    materials = imported.materials if material is None else {"all": material}
+    found = [*model.warnings, *imported.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    found += linear_warnings(imported.mesh, model.source, ("tet4",))
+    if materials:
+        found += mass_warnings(model, imported.mesh, materials)
+    notes = (*model.notes, *imported.notes)
+    return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
+
+
+def _refuse_rotated(model: ImportedModel, imported: MeshModel) -> None:
+    """A row named n12x must be along x."""
+    rotated = np.intersect1d(model.dof_nodes, imported.rotated)
+    if len(rotated):
+        raise InputError(
+            f"{model.source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the "
+            "rows of the matrices; rotate the nodes to the global directions and export again"
+        )
+
+
+def _refuse_unused(paths: Sequence[Path], roles: _Roles, options: ImportOptions) -> None:
+    """Every file and every option has an effect, or is refused."""
+    told = (options.mass, options.damping, options.dof_map, options.nodes)
+    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in told if path)}
+    if not roles.matrices:
+        used.add(paths[0])
+    beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
+    faults = [f"{path.name}: what it is for does not show; leave it out" for path in paths if path not in used | beside]
+    if roles.matrices and options.to_quadratic:
+        faults.append("to_quadratic: the matrices have elements already; import the mesh alone, or mesh it quadratic")
+    if roles.matrices and options.material is not None and roles.nodes is None:
+        faults.append("material: matrices hold their material already; give it with a mesh, or leave it out")
+    if paths[0].suffix.lower() in _MODELS and (options.material is not None or options.to_quadratic):
+        faults.append(
+            f"{paths[0].name}: holds matrices; a material or to_quadratic has no effect on them: leave it out"
+        )
+    if faults:
+        raise InputError(faults)
+
+
+def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:
+    if path.suffix.lower() in _MODELS:
+        model = load_model(path, quiet=True)
+        model = replace(model, units=options.units or model.units)
         return model.fix(list(options.fixed)) if options.fixed else model
-    return assemble_file(paths[0], source, options)
+    return assemble_file(path, source, options)
 
 
 def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
@@ -193,6 +253,9 @@ def _role(path: Path) -> str:
 def _read(roles: _Roles, options: ImportOptions) -> RawModel:
     first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
     suffix = first.suffix.lower()
+    others = [path.name for path in roles.matrices.values() if path != first]
+    if others and suffix in (".full", ".sti"):
+        raise InputError(f"{first.name}: brings its own mass; leave out {', '.join(others)}")
     if suffix == ".full":
         from slipstick.io.ansys_full import read_full
 
@@ -242,10 +305,14 @@ def _with_positions(raw: RawModel, roles: _Roles) -> tuple[RawModel, MeshModel |
     if roles.nodes is None:
         return raw, None
     if roles.nodes.suffix.lower() in _BULK:
+        from slipstick.io.nastran import told
         from slipstick.io.nastran_bulk import read_bulk
 
-        found = raw.nodes if len(raw.nodes.ids) else read_bulk(roles.nodes).nodes
-        return replace(raw, nodes=replace(raw.nodes, ids=found.ids, coordinates=found.coordinates)), None
+        if len(raw.nodes.ids):
+            return raw, None
+        data = read_bulk(roles.nodes)
+        nodes = replace(raw.nodes, ids=data.nodes.ids, coordinates=data.nodes.coordinates)
+        return replace(raw, nodes=nodes, **told(data)), None
     imported = read_mesh(roles.nodes)
     mesh = imported.mesh
     sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}

@@ -47,7 +47,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 
 def _write(file: Any, model: ImportedModel) -> None:
     file.attrs.update(format=FORMAT, version=VERSION, source=model.source, units=model.units)
-    file.attrs["notes"] = json.dumps(model.notes)
+    file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
     for name in "KMC":
         matrix = getattr(model, name)
@@ -84,8 +84,8 @@ def _write_mesh(group: Any, mesh: Mesh) -> None:
             _write_group(inner, str(number), arrays)
 
 
-def load_model(path: Path) -> ImportedModel:
-    """Read a model written by ``save_model``.
+def load_model(path: Path, *, quiet: bool = False) -> ImportedModel:
+    """Read a model written by ``save_model``; its warnings are given as SlipstickWarning unless ``quiet``.
 
     Raises
     ------
@@ -99,11 +99,14 @@ def load_model(path: Path) -> ImportedModel:
         raise InputError(f"{path}: there is no such file")
     try:
         with h5py.File(path, "r") as file:
-            return _read(file, path)
+            model = _read(file, path)
     except InputError:
         raise
     except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
         raise InputError(f"{path.name}: is damaged or not a slipstick model ({error})") from None
+    if not quiet:
+        model.announce()
+    return model
 
 
 def _read(file: Any, path: Path) -> ImportedModel:
@@ -120,6 +123,7 @@ def _read(file: Any, path: Path) -> ImportedModel:
         source=str(file.attrs["source"]),
         units=str(file.attrs["units"]),
         notes=tuple(json.loads(file.attrs["notes"])),
+        warnings=tuple(json.loads(file.attrs.get("warnings", "[]"))),
         mesh=_mesh(file["mesh"], path) if "mesh" in file else None,
         materials=materials,
     )

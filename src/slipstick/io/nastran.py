@@ -91,17 +91,27 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
             f"{what} has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints): "
             "export KGG and MGG, or give a map file"
         )
+    couplings = data.findings.couplings
+    if couplings and fitting is not sets["analysis set"]:
+        raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
     nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
-    return {"dof_map": _dof_map(fitting), "nodes": nodes}
+    return {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data)}
+
+
+def told(data: BulkData) -> dict[str, Any]:
+    """Notes and warnings of bulk data whose constraints are in the matrices."""
+    findings = data.findings
+    beside = tuple(coupling.beside_matrices for coupling in findings.couplings)
+    return {"notes": findings.notes, "warnings": (*findings.warnings, *beside)}
 
 
 def _held(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
-    chosen = sorted(number for number in data.held if number)
+    chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
         raise InputError(
             f"{bulk.name}: holds the constraint sets {chosen}; say which one is in force (constraints=...)"
         )
-    if constraints is not None and constraints not in chosen:
+    if constraints is not None and constraints not in data.held:
         raise InputError(f"{bulk.name}: has no constraint set {constraints}; it has {chosen or 'none'}")
     number = constraints if constraints is not None else (chosen[0] if chosen else 0)
     return data.held.get(0, set()) | data.held.get(number, set())
@@ -138,4 +148,5 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
         matrices={role: sparse(matrix, keys) for role, matrix in chosen.items()},
         dof_map=_dof_map(keys),
         nodes=points.nodes,
+        **told(points),
     )

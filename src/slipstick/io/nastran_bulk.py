@@ -1,8 +1,7 @@
-"""Nastran bulk data, as much as a matrix needs: cards, GRID and SPOINT, constraints, DMIG matrices (punch files)."""
+"""Nastran bulk data, as much as a matrix needs: GRID and SPOINT, constraints, DMIG matrices (punch files)."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.io.findings import Findings, Verdict
+from slipstick.io.nastran_cards import cards, classify
 from slipstick.io.raw_model import Nodes
 from slipstick.io.text_numbers import fortran_real, read_bytes
 
@@ -19,13 +20,18 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class BulkData:
-    """Points, constraints by set number (0: permanent, on the GRID itself), analysis set, and matrices by name."""
+    """Points, constraints by set number (0: permanent, on the GRID itself), analysis set, and matrices by name.
+
+    ``combined`` holds the numbers of sets that an SPCADD joins; ``findings`` tells of the cards that are not read.
+    """
 
     nodes: Nodes
     scalar_points: IntArray
     held: dict[int, set[tuple[int, int]]]
+    combined: frozenset[int]
     analysis_set: set[tuple[int, int]]
     matrices: dict[str, DirectMatrix]
+    findings: Findings
 
 
 @dataclass(kw_only=True)
@@ -39,58 +45,31 @@ class DirectMatrix:
     values: list[float] = field(default_factory=list)
 
 
-def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[str]]]:
-    """Line number, name and fields of each card with a wanted name; small, large and free fields, continuations joined.
-
-    >>> list(cards("GRID,1,,0.,1.5,2.", {"GRID"}))
-    [(1, 'GRID', ['1', '', '0.', '1.5', '2.', '', '', ''])]
-    """
-    name, start, fields = "", 0, []
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = raw.split("$", 1)[0].expandtabs(8).rstrip()
-        if not line:
-            continue
-        if line[0] in "+*, ":
-            if name:
-                fields += _fields(line, large=line[0] == "*")
-            continue
-        if name:
-            yield start, name, fields
-        head = line.split(",", 1)[0][:8].strip().upper()
-        name = head.rstrip("*") if head.rstrip("*") in wanted else ""
-        if name:
-            start, fields = number, _fields(line, large=head.endswith("*"))
-    if name:
-        yield start, name, fields
-
-
-def _fields(line: str, *, large: bool) -> list[str]:
-    count, width = (4, 16) if large else (8, 8)
-    if "," in line:
-        parts = [part.strip() for part in line.split(",")][1 : count + 1]
-    else:
-        parts = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
-    return parts + [""] * (count - len(parts))
-
-
 def read_bulk(path: Path) -> BulkData:
     """Points, constraints and DMIG matrices of a bulk data or punch file.
 
     Raises
     ------
     InputError
-        For points in a coordinate system of their own, damaged cards, complex matrices.
+        For points in a coordinate system of their own, damaged cards, complex matrices, included files, superelements.
     """
     reader = _Reader(path)
-    wanted = {"GRID", "SPOINT", "SPC", "SPC1", "ASET", "ASET1", "DMIG"}
-    for number, name, fields in cards(read_bytes(path).decode("latin-1"), wanted):
+    for number, name, fields in cards(read_bytes(path).decode("latin-1"), _READ):
+        if name not in _READ:
+            classify(reader.findings, name, number)
+            continue
         try:
+            reader.line = number
             getattr(reader, f"on_{name.lower()}")(fields)
         except InputError:
             raise
         except (ValueError, IndexError) as error:
             raise InputError(f"{path.name}, line {number}: {name} cannot be read ({error})") from None
+    reader.findings.refuse_incomplete()
     return reader.finish()
+
+
+_READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "ASET", "ASET1", "DMIG"}
 
 
 class _Reader:
@@ -101,30 +80,53 @@ class _Reader:
         self.held: dict[int, set[tuple[int, int]]] = {}
         self.analysis: set[tuple[int, int]] = set()
         self.matrices: dict[str, DirectMatrix] = {}
+        self.sums: dict[int, list[int]] = {}
+        self.free_grids: list[int] = []
+        self.held_by_default = ""
+        self.findings = Findings(source=path.name)
+        self.line = 0
 
     def on_grid(self, fields: list[str]) -> None:
+        fields = fields + [""] * 4  # a card may end after the position
         node = int(fields[0])
+        self._basic(f"GRID {node}", fields)
+        x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
+        if self.grids.setdefault(node, (x, y, z)) != (x, y, z):
+            raise InputError(f"{self.path.name}, line {self.line}: GRID {node} is given again at another place")
+        self._hold(node, fields[6])
+        if not fields[6]:
+            self.free_grids.append(node)
+
+    def on_grdset(self, fields: list[str]) -> None:
+        fields = fields + [""] * 4
+        self._basic("GRDSET", fields)
+        self.held_by_default = fields[6]
+
+    def _basic(self, who: str, fields: list[str]) -> None:
         for text, what in ((fields[1], "position"), (fields[5], "displacement")):
             if text not in ("", "0"):
                 raise InputError(
-                    f"{self.path.name}: GRID {node} has its {what} in coordinate system {text}; only the basic system "
+                    f"{self.path.name}: {who} has its {what} in coordinate system {text}; only the basic system "
                     "is read: transform the model to it and export again"
                 )
-        x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
-        self.grids[node] = (x, y, z)
-        self._hold(0, node, fields[6])
 
     def on_spoint(self, fields: list[str]) -> None:
         self.points |= set(_labels(fields))
 
     def on_spc(self, fields: list[str]) -> None:
-        for node, directions in ((fields[1], fields[2]), (fields[4], fields[5])):
+        fields = fields + [""] * 4
+        for node, directions, value in (fields[1:4], fields[4:7]):
             if node:
-                self._hold(int(fields[0]), int(node), directions)
+                self._constrain(int(fields[0]), int(node), directions)
+            if value and fortran_real(value):
+                self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
+
+    def on_spcadd(self, fields: list[str]) -> None:
+        self.sums[int(fields[0])] = [int(field) for field in fields[1:] if field]
 
     def on_spc1(self, fields: list[str]) -> None:
         for node in _labels(fields[2:]):
-            self._hold(int(fields[0]), node, fields[1])
+            self._constrain(int(fields[0]), node, fields[1])
 
     def on_aset(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
@@ -153,19 +155,30 @@ class _Reader:
                 matrix.columns.append(column)
                 matrix.values.append(fortran_real(fields[at + 2]))
 
-    def _hold(self, number: int, node: int, directions: str) -> None:
+    def _hold(self, node: int, directions: str) -> None:
+        """Permanent supports of a GRID: none where nothing is said."""
         if directions not in ("", "0"):
-            self.held.setdefault(number, set()).update(_pairs(node, directions))
+            self._constrain(0, node, directions)
+
+    def _constrain(self, number: int, node: int, directions: str) -> None:
+        """Supports of a set; direction 0 or nothing is a scalar point."""
+        self.held.setdefault(number, set()).update(_pairs(node, directions))
 
     def finish(self) -> BulkData:
+        for node in self.free_grids:
+            self._hold(node, self.held_by_default)
+        for number, parts in self.sums.items():
+            self.held[number] = set().union(*(self.held.get(part, set()) for part in parts))
         ids = np.array(sorted(self.grids), dtype=np.int64)
         coordinates = np.array([self.grids[node] for node in ids.tolist()], dtype=float).reshape(-1, 3)
         return BulkData(
             nodes=Nodes(ids=ids, coordinates=coordinates),
             scalar_points=np.array(sorted(self.points), dtype=np.int64),
             held=self.held,
+            combined=frozenset(part for parts in self.sums.values() for part in parts),
             analysis_set=self.analysis,
             matrices=self.matrices,
+            findings=self.findings,
         )
 
 

@@ -53,6 +53,7 @@ class RawModel:
     dof_map: DofMap | None = None
     nodes: Nodes = field(default_factory=Nodes)
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 def full_symmetric(matrix: Any, name: str) -> csr_array:
@@ -140,6 +141,7 @@ def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> Imp
         source=source,
         units=units,
         notes=tuple(notes),
+        warnings=raw.warnings,
     )
 
 

@@ -1,0 +1,114 @@
+"""What a reader meets besides nodes and elements: each keyword, command or card has a verdict, so that none is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from slipstick.errors import InputError
+
+ROUTE = (
+    "export the assembled matrices and import those "
+    "(CalculiX: *FREQUENCY, SOLVER=MATRIXSTORAGE; Abaqus: *MATRIX OUTPUT; Ansys: .full or HBMAT; "
+    "any: K, M, dof_nodes, dof_components in one .npz)"
+)
+
+
+class Verdict(Enum):
+    """What becomes of an entry."""
+
+    INCOMPLETE = "refused: what the file describes is not all in it"
+    COUPLING = "refused where the mesh is assembled here: it couples, adds, rotates or holds"
+    APPROXIMATED = "warned of"
+    HARMLESS = "listed"
+    UNKNOWN = "listed; warned of among the data of the model"
+
+
+Row = tuple[Verdict, str]
+Table = Mapping[str, Row]
+
+
+def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, Row]:
+    """The same row for several names, separated by blanks."""
+    return dict.fromkeys(names.split(), (verdict, what))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coupling:
+    """Something the assembly from a mesh does not apply: where it stands, and what it does to the model."""
+
+    where: str
+    what: str
+
+    @property
+    def refused(self) -> str:
+        """The sentence where the mesh is assembled here."""
+        return f"{self.where} {self.what}; an assembly of the mesh here does not apply this: {ROUTE}"
+
+    @property
+    def beside_matrices(self) -> str:
+        """The sentence where the matrices come from the other code and the mesh tells positions only."""
+        return f"{self.where} {self.what}: the matrices must hold it; a dof it removes can carry no contact or load"
+
+
+@dataclass(kw_only=True)
+class Findings:
+    """Entries met, in the order of the file: (verdict, name, sentence) -> lines."""
+
+    source: str
+    met: dict[tuple[Verdict, str, str], list[int]] = field(default_factory=dict)
+
+    def add(self, verdict: Verdict, name: str, what: str, line: int) -> None:
+        """Remember one entry."""
+        self.met.setdefault((verdict, name, what), []).append(line)
+
+    def look_up(self, table: Table, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
+        """Give an entry the verdict of its row; without a row it is not understood."""
+        unknown = Verdict.APPROXIMATED if of_the_model else Verdict.UNKNOWN
+        verdict, what = table.get(name, (unknown, "is not understood: it has no effect here"))
+        self.add(verdict, shown, what, line)
+
+    def refuse_incomplete(self) -> None:
+        """Raise InputError with all entries without which the file says too little."""
+        faults = [f"{where} {what}" for where, what in self._of(Verdict.INCOMPLETE)]
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def couplings(self) -> tuple[Coupling, ...]:
+        """What an assembly here would leave out."""
+        return tuple(Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is approximated or not understood."""
+        return tuple(f"{where} {what}" for where, what in self._of(Verdict.APPROXIMATED))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is not needed and what is not understood, each in one list with counts."""
+        heads = {Verdict.HARMLESS: "without effect here", Verdict.UNKNOWN: "not understood, without effect here"}
+        return tuple(
+            f"{self.source}: {head}: {', '.join(names)}"
+            for verdict, head in heads.items()
+            if (names := self._list(verdict))
+        )
+
+    def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
+        return [
+            (f"{self.source}, line {lines[0]}{_more(len(lines) - 1)}: {name}", what)
+            for (found, name, what), lines in self.met.items()
+            if found is verdict
+        ]
+
+    def _list(self, verdict: Verdict) -> list[str]:
+        counts: dict[str, int] = {}
+        for (found, name, _), lines in self.met.items():
+            if found is verdict:
+                counts[name] = counts.get(name, 0) + len(lines)
+        return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
+
+
+def _more(count: int) -> str:
+    return f" and {count} more" if count > 0 else ""

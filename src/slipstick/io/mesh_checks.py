@@ -1,0 +1,121 @@
+"""What looks wrong with a mesh, in the same sentences wherever it is read: linear elements, units, its mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.geometry import determinant_and_inverse, tangents
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material, Materials, element_values
+from slipstick.fem.mesh import Mesh
+
+Array = NDArray[np.float64]
+Variants = Mapping[str, Mapping[str, int]]
+
+WARNED, REFUSED = 1.01, 2.0
+"""Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
+
+
+def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[str]:
+    """A sentence for each foreign element type that integrates otherwise than ours."""
+    for kind, counts in variants.items():
+        for name, count in counts.items():
+            if kind in mesh.blocks and len(mesh.blocks[kind]):
+                yield f"{source}: {count} elements of type {name} are computed as fully integrated {kind}"
+
+
+def material_warnings(own: Mapping[str, Material], given: Material | None, source: str) -> Iterator[str]:
+    """A sentence where a material given for the whole mesh differs from the file's own."""
+    others = {name: m for name, m in own.items() if m != given}
+    if given is not None and others:
+        yield (
+            f"{source}: the material given ({_numbers(given)}) is used for the whole mesh, not the file's own: "
+            + "; ".join(f"{name} ({_numbers(m)})" for name, m in others.items())
+        )
+
+
+def _numbers(material: Material) -> str:
+    return f"E = {material.young:.6g}, nu = {material.poisson:.6g}, density = {material.density:.6g}"
+
+
+def mass_warnings(model: ImportedModel, mesh: Mesh, materials: Materials) -> Iterator[str]:
+    """Mass that moves with the free dofs, by the matrices and by the mesh: a sentence from 1 % difference.
+
+    Raises
+    ------
+    InputError
+        If they differ by more than a factor of 2: other units, another material or another model.
+    """
+    theirs, ours = _mass_of_matrices(model), _mass_of_mesh(model, mesh, materials)
+    if not (theirs > 0.0 and ours > 0.0):
+        return
+    ratio = max(theirs / ours, ours / theirs)
+    found = f"{model.source}: the matrices have the mass {theirs:.6g}, the mesh beside them {ours:.6g}"
+    if ratio > REFUSED:
+        raise InputError(f"{found}; give both of one model in the same units, or the material (--young ...)")
+    if ratio > WARNED:
+        yield f"{found}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
+
+
+def _mass_of_matrices(model: ImportedModel) -> float:
+    """Mean over the three directions of the mass that moves in a unit translation of the free dofs."""
+    along = [(model.dof_components == axis).astype(float) for axis in range(3)]
+    return float(sum(e @ (model.M @ e) for e in along)) / 3.0
+
+
+def _mass_of_mesh(model: ImportedModel, mesh: Mesh, materials: Materials) -> float:
+    """The same by the mesh: integral of density times the square of the sum of the free nodes' shape functions."""
+    density = element_values(mesh, materials, lambda m: m.density)
+    free = np.stack([np.isin(mesh.labels, model.dof_nodes[model.dof_components == axis]) for axis in range(3)], axis=1)
+    total = 0.0
+    for element, block in mesh.items():
+        values, gradients = element.at_mass_rule
+        determinant, _ = determinant_and_inverse(tangents(mesh.nodes[block], gradients))
+        weights = determinant * element.mass_rule.weights * density[element.name][:, None]
+        moved = np.matmul(values, free[block].astype(float))
+        total += float((weights[:, :, None] * moved**2).sum())
+    return total / 3.0
+
+
+def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]:
+    """What the size of the numbers suggests about the units, as sentences; a suspicion, never an error.
+
+    Metals have E about 1e11 Pa and density 2000 to 20000 kg/m3; in N, mm, tonne 1e5 and 1e-9; in lbf, in 1e7 and 1e-4.
+    """
+    size = float(np.ptp(mesh.nodes[mesh.used_nodes], axis=0).max())
+    notes = [f"the largest dimension is {size:.4g} length units; stiffness and density must be in the same system"]
+    for name, material in materials.items():
+        system = _system(material)
+        if system:
+            notes.append(f"{name}: E = {material.young:.4g}, density = {material.density:.4g} look like {system}")
+        elif material.density > 0.0:
+            notes.append(
+                f"{name}: E = {material.young:.4g} and density = {material.density:.4g} fit no common system of units "
+                "(Pa and kg/m3; MPa and t/mm3; psi and lbf s2/in4): check them"
+            )
+    return tuple(notes)
+
+
+def likely_units(materials: Mapping[str, Material]) -> str:
+    """What to write down about units that are not stated."""
+    systems = {_system(material) for material in materials.values()} - {""}
+    return f"not stated; E and density look like {systems.pop()}" if len(systems) == 1 else "not stated"
+
+
+_SYSTEMS = (
+    ("SI (N, m, kg)", (1e8, 2e12), (500.0, 3e4)),
+    ("N, mm, tonne", (1e2, 2e6), (5e-10, 3e-8)),
+    ("lbf, inch, s", (1e4, 2e8), (4e-5, 3e-3)),
+    ("mN, mm, kg", (1e5, 2e9), (5e-7, 3e-5)),
+)
+
+
+def _system(material: Material) -> str:
+    for name, (low, high), (lightest, heaviest) in _SYSTEMS:
+        if low <= material.young <= high and lightest <= material.density <= heaviest:
+            return name
+    return ""
