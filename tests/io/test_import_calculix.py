@@ -175,7 +175,7 @@ def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
         ("TYPE=C3D8", "TYPE=S4", "no solid element"),
         ("\n1, ", "\n1, 999999, ", "cannot be read"),
         ("\n38, ", "\n7777, ", "uses node 38"),
-        ("Root, Root", "Stem", r"line .*: \\*NSET names STEM, which the file does not have"),
+        ("Root, Root", "Stem", r"line .*: \*NSET names STEM, which the file does not have"),
         ("first, GENERATE", "first, GENERATE\n1, 100000000000, 1", "range 1"),
     ],
 )
