@@ -32,6 +32,7 @@ from slipstick.errors import InputError, Outcome
 from slipstick.results.branch import Branch, attributes_of, make_dataset
 from slipstick.results.record import Point, Recorder
 from slipstick.solve.continuation import ContinuationOptions, Step, continuation
+from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
 
@@ -335,8 +336,10 @@ def _settled_in_time(task: _Task) -> Array | None:
 
 
 def _point(step: Step) -> Point:
+    value = step.evaluation
+    terms = value.terms()
     return Point.at(
-        step.evaluation.detail, x=step.x, residual=step.residual_norm, iterations=step.iterations, kind=step.kind,
+        value.detail, x=step.x, residual=norm(value.residual / np.where(terms > 0, terms, 1.0)), iterations=step.iterations, kind=step.kind,
         parameter=step.parameter, peak_of=step.name if step.kind == "peak" else "",
     )  # fmt: skip
 

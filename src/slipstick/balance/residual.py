@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from slipstick.balance.heat import heat_columns, power_along, power_rows, warm_direction
 from slipstick.balance.problem import Problem
 from slipstick.contact.forces import ContactForces, element_forces
-from slipstick.solve.newton import Evaluation
+from slipstick.solve.newton import Evaluation, norm
 from slipstick.thermal.model import HeatedForces
 
 Array = NDArray[np.float64]
@@ -102,10 +102,12 @@ class Compliance:
 class Detail:
     """What a solution keeps of its evaluation: contact forces, inputs, frequency, and the heat where there is any."""
 
-    __slots__ = ("forces", "heat", "inputs", "omega")
+    __slots__ = ("compliance", "forces", "heat", "inputs", "omega")
 
     def __init__(self, forces: ContactForces, inputs: Inputs, omega: float, heat: HeatedForces | None = None) -> None:
         self.forces, self.inputs, self.omega, self.heat = forces, inputs, omega, heat
+        self.compliance: Compliance | None = None
+        """Receptances at ``omega``, once the balance was set up."""
 
 
 class Balance:
@@ -180,6 +182,24 @@ class Balance:
         G = self.excitation(forces.Fx, forces.Fy, P)
         moved = np.add.reduce(compliance.value * G[:, None, :], axis=0)
         return x + self.real(moved), G
+
+    def terms(self, x: Array, detail: Detail) -> Array:
+        """Sizes (N,) of the terms whose sum each residual is: the motion, and ``|A| k`` times the motion and ``U``.
+
+        ``k`` are the contact springs as far as they act: with the fractions of the period in stick and in contact.
+        The stiffer they are, the more the forces cancel, and the more is seen of the rounding of the motion.
+        """
+        forces, source, at = detail.forces, detail.inputs if detail.heat is None else detail.heat, self.with_normal
+        assert detail.compliance is not None
+        stiffness = source.kt * forces.stick_fraction
+        if at.size:
+            stiffness[at] += source.mu[at] * source.kn[at] * forces.slip_fraction[at]
+            stiffness = np.append(stiffness, source.kn[at] * (1.0 - forces.separation_fraction[at]))
+        reach = np.abs(detail.compliance.value[: self.n_ports])
+        motion = norm(x)
+        sprung = (stiffness @ reach.reshape(self.n_ports, -1)) * (motion + norm(detail.inputs.U.reshape(-1)))
+        by_order = motion + sprung.reshape(self.n_ports, -1)
+        return np.concatenate([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)], axis=1).reshape(-1)
 
     def excitation(self, Fx: Array, Fy: Array, P: Array) -> ComplexArray:
         """``F - P`` on all columns as complex numbers (n_columns, n + 1)."""
@@ -280,6 +300,7 @@ class FrequencySystem:
         compliance = balance.compliance(parameter)
         detail = balance.detail(x, parameter, inputs)
         forces, heat = detail.forces, detail.heat
+        detail.compliance = compliance
         residual, G = balance.residual(x, forces, inputs.P, compliance)
         jacobian = balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance)
         slope = balance.omega_derivative(forces, G, inputs, compliance, parameter)
@@ -287,7 +308,7 @@ class FrequencySystem:
             columns = heat_columns(balance, heat, compliance)
             jacobian += columns @ power_rows(balance, heat)
             slope += columns @ heat.power.omega
-        return Evaluation(residual, jacobian, slope, detail)
+        return Evaluation(residual, jacobian, slope, detail, lambda: balance.terms(x, detail))
 
     def rates(self, detail: Detail, dx: Array, rate: float) -> tuple[Array, Array, Array]:
         """Change of Fx, Fy (n_contacts, L) and of the loads for changes ``dx`` (N,) and ``rate`` of omega."""
@@ -317,6 +338,7 @@ class ParameterSystem:
         forces, heat, direction = detail.forces, detail.heat, self.direction
         if balance.heated is not None and heat is not None:
             direction = warm_direction(balance.heated, heat, direction)
+        detail.compliance = compliance
         residual, _ = balance.residual(x, forces, inputs.P, compliance)
         jacobian = balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance)
         slope = balance.moved_by(*self.force_derivatives(forces, direction), direction.P, compliance)
@@ -324,7 +346,7 @@ class ParameterSystem:
             columns = heat_columns(balance, heat, compliance)
             jacobian += columns @ power_rows(balance, heat)
             slope += columns @ power_along(heat, direction)
-        return Evaluation(residual, jacobian, slope, detail)
+        return Evaluation(residual, jacobian, slope, detail, lambda: balance.terms(x, detail))
 
     def rates(self, detail: Detail, dx: Array, rate: float) -> tuple[Array, Array, Array]:
         """Change of Fx, Fy (n_contacts, L) and of the loads for changes ``dx`` (N,) and ``rate`` of the parameter."""

@@ -40,7 +40,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tangential_stiffness": (("contact",), "force/length", "tangential contact stiffness"),
     "normal_stiffness": (("contact",), "force/length", "normal contact stiffness"),
     "gap": (("contact",), "length", "gap, negative for interference"),
-    "residual": ((), "1", "residual of the balance over the norm of the motion"),
+    "residual": ((), "1", "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it"),
     "newton_iterations": ((), "1", "Newton corrections"),
     "kind_code": ((), "1", "kind of point: " + ", ".join(f"{i} {name}" for i, name in enumerate(KINDS))),
     "peak_dof": ((), "1", "index of the dof whose amplitude peaks here, -1 for none"),
@@ -75,11 +75,12 @@ class Point:
     """mu, kt, kn (n_contacts,) as they act here, and "temperature" where contacts are heated."""
     iterations: int
     residual: float
+    """Relative to the sizes of its terms."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
         """From the evaluation at a solution."""
-        size, heat = float(np.linalg.norm(x)), detail.heat
+        heat = detail.heat
         source = heat if heat is not None else detail.inputs
         parameters = {name: getattr(source, name) for name in ("mu", "kt", "kn")}
         if heat is not None:
@@ -92,7 +93,7 @@ class Point:
             forces=detail.forces,
             inputs=detail.inputs,
             iterations=iterations,
-            residual=residual / size if size else residual,
+            residual=residual,
             **names,  # type: ignore[arg-type]
         )
 

@@ -253,10 +253,11 @@ class Continuation(Iterator[Step]):
 
     def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
         metric = self._metric
+        # at rounding level neither the contraction nor the count says anything of the step
         self.step_length = next_step(
             length,
-            contraction=result.contraction,
-            iterations=result.iterations,
+            contraction=0.0 if result.stagnated else result.contraction,
+            iterations=0 if result.stagnated else result.iterations,
             angle=angle(metric.cosine(last.tangent, new.tangent)),
             order=order,
             options=self._options,

@@ -31,13 +31,16 @@ SINGULAR = "the Jacobian is singular"
 class Evaluation(NamedTuple):
     """Residual (N,), Jacobian (N, N) and derivative of the residual by the parameter (N,) of a system at one state.
 
-    ``detail`` is handed through untouched: whatever the system wants to find again at a converged point.
+    ``detail`` is handed through untouched: whatever the system wants to find again at a converged point. ``terms``
+    gives the sizes (N,) of the largest terms each residual is the sum of, which says what its rounding is; without it
+    they are taken from the Jacobian.
     """
 
     residual: Array
     jacobian: Array
     parameter_derivative: Array | None = None
     detail: Any = None
+    terms: Callable[[], Array] | None = None
 
 
 class System(Protocol):
@@ -300,8 +303,13 @@ def _at_rounding_level(result: NewtonResult) -> NewtonResult:
 
 
 def _is_rounding(result: NewtonResult) -> bool:
-    rounding = 16.0 * EPSILON * norm(np.abs(result.jacobian) @ np.abs(result.x))
-    return result.residual_norm <= rounding and result.correction_norm < _STILL_A_SOLUTION
+    if result.correction_norm >= _STILL_A_SOLUTION:
+        return False
+    size = norm(np.abs(result.jacobian) @ np.abs(result.x))
+    terms = result.evaluation.terms if isinstance(result.evaluation, Evaluation) else None
+    if terms is not None:
+        size = max(size, norm(terms()))
+    return result.residual_norm <= 16.0 * EPSILON * size
 
 
 def _stagnate(result: NewtonResult) -> None:
@@ -338,7 +346,8 @@ def _line_search(
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
-            if natural <= _CLEAR_GAIN or (size <= options.stagnation and isfinite(natural)):
+            small = size <= options.stagnation or (natural < _WORST_LOSS and _is_rounding(result))
+            if natural <= _CLEAR_GAIN or (small and isfinite(natural)):
                 result.accept(trial)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
