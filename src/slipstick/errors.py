@@ -32,12 +32,11 @@ class Outcome(Enum):
     COMPLETED = "completed: the whole requested range was followed"
     STEP_TOO_SMALL = (
         "stopped early: the continuation step fell below its smallest value; look at the last points' states, "
-        "allow smaller steps (min_step), add harmonics, or start from the other end of the range; a rubbing velocity "
-        "that passes 0 makes the force of a stuck contact jump: stay on one side of 0"
+        "allow smaller steps (min_step) or add harmonics"
     )
     TURNED_BACK = (
         "stopped early: the branch turned back and left the range where it began; every point found is kept: "
-        "start where there is only one solution, further from resonance or from the other end of the range"
+        "start where there is only one solution, further from resonance"
     )
     POINT_LIMIT = "stopped early: the largest number of points was reached; raise max_points or narrow the range"
     NO_FIRST_POINT = (

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
+from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.warming import Warming
 from slipstick.balance.checks import range_faults, requested_faults, suggestion, two_numbers
@@ -261,55 +262,92 @@ def _one_thread() -> AbstractContextManager[Any]:
 
 
 def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
-    """Points in order; tells the listeners. The generator's value is the outcome and its message."""
+    """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message."""
     begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
-    outcome, message, number = Outcome.INTERRUPTED, "", 0
-    work: dict[str, Any] = {}
-    warming = Warming(task.balance)
+    outcome, message = Outcome.INTERRUPTED, ""
+    work = dict.fromkeys(("evaluations", "linear_solves", "rejected_steps"), 0)
+    warming, parts = Warming(task.balance), [Part(number=1, start=task.start, stop=task.stop)]
     attributes = attributes_of(task.problem, outcome, "", parameter=task.parameter)
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
-        with _one_thread():
-            x = _first(task)
-        if x is None:
-            outcome = Outcome.NO_FIRST_POINT
-            return outcome, outcome.text
-        run = continuation(
-            task.system, x, task.start, task.stop,
-            options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
-            requested=task.requested, events=peak_events(recorder.outputs, task.peaks_of, task.system),
-        )  # fmt: skip
+        yield from _follow_part(task, parts, recorder, warming, work)
+        if parts[0].outcome in BROKEN_OFF:
+            parts.append(Part(number=2, start=task.stop, stop=task.start))
+            task.balance.temperature = None
+            yield from _follow_part(_from_other_end(task), parts, recorder, warming, work)
+        outcome, message = joined(parts)
+        message += warming.remark
+        return outcome, message
+    except KeyboardInterrupt:
+        return outcome, outcome.text
+    finally:
+        seconds, number = time.perf_counter() - begin, sum(part.points for part in parts)
+        attributes = attributes_of(
+            task.problem, outcome, message, parameter=task.parameter, parts=len(parts), **work, seconds=seconds
+        )
+        _tell(task, Stopped(
+            outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
+        ))  # fmt: skip
+
+
+def _follow_part(
+    task: _Task, parts: list[Part], recorder: Recorder, warming: Warming, work: dict[str, int]
+) -> Generator[Point, None, None]:
+    """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
+    part, sought = parts[-1], parts[0].last if len(parts) > 1 else None
+    with _one_thread():
+        x = _first(task)
+    if x is None:
+        part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
+        return
+    run = continuation(
+        task.system, x, task.start, task.stop,
+        options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
+        requested=(*task.requested, *((sought[0],) if sought else ())),
+        events=peak_events(recorder.outputs, task.peaks_of, task.system),
+    )  # fmt: skip
+    try:
         while True:
             with _one_thread():
                 step = next(run, None)
             if step is None:
                 break
             if fault := warming.accept(step):
-                outcome = Outcome.OUTSIDE_TABLE
-                message = f"{outcome.text} (at {step.parameter:g}: {fault})"
-                return outcome, message
-            point = _point(step)
-            number += 1
+                part.outcome = Outcome.OUTSIDE_TABLE
+                part.message = f"{part.outcome.text} (at {step.parameter:g}: {fault})"
+                return
+            part.add(step.parameter, step.x)
+            point = _point(step, task, part)
             if task.listeners:
-                progress = (point.parameter - task.start) / (task.stop - task.start)
                 _tell(task, PointFound(
-                    number=number, point=point, progress=progress, step=run.step_length, recorder=recorder
+                    number=sum(p.points for p in parts), point=point, progress=_progress(parts), step=run.step_length,
+                    recorder=recorder,
                 ))  # fmt: skip
             yield point
-        outcome = run.outcome or Outcome.INTERRUPTED
-        message = (run.message or outcome.text) + warming.remark
-        work = {"evaluations": run.evaluations, "linear_solves": run.solves, "rejected_steps": run.rejected}
-        return outcome, message
-    except KeyboardInterrupt:
-        outcome = Outcome.INTERRUPTED
-        return outcome, outcome.text
+            if sought is not None and part.reaches(*sought):
+                part.outcome, part.met = Outcome.COMPLETED, True
+                return
+        part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
     finally:
-        seconds = time.perf_counter() - begin
-        work["seconds"] = seconds
-        attributes = attributes_of(task.problem, outcome, message, parameter=task.parameter, **work)
-        _tell(task, Stopped(
-            outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
-        ))  # fmt: skip
+        counts = (run.evaluations, run.solves, run.rejected)
+        work.update({name: work[name] + count for name, count in zip(work, counts, strict=True)})
+
+
+def _from_other_end(task: _Task) -> _Task:
+    """The same range from its other end."""
+    given = task.inputs
+    if isinstance(task.system, ParameterSystem):
+        given = task.system.base.moved(task.system.direction, task.stop)
+    omega = task.omega if task.parameter else task.stop
+    return replace(task, start=task.stop, stop=task.start, omega=omega, inputs=given, guess=None)
+
+
+def _progress(parts: list[Part]) -> float:
+    """Part of the range that is done; it falls where the branch turns back."""
+    first, now = parts[0], parts[-1]
+    assert now.last is not None
+    done = abs(now.last[0] - now.start) + (abs(first.reach - first.start) if now is not first else 0.0)
+    return min(1.0, done / abs(first.stop - first.start))
 
 
 def _tell(task: _Task, event: Any) -> None:
@@ -335,12 +373,15 @@ def _settled_in_time(task: _Task) -> Array | None:
     return -task.balance.moved_by(found.friction_coefficients, found.normal_coefficients, task.inputs.P, compliance)
 
 
-def _point(step: Step) -> Point:
-    value = step.evaluation
+def _point(step: Step, task: _Task, part: Part) -> Point:
+    value, kind = step.evaluation, step.kind
+    if kind == "requested" and step.parameter not in task.requested:
+        kind = "regular"
     terms = value.terms()
     return Point.at(
-        value.detail, x=step.x, residual=norm(value.residual / np.where(terms > 0, terms, 1.0)), iterations=step.iterations, kind=step.kind,
-        parameter=step.parameter, peak_of=step.name if step.kind == "peak" else "",
+        value.detail, x=step.x, residual=norm(value.residual / np.where(terms > 0, terms, 1.0)),
+        iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
+        peak_of=step.name if kind == "peak" else "",
     )  # fmt: skip
 
 

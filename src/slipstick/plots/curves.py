@@ -106,11 +106,12 @@ def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None
     """Parts of the period in stick, slip and separation, stacked to 1, for one contact (by default the first)."""
     ((_, dataset),) = list(datasets(branch))
     names = ("stick_fraction", "slip_fraction", "separation_fraction")
-    parts = np.array([_select(dataset, name, {"contact": contact}) for name in names])
+    shares = [_select(dataset, name, {"contact": contact}) for name in names]
+    x, *shares = _parted(dataset, dataset[abscissa(dataset)].to_numpy(), *shares)
     ax = styled(ax, quantity(dataset, abscissa(dataset)), "Fraction of the period")
     colours = [STATE_COLOURS[key] for key in ("stick", "slip+", "separation")]
     labels = [name.removesuffix("_fraction") for name in names]
-    ax.stackplot(dataset[abscissa(dataset)].to_numpy(), parts, labels=labels, colors=colours, alpha=0.85)
+    ax.stackplot(x, np.array(shares), labels=labels, colors=colours, alpha=0.85)
     ax.set_ylim(0.0, 1.0)
     ax.margins(x=0.0)
     ax.legend(frameon=True, framealpha=0.9, loc="best", fontsize="small")
@@ -133,10 +134,18 @@ def _lines(
     ax = styled(ax, quantity(first, abscissa(first)), quantity(first, name))
     for own, dataset in pairs:
         values = dataset[name].sum("contact").to_numpy() if total else _select(dataset, name, where)
-        ax.plot(dataset[abscissa(dataset)].to_numpy(), values, linewidth=1.6, label=own or label)
+        ax.plot(*_parted(dataset, dataset[abscissa(dataset)].to_numpy(), values), linewidth=1.6, label=own or label)
         if values.size and np.ptp(values) < 1e-6 * np.abs(values).max():
             ax.set_ylim(*np.sort(values[0] * np.array([0.8, 1.2])))  # rounding is not to be magnified
     return ax
+
+
+def _parted(dataset: xarray.Dataset, *series: np.ndarray) -> list[np.ndarray]:
+    """Series (point,) with a nan between the parts of a branch: no line is drawn from one to the other."""
+    if "part" not in dataset:
+        return list(series)
+    at = np.flatnonzero(np.diff(dataset["part"].to_numpy())) + 1
+    return [np.insert(values.astype(float), at, np.nan) for values in series]
 
 
 def _select(dataset: xarray.Dataset, name: str, where: Mapping[str, str | None]) -> np.ndarray:

@@ -43,6 +43,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "residual": ((), "1", "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it"),
     "newton_iterations": ((), "1", "Newton corrections"),
     "kind_code": ((), "1", "kind of point: " + ", ".join(f"{i} {name}" for i, name in enumerate(KINDS))),
+    "part": ((), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range"),
     "peak_dof": ((), "1", "index of the dof whose amplitude peaks here, -1 for none"),
 }
 """Dimensions after ``point``, units and long name of every variable. Units are the user's own consistent system."""
@@ -76,6 +77,8 @@ class Point:
     iterations: int
     residual: float
     """Relative to the sizes of its terms."""
+    part: int = 1
+    """Number of the part of the branch: 2 where it was also followed from the other end."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
@@ -250,6 +253,7 @@ class Recorder:
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=float),
             "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),
+            "part": np.array([p.part for p in points], dtype=float),
             "peak_dof": np.array(
                 [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=float
             ),
