@@ -62,7 +62,9 @@ def contact_pair(rng, name, tangential, normal, k, size):
     """A contact whose spring, load and rubbing are of the sizes of the structure's stiffness ``k`` and motion ``size``."""
     opens = normal is not None
     gap = size * (rng.normal(-0.5, 0.7) if opens else -(10.0 ** rng.uniform(-1.5, 1)))
-    law = dict(kt=k * 10.0 ** rng.uniform(-1.5, 1.5), mu=rng.uniform(0.1, 0.8), kn=k * 10.0 ** rng.uniform(-1.5, 1), gap=gap)
+    law = dict(
+        kt=k * 10.0 ** rng.uniform(-1.5, 1.5), mu=rng.uniform(0.1, 0.8), kn=k * 10.0 ** rng.uniform(-1.5, 1), gap=gap
+    )
     kind = rng.choice(["none", "constant", "periodic", "both"], p=[0.3, 0.35, 0.15, 0.2])
     speed = rng.choice([-1, 1]) * size * np.sqrt(k) * 10.0 ** rng.uniform(-2, 1)
     rubbing = ss.RubbingMotion(

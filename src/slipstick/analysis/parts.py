@@ -91,14 +91,14 @@ def joined(parts: list[Part]) -> tuple[Outcome, str]:
     if gap > _JUMP * abs(first.stop - first.start):
         missing = f"between {first.reach:.6g} and {second.reach:.6g} nothing was found"
         return first.outcome, f"{first.message or first.outcome.text}; both ends were tried: {told}; {missing}"
+    if not first.points:
+        return Outcome.COMPLETED, f"completed from the other end of the range: {told}"
     return Outcome.COMPLETED, f"completed in two parts, which {_meeting(first, second, gap)}: {told}"
 
 
 def _meeting(first: Part, second: Part, gap: float) -> str:
     if second.met:
         return f"meet at {second.reach:.6g}"
-    if not first.points:
-        return "do not meet"
     if gap >= 0.0:
         return f"end on the two sides of a jump at {0.5 * (first.reach + second.reach):.6g}"
     return f"are different solutions between {second.reach:.6g} and {first.reach:.6g}"

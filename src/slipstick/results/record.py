@@ -40,7 +40,11 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tangential_stiffness": (("contact",), "force/length", "tangential contact stiffness"),
     "normal_stiffness": (("contact",), "force/length", "normal contact stiffness"),
     "gap": (("contact",), "length", "gap, negative for interference"),
-    "residual": ((), "1", "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it"),
+    "residual": (
+        (),
+        "1",
+        "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it",
+    ),
     "newton_iterations": ((), "1", "Newton corrections"),
     "kind_code": ((), "1", "kind of point: " + ", ".join(f"{i} {name}" for i, name in enumerate(KINDS))),
     "part": ((), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range"),
