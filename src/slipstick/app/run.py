@@ -199,6 +199,7 @@ class _Listener:
     def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress) -> None:
         self._store, self._recorder, self._shown = store, recorder, shown
         self._last: float | None = None
+        self._part = 1
 
     def __call__(self, event: Any) -> None:
         kind = type(event).__name__
@@ -212,6 +213,9 @@ class _Listener:
     def _point(self, point: Any) -> None:
         self._store.append(self._recorder.record(point))
         value = float(point.parameter)
+        if point.part != self._part:
+            self._part, self._last = point.part, None
+            self._shown.note(f"  the branch broke off: it is followed from the other end too, from {value:.6g}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._shown.at(value, step, states_text(point.forces))
