@@ -37,7 +37,7 @@ def test_a_branch_that_turns_back_is_joined_from_the_other_end(turned):
     assert first[-1] == 2.0
     assert second[0] == 15.0
     assert second[-1] == 2.0
-    assert list(d.kind.values[d.part.values == 2])[0] == "start"
+    assert str(d.kind.values[d.part.values == 2][0]) == "start"
     assert float(d.residual.max()) < 1e-8
 
 

@@ -1,4 +1,4 @@
-"""Contacts up to 1e8 times as stiff as the structure: curves without end, residuals without rounding, the rigid limit."""
+"""Contacts up to 1e8 times as stiff as the structure: whole curves, residuals without rounding, the rigid limit."""
 
 import numpy as np
 import pytest

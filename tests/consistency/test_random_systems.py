@@ -1,0 +1,44 @@
+"""Random systems: nearly all are followed over their whole range, and what is stored solves the equations of motion."""
+
+import warnings
+from collections import Counter
+
+import numpy as np
+import pytest
+from random_systems import independent_residual, random_system
+
+import slipstick as ss
+
+CHUNK = 100
+PERMITTED = 1  # incomplete curves in a chunk of the long verification; 5 in all
+
+
+def followed(seed):
+    """The branch of a seed, whose points are held against the equations."""
+    system = random_system(seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        branch = ss.forced_response(system.problem, omega=system.span)
+    if len(branch):
+        low, high = sorted(system.span)
+        omega = branch.dataset.omega.values
+        assert low <= omega.min(), seed
+        assert omega.max() <= high, seed
+        assert float(branch.dataset.residual.max()) < 1e-8, seed
+        for point in np.linspace(0, len(branch) - 1, 5).astype(int):
+            assert independent_residual(system, branch, point) < 1e-6, (seed, point)
+    return branch
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 6, 7, 8])
+def test_a_few_random_systems(seed):
+    assert followed(seed).outcome.ok
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("chunk", range(10))
+def test_a_thousand_random_systems(chunk):
+    branches = {seed: followed(seed) for seed in range(chunk * CHUNK, (chunk + 1) * CHUNK)}
+    ended = Counter(branch.outcome.name for branch in branches.values())
+    incomplete = [seed for seed, branch in branches.items() if not branch.outcome.ok]
+    assert len(incomplete) <= PERMITTED, (ended, incomplete)
