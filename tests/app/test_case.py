@@ -141,7 +141,7 @@ def test_a_modal_structure_with_default_names(tmp_path: Path) -> None:
         static_load_response=np.full(6, 0.01),
     )
     text = GOOD.split("[structure]")[0] + (
-        '[structure]\nkind = "modal"\nfile = "m.npz"\nmodes = 2\nloss_factor = 0.01\n'
+        '[structure]\nkind = "modal"\nfile = "m.npz"\nmodes = 2\nforce = true\nloss_factor = 0.01\n'
         '[[load]]\nshape = "pressure"\ncos = 1\n'
         '[[contact]]\nname = "tip"\ntangential = "n2y"\nkt = 10\nmu = 0.3\nnormal_load = 1\n'
         "[response]\nfrom = 5\nto = 15\n"

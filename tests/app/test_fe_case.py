@@ -232,7 +232,7 @@ def test_a_mesh_may_be_named_in_the_case(tmp_path: Path) -> None:
     """It is assembled there and needs its material."""
     (tmp_path / "cube.inp").write_text(MESH)
     structure = (
-        '[structure]\nkind = "fe"\nfile = "cube.inp"\nfixed = ["ROOT"]\nsurface = "TIP"\ncontacts = 1\nmodes = 3\n'
+        '[structure]\nkind = "fe"\nfile = "cube.inp"\nfixed = ["ROOT"]\nsurface = "TIP"\ncontacts = 1\nmodes = 12\n'
     )
     contact = CONTACT.replace("[1.0, 1.0, 0.0]", "[1.0, 0.0, 0.0]")
     (found,) = faults(tmp_path, structure, contact, load="")

@@ -100,7 +100,8 @@ def transient(
     Parameters
     ----------
     problem
-        What is to be integrated; hysteretic damping becomes viscous, equal at each mode's own frequency.
+        What is to be integrated; hysteretic damping becomes viscous, equal at each mode's own frequency. A reduced
+        structure is integrated as it is: what its modes leave out is left out here too.
     omega
         Principal frequency, rad/s.
     periods

@@ -37,6 +37,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
     )
     return Body(
         structure=blade.structure,
+        force=table.force,
         points=ContactPoints(
             positions=blade.positions, normals=blade.normals, areas=blade.areas, influence=blade.influence
         ),

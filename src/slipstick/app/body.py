@@ -66,16 +66,25 @@ class FullModel:
         reduction, K, M = compared
         return estimate_error(reduction, K, M, [omega])[omega]
 
+    def modes_below(self, omega: float) -> int | None:
+        """How many modes of the full model lie below a frequency, rad/s; one factorisation."""
+        from slipstick.structure.reduction_compute import modes_below
+
+        _, K, M = self.comparison()
+        return modes_below(K, M, omega)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
     """The structure of a case, its contact points and its full model where it has them.
 
-    ``notes`` and ``warnings`` are those of the imported model: what was left out; what is approximated or looks wrong.
+    ``force``: a reduction that is too coarse is taken all the same. ``notes`` and ``warnings`` are those of the
+    imported model: what was left out; what is approximated or looks wrong.
     """
 
     structure: Structure
     points: ContactPoints | None = None
     full: FullModel | None = None
+    force: bool = False
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.reading import Reading
-from slipstick.app.tables import ResponseTable, swept_value
+from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
@@ -101,10 +101,7 @@ class Case:
     @property
     def omega(self) -> tuple[float, float]:
         """The frequencies met, rad/s: a range, or twice the fixed one."""
-        if self.parameter is None:
-            return self.span
-        assert self.response.omega is not None
-        return self.response.omega, self.response.omega
+        return frequencies_met(self.response)
 
     def options(self) -> Any:
         """Continuation options given in ``[response]``, over the defaults."""

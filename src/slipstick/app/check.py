@@ -26,6 +26,7 @@ def check_case(path: Path) -> None:
     warn(case)
     say(f"{case.title} ({path})")
     _structure(problem)
+    _reduction(problem, case.omega)
     show_full_model(case.body, case.omega, max(problem.harmonics.orders))
     _request(case, problem)
     _contacts(problem)
@@ -53,6 +54,19 @@ def _structure(problem: Problem) -> None:
     say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
         say(f"  {number:>3}  {hertz(float(omega))}")
+
+
+def _reduction(problem: Problem, omega: tuple[float, float]) -> None:
+    from slipstick.balance.reduction import worst_error
+
+    worst = worst_error(problem, omega)
+    if worst is None or worst.kind == "unknown":
+        return
+    limit = problem.structure.valid_to  # type: ignore[attr-defined]
+    say(
+        f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
+        + (f"; 1e-02 is reached at {hertz(limit)}" if np.isfinite(limit) else "")
+    )
 
 
 def _request(case: Case, problem: Problem) -> None:

@@ -174,12 +174,14 @@ def _fe_reduced(
             **_how_many(table, model.K.shape[0]),
             loss_factor=table.loss_factor,
             damping_ratio=table.damping_ratio,
+            force=True,  # judged once range and harmonics are known
             cache=cache_folder(folder),
             listener=hear,
         ),
     )
     return Body(
         structure=reduction.structure,
+        force=table.force,
         points=None if whole is None else _contact_points(whole),
         full=FullModel(
             n_dofs=reduction.n_full,
@@ -191,12 +193,20 @@ def _fe_reduced(
             comparison=partial(_compared, reduction, model.K, model.M),
         ),
         notes=imported.notes,
-        warnings=imported.warnings,
+        warnings=(*imported.warnings, *_unused(table, imported)),
     )
 
 
 def _compared(reduction: Reduction, K: Any, M: Any) -> Comparison:
     return reduction, K, M
+
+
+def _unused(table: FeTable, imported: ImportedModel) -> Iterable[str]:
+    if imported.C is not None and imported.C.nnz:
+        yield (
+            f"[structure] {table.file} holds a damping matrix, which a reduction to real modes does not use; give "
+            "loss_factor or damping_ratio"
+        )
 
 
 def _contact_points(whole: ContactModel) -> ContactPoints:

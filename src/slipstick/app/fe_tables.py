@@ -114,6 +114,7 @@ class ReductionTable(Table):
     )
     modes: Modes | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
 
 
 class FeTable(ReductionTable):

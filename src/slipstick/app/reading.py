@@ -14,7 +14,16 @@ from slipstick.app.heating import background_of, cold_value, heating_faults, the
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
 from slipstick.app.surface_contacts import INFLUENCE, expanded, own_influence
-from slipstick.app.tables import ContactTable, LoadTable, OutputTable, ResponseTable, Table, ThermalTable, TopTable
+from slipstick.app.tables import (
+    ContactTable,
+    LoadTable,
+    OutputTable,
+    ResponseTable,
+    Table,
+    ThermalTable,
+    TopTable,
+    frequencies_met,
+)
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
@@ -238,8 +247,19 @@ class Reading:
                 thermal=thermal_model(contacts, self.thermal, self.folder),
             )
             self._parameter()
+            self._reduction()
         except InputError as error:
             self.faults += error.problems
+
+    def _reduction(self) -> None:
+        """The structure is not reduced too far for what is asked of it."""
+        from slipstick.balance.reduction import reduction_faults
+
+        if self.problem is None or self.response is None or self.body is None or self.body.force or self.faults:
+            return
+        count = self.body.full.modes_below if self.body.full is not None else None
+        found = reduction_faults(self.problem, frequencies_met(self.response), count)
+        self.faults += [f"[structure] {fault}" for fault in found]
 
     def _parameter(self) -> None:
         """The followed parameter exists and takes both ends of its range."""

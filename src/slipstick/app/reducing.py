@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Tell
 from slipstick.app.fe_tables import MaterialTable
-from slipstick.errors import InputError, SlipstickError
+from slipstick.errors import InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
@@ -48,9 +49,11 @@ def stages(tell: Tell) -> Callable[[Progress], None]:
 
 
 def reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], Any]) -> Any:
-    """A reduction; one that does not succeed is a fault of the case."""
+    """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
     try:
-        return make(stages(tell))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            return make(stages(tell))
     except InputError:
         raise
     except SlipstickError as error:

@@ -139,6 +139,8 @@ class _Run:
         return f"{self.case.parameter} from {start:g} to {stop:g} at {hertz(self.case.omega[0])}"
 
     def _attributes(self) -> Mapping[str, str]:
+        from slipstick.balance.reduction import reduction_attributes
+
         made = {f"{name}_version": number for name, number in versions().items()}
         return {
             "Conventions": "CF-1.11",
@@ -147,6 +149,7 @@ class _Run:
             "case_file": self.case.path.name,
             "harmonics": " ".join(str(m) for m in self.case.problem().harmonics.orders),
             "parameter": self.case.parameter or "",
+            **reduction_attributes(self.case.problem()),
             "outcome": Outcome.INTERRUPTED.name,
             "outcome_text": "unfinished: the run ended before it could say why; every point found is kept",
             **made,

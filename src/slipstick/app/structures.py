@@ -131,18 +131,17 @@ def _modal(table: Any, folder: Path) -> Structure:
 
 
 def _truncated(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
-    """The arrays of the first modes; what the dropped ones did to the second residuals is added back to these."""
+    """The arrays of the first modes; the second residuals hold what the dropped ones leave."""
+    if modes == arrays["omega"].size:
+        return dict(arrays)
     dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
     kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
     kept |= {name: arrays[name][:modes] for name in _DAMPING if name in arrays and arrays[name].ndim == 1}
-    if "second_residual" in arrays:
-        kept["second_residual"] = arrays["second_residual"] + dropped @ arrays["mode_shapes"][:, modes:].T
+    kept["second_residual"] = arrays.get("second_residual", 0.0) + dropped @ arrays["mode_shapes"][:, modes:].T
     if "load_participation" in arrays:
-        kept["load_participation"] = arrays["load_participation"][:modes]
-        if "second_load_response" in arrays:
-            kept["second_load_response"] = (
-                arrays["second_load_response"] + dropped @ arrays["load_participation"][modes:]
-            )
+        participation = arrays["load_participation"]
+        kept["load_participation"] = participation[:modes]
+        kept["second_load_response"] = arrays.get("second_load_response", 0.0) + dropped @ participation[modes:]
     return kept
 
 
@@ -193,7 +192,7 @@ def _blade(table: Any, folder: Path, tell: Tell) -> Body:
 
 
 def _plain(make: Callable[[Any, Path], Structure]) -> Callable[[Any, Path, Tell], Body]:
-    return lambda table, folder, _tell: Body(structure=make(table, folder))
+    return lambda table, folder, _tell: Body(structure=make(table, folder), force=getattr(table, "force", False))
 
 
 _BUILDERS: dict[str, tuple[type[Table], Callable[[Any, Path, Tell], Body]]] = {

@@ -143,6 +143,7 @@ class ModalTable(Table):
     modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes to use")
     loss_factor: NotNegative | None = Field(default=None, description="a number >= 0, the hysteretic loss factor")
     damping_ratio: NotNegative | None = Field(default=None, description="a number >= 0, the ratio to critical damping")
+    force: bool = Field(default=False, description="true or false: take modes that are too few")
 
 
 class LoadTable(Table):
@@ -271,6 +272,14 @@ class ResponseTable(Table):
         if not faults and "from" in raw and "to" in raw:
             faults += _range_faults(swept_value(raw["from"], swept), swept_value(raw["to"], swept), values, swept)
         return faults
+
+
+def frequencies_met(response: ResponseTable) -> tuple[float, float]:
+    """The frequencies a case meets, rad/s: the ends of a range, or twice the fixed one."""
+    if response.parameter is None:
+        return swept_value(response.start, False), swept_value(response.stop, False)
+    assert response.omega is not None
+    return response.omega, response.omega
 
 
 def swept_value(value: Any, parameter: bool) -> float:

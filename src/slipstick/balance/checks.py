@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.heat import heat_faults
+from slipstick.balance.reduction import reduction_warnings
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import InputError
 
@@ -77,6 +78,7 @@ def problem_warnings(problem: Problem, omega: Sequence[float] = ()) -> list[str]
         found.append("nothing moves the structure: there is no load and no rubbing motion; give one of them")
     if len(omega):
         found += _frequency_warnings(problem, float(min(omega)), float(max(omega)))
+        found += reduction_warnings(problem, omega)
     return found
 
 

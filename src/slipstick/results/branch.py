@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.reduction import reduction_attributes, worst_error
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.errors import InputError, Outcome
 from slipstick.results.measures import friction_force
@@ -41,6 +42,8 @@ class TimeCheck:
     """Largest difference of amplitudes and zero harmonics over the largest of all of them."""
     converged: bool
     """Whether the time integration became periodic."""
+    reduction_error: float | None = None
+    """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
 
 
 class Branch:
@@ -186,7 +189,9 @@ class Branch:
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 
-        Heated contacts keep the parameters they have at this point. ``options`` are those of ``slipstick.transient``.
+        Both use the same structure, so an error of its reduction to modes stays unseen: ``reduction_error`` of the
+        outcome tells its estimate. Heated contacts keep the parameters they have at this point. ``options`` are those
+        of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """
         from slipstick.analysis.starting import HarmonicStart
@@ -202,6 +207,7 @@ class Branch:
         result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
         amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
         pairs = ((amplitude, result.amplitude), (mean, result.mean))
+        worst = worst_error(problem, [float(d["omega"])])
         size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
         return TimeCheck(
             omega=float(d["omega"]),
@@ -212,6 +218,7 @@ class Branch:
             mean_in_time=result.mean,
             relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
             converged=result.converged,
+            reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
         )
 
     def _problem_at(self, point: int) -> Problem:
@@ -270,6 +277,7 @@ def attributes_of(
         "outcome_text": message or outcome.text,
         "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
         "parameter": parameter,
+        **reduction_attributes(problem),
         "slipstick_version": version("slipstick"),
         "numpy_version": np.__version__,
         **more,

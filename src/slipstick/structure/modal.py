@@ -124,7 +124,7 @@ class ModalStructure:
         if faults:
             raise InputError(faults)
         self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
-        self.knows_residual = compliance is not None
+        self._knows_residual = compliance is not None
         self.static_compliance = self._modal_compliance if compliance is None else compliance
         self._check_residual()
         self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
@@ -157,14 +157,31 @@ class ModalStructure:
             second_residual=self.second_residual,
         )
 
-    def reduction_error(self, frequency: ArrayLike) -> Array:
+    def reduction_error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
         """Relative error of the receptance by the modes left out, at frequencies (rad/s), undamped, same shape.
+
+        Relative to the receptance there, or at the frequencies ``relative_to``.
 
         An estimate from the residuals (:mod:`slipstick.structure.truncation`): a bound below the last mode, mostly 1 to
         5 times the error; without ``second_residual`` it can be far above it, without ``static_compliance`` it is zero,
         because nothing is known of what is left out. Load shapes do not enter.
         """
-        return self._truncation.error(frequency)
+        return self._truncation.error(frequency, relative_to)
+
+    @property
+    def error_kind(self) -> str:
+        """What :meth:`reduction_error` is: an "estimate", with static compliance alone a "bound", else "unknown".
+
+        Modes as many as dofs that are all there is have nothing left out: an "estimate".
+        """
+        if not self._knows_residual:
+            return "estimate" if self.omega.size == len(self._dofs) else "unknown"
+        return "bound" if self.second_residual is None else "estimate"
+
+    @property
+    def last_mode(self) -> float:
+        """Highest natural frequency kept, rad/s."""
+        return float(self.omega.max())
 
     @cached_property
     def valid_to(self) -> float:

@@ -10,7 +10,8 @@ Each mode not taken leaves the error ``a_r a_r^T / omega_r^2 (omega / omega_r)^4
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
@@ -19,11 +20,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.eigen import Listener
 from slipstick.structure import reduction_store
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.reduction_compute import ReducedData, compute, direct_receptance, store_path, stored_data
+from slipstick.structure.reduction_compute import (
+    ReducedData,
+    compute,
+    direct_receptance,
+    modes_below,
+    store_path,
+    stored_data,
+)
 from slipstick.structure.reduction_request import (
     Accuracy,
     Damping,
@@ -34,6 +42,7 @@ from slipstick.structure.reduction_request import (
     request_problems,
     require_real,
 )
+from slipstick.structure.truncation import WARNED, WorstError
 
 Array = NDArray[np.float64]
 
@@ -44,8 +53,9 @@ class Reduction:
 
     ``directions`` (n, n_keep) sparse; ``residuals`` (n_modes,) backward errors of the modes; ``complete``: whether the
     inertia proved that no mode is missing (None: the solver does not tell); ``error_estimate``: relative error of the
-    receptance against the full model at the highest frequency asked, None for a fixed number of modes; ``seconds`` by
-    stage; ``reused``: read from the store.
+    receptance over the frequency range asked: measured against the full model at its upper end, for a fixed number of
+    modes estimated (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from
+    the store.
     """
 
     structure: ModalStructure
@@ -78,6 +88,7 @@ def reduce_model(
     loss_factor: float | ArrayLike = 0.0,
     damping_ratio: float | ArrayLike = 0.0,
     rayleigh: tuple[float, float] = (0.0, 0.0),
+    force: bool = False,
     solver: str | None = None,
     cache: str | Path | None = None,
     listener: Listener | None = None,
@@ -95,7 +106,11 @@ def reduce_model(
         Full load vectors (n,) by name: pressures and other distributed loads.
     modes
         How many; when left out, as many as bring the receptance to ``accuracy`` (relative, Frobenius norm over the kept
-        directions) at the upper end of ``frequency_range`` (rad/s), or 128 when no range is given either.
+        directions) at the upper end of ``frequency_range`` (rad/s), or 128 when no range is given either. The range
+        should hold the harmonics that matter: of friction about the first three to five times the frequency.
+    force
+        Take a reduction whose error over ``frequency_range`` is above 1e-2, which is refused otherwise. Without a range
+        the structure tells how far it holds: ``reduction_error(frequency)`` and ``valid_to``.
     loss_factor, damping_ratio, rayleigh
         See :class:`Damping`.
     solver
@@ -107,8 +122,14 @@ def reduce_model(
     ------
     InputError
         Sizes, names, complex or non-finite values, asymmetry, singular or indefinite matrices: one sentence each.
+        A relative error of the receptance above 1e-2 over ``frequency_range``, unless forced.
     EigenError
         Modes that do not converge, or an accuracy out of reach.
+
+    Warns
+    -----
+    SlipstickWarning
+        An error above 1e-4 over ``frequency_range``.
     """
     require_real(K, M, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh)
     K, M = as_csr(K), as_csr(M)
@@ -131,17 +152,39 @@ def reduce_model(
             reduction_store.write(path, data.arrays())
     else:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
+    structure = modal_structure(data, kept, tuple(load_shapes or {}), damping)
+    error = data.error_estimate
+    if frequency_range is not None:
+        worst = _worst(structure, frequency_range, error)
+        _judge(worst, force, lambda: modes_below(K, M, worst.needed, solver))
+        error = worst.relative if error is None else error
     return Reduction(
-        structure=modal_structure(data, kept, tuple(load_shapes or {}), damping),
+        structure=structure,
         directions=directions,
         n_full=K.shape[0],
         solver=data.solver,
         residuals=data.residuals,
         complete=data.complete,
-        error_estimate=data.error_estimate,
+        error_estimate=error,
         seconds=data.seconds,
         reused=reused,
     )
+
+
+def _worst(structure: ModalStructure, frequency_range: tuple[float, float], measured: float | None) -> WorstError:
+    """Measured at the highest frequency, else the estimate over the range."""
+    grid = np.linspace(min(frequency_range), max(frequency_range), 33)
+    errors = structure.reduction_error(grid) if measured is None else np.where(grid == grid[-1], measured, 0.0)
+    at = int(np.argmax(errors))
+    error = float(errors[at])
+    return WorstError(value=error, relative=error, omega=float(grid[at]), last_mode=structure.last_mode, reach=grid[-1])
+
+
+def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> None:
+    if worst.refused and not force:
+        raise InputError(worst.sentence(count()))
+    if worst.value > WARNED:
+        warnings.warn(worst.sentence(), SlipstickWarning, stacklevel=3)
 
 
 def estimate_error(

@@ -230,6 +230,15 @@ def direct_receptance(K: Any, M: Any, directions: Any, omega: float, solver: str
     return np.asarray(exact), None if factors.inertia is None else factors.inertia.negative
 
 
+def modes_below(K: Any, M: Any, omega: float, solver: str | None = None) -> int | None:
+    """How many modes lie below a frequency (rad/s), by one factorisation; None where the solver does not tell."""
+    try:
+        inertia = factorise(shifted(K, M, omega**2), solver=solver).inertia
+    except SingularMatrixError:
+        return None
+    return None if inertia is None else inertia.negative
+
+
 class _Clock:
     """Seconds by stage, each announced to the listener when it begins."""
 

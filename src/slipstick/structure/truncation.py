@@ -11,6 +11,7 @@ Near and above ``w_n`` modes may be left out that w passes; there ``RESONANT`` s
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ WARNED = 1e-4
 
 RESONANT = 5.0
 """Largest factor on what a mode left out adds at rest."""
+
+
+_MODES_BEYOND = 5.0
 
 
 class Truncation:
@@ -55,15 +59,19 @@ class Truncation:
         self._residual = float(np.linalg.norm(residual))
         self._second = None if second_residual is None else float(np.linalg.norm(scales * second_residual))
 
-    def error(self, frequency: ArrayLike) -> Array:
-        """Relative error of the receptance (Frobenius norm over all dofs) at frequencies (rad/s), same shape."""
+    def error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
+        """Error of the receptance (Frobenius norm over all dofs) at frequencies (rad/s), same shape.
+
+        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits).
+        """
         w = np.asarray(frequency, dtype=float)
         square = w * w
         with np.errstate(divide="ignore"):
             factor = np.where(w < self.last, np.minimum(square / (self.last**2 - square), RESONANT), RESONANT)
         left_out = factor * (self._residual if self._second is None else square * self._second)
-        size = self._size(square)
-        return np.divide(left_out, size, out=np.full(w.shape, np.inf), where=size > 0.0)
+        size = self._size(square if relative_to is None else np.asarray(relative_to, dtype=float) ** 2)
+        left_out, size = np.broadcast_arrays(left_out, size)
+        return np.divide(left_out, size, out=np.full(size.shape, np.inf), where=size > 0.0)
 
     def _size(self, square: Any) -> Array:
         """Norm of the modal part and the static residual: ``|sum c_r a_r a_r^T + R0|`` with Gram matrices."""
@@ -77,3 +85,53 @@ class Truncation:
         grid = self.last * np.geomspace(1e-3, 1e3, 1201)
         above = np.flatnonzero(self.error(grid) > error)
         return float(grid[max(above[0] - 1, 0)]) if len(above) else float("inf")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorstError:
+    """Where the receptance of a reduced structure is worst.
+
+    ``relative`` is the error of the receptance at ``order`` times ``omega`` (rad/s), ``value`` what it does to the
+    motion, relative to that at the harmonics that are excited; ``last_mode`` in rad/s; ``reach`` (rad/s) the highest
+    frequency that matters, lower for harmonics that count less; ``kind`` as
+    :attr:`slipstick.structure.modal.ModalStructure.error_kind`.
+    """
+
+    value: float
+    relative: float
+    omega: float
+    last_mode: float
+    reach: float
+    order: int = 1
+    kind: str = "estimate"
+
+    @property
+    def refused(self) -> bool:
+        """Whether it is of no use: a bound alone, which can be far above the error, does not say so."""
+        return self.kind == "estimate" and not self.value <= REFUSED
+
+    @property
+    def needed(self) -> float:
+        """Frequency (rad/s) up to which modes bring the error below ``WARNED``, by experience (within a half).
+
+        The error falls with the third to fifth power of the last mode's frequency, to 1e-4 at five times ``reach``.
+        """
+        closer = self.last_mode * max(self.value / WARNED, 1.0) ** (1 / 3) if self.value < REFUSED else np.inf
+        return float(max(min(_MODES_BEYOND * self.reach, closer), 1.05 * self.last_mode))
+
+    def sentence(self, count: int | None = None) -> str:
+        """What is wrong and what to do; ``count`` modes lie below :attr:`needed`."""
+        at = f"{self.order * self.omega:.5g} rad/s"
+        if self.order > 1:
+            at += f" (harmonic {self.order} of {self.omega:.5g} rad/s"
+            at += ")" if self.value == self.relative else f", which counts {self.value:.1e} there)"
+        may = "is wrong by about" if self.kind == "estimate" else "may be wrong by up to"
+        more = f"all {count} below" if count else "about all below"
+        known = "" if self.kind == "estimate" else "give second_residual, which tells more, or "
+        force = "; force = true takes it as it is" if self.refused else ""
+        return (
+            f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}: its modes "
+            f"end at {self.last_mode:.5g} rad/s, and what counts should stay below {WARNED:g}, above {REFUSED:g} it is "
+            f"of no use; {known}keep more modes, {more} {self.needed:.3g} rad/s, or lower the range or the "
+            f"harmonics{force}"
+        )

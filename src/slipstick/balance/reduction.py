@@ -1,0 +1,100 @@
+"""What the modes left out of a structure do to a problem: over its range, at the harmonics that matter.
+
+A harmonic that is excited (by a load, by the rubbing motion) counts in full. Friction makes the others: its force is
+continuous with kinks, so its harmonics fall with the square of their order. What is left out of the receptance at order
+m moves the structure by ``(e / m)^2 |dA(m w)| / |A(e w)|`` relative to the motion at e, the next excited order below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.structure.truncation import REFUSED, WARNED, WorstError
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+Array = NDArray[np.float64]
+
+_FREQUENCIES = 9
+
+
+def worst_error(problem: Problem, omega: Sequence[float]) -> WorstError | None:
+    """The largest weighted error of the receptance over a range (rad/s); None for a structure without such an estimate.
+
+    A structure tells it by a method ``reduction_error(frequencies, relative_to)`` and attributes ``error_kind`` and
+    ``last_mode``, as :class:`slipstick.structure.modal.ModalStructure` does.
+    """
+    structure = problem.structure
+    estimate = getattr(structure, "reduction_error", None)
+    orders = np.array([m for m in problem.harmonics.orders if m > 0], dtype=float)
+    if estimate is None or not len(orders):
+        return None
+    grid = np.linspace(min(omega), max(omega), _FREQUENCIES)
+    places, (base, weights) = np.multiply.outer(grid, orders), harmonic_weights(problem)
+    relative = np.asarray(estimate(places))
+    counted = weights * np.asarray(estimate(places, np.multiply.outer(grid, base)))
+    at, order = np.unravel_index(int(np.argmax(counted)), counted.shape)
+    part = np.divide(counted, relative, out=np.ones_like(relative), where=(relative > 0.0) & np.isfinite(relative))
+    return WorstError(
+        value=float(counted[at, order]),
+        relative=float(relative[at, order]),
+        omega=float(grid[at]),
+        reach=float(np.max(places * np.minimum(part, 1.0) ** 0.2)),  # a fifth power: see WorstError.needed
+        order=int(orders[order]),
+        last_mode=float(structure.last_mode),  # type: ignore[attr-defined]
+        kind=str(structure.error_kind),  # type: ignore[attr-defined]
+    )
+
+
+def harmonic_weights(problem: Problem) -> tuple[Array, Array]:
+    """For each harmonic kept but 0 the excited one it is measured by, and how much it counts."""
+    orders = [m for m in problem.harmonics.orders if m > 0]
+    excited = excited_orders(problem) or orders[:1]
+    below = [max((e for e in excited if e <= m), default=m) for m in orders]
+    fallen = [(e / m) ** 2 if problem.contacts or e == m else 0.0 for e, m in zip(below, orders, strict=True)]
+    return np.array(below, dtype=float), np.array(fallen)
+
+
+def excited_orders(problem: Problem) -> list[int]:
+    """Harmonics of the principal frequency at which loads and rubbing motions act, without 0."""
+    found = {load.harmonic * problem.load_order for load in problem.loads if load.cos or load.sin}
+    found |= {m * problem.rubbing_order for pair in problem.contacts for m in pair.rubbing.orders}
+    return sorted(found - {0})
+
+
+def reduction_attributes(problem: Problem) -> dict[str, str]:
+    """What results say of the reduced structure: up to which frequency its receptance is right to one percent."""
+    limit = getattr(problem.structure, "valid_to", None)
+    if limit is None or problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
+        return {}
+    return {"reduction_valid_to": f"{float(limit):.6g} rad/s"}
+
+
+def reduction_faults(
+    problem: Problem, omega: Sequence[float], count: Callable[[float], int | None] | None = None
+) -> list[str]:
+    """Why the reduced structure is of no use over the range; ``count`` tells how many modes lie below a frequency."""
+    worst = worst_error(problem, omega)
+    if worst is None or not worst.refused:
+        return []
+    return [worst.sentence(count(worst.needed) if count is not None else None)]
+
+
+def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
+    """What looks wrong about the reduced structure over the range: beyond its modes, or an error that shows."""
+    worst = worst_error(problem, omega)
+    if worst is None:
+        return []
+    highest = max(omega) * max(excited_orders(problem), default=1)
+    if worst.kind == "unknown" and highest > worst.last_mode:
+        return [
+            f"the range goes up to {highest:.5g} rad/s, beyond the modes of the structure, which end at "
+            f"{worst.last_mode:.5g} rad/s, and nothing tells what was left out: give static_compliance, or more modes"
+        ]
+    limit = WARNED if worst.kind == "estimate" else REFUSED
+    return [worst.sentence()] if worst.value > limit else []
