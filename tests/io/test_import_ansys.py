@@ -335,6 +335,11 @@ def cube(folder: Path, more: str = "", *, old: str = "", new: str = "") -> Path:
         ("MP,EY,1,2.0E+07\n", "material 1: EY is 2e+07, along x 3e+07: not isotropic"),
         ("MP,GXY,1,2.0E+07\n", "material 1: GXY is 2e+07, of an isotropic material 1.15385e+07"),
         ("TB,ANEL,1,1,21,0\n", "TB, ANEL of material 1 is not isotropic elasticity"),
+        ("D,99999999999999999999,ALL,0.\n", "D cannot be read"),
+        (
+            "CMBLOCK,ROOT,NODE,       3\n(8i10)\n         1        -4\n",
+            "component ROOT claims 3 numbers, the file has 2",
+        ),
         ("CDREAD,DB,'other',cdb\n", "CDREAD brings in data that are not in the file"),
     ],
 )

@@ -118,6 +118,7 @@ def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
         ("*SOLID SECTION, ELSET=NOWHERE, MATERIAL=STEEL", "*SOLID SECTION names the element set NOWHERE"),
         ("*SOLID SECTION, ELSET=EALL, MATERIAL=WOOD", "names material WOOD, which has no *ELASTIC"),
         ("*ELEMENT\n5, 1, 2", "*ELEMENT lacks TYPE="),
+        ("*NODE\n99999999999999999999, 0., 0., 0.", "99999999999999999999... is too long for a label"),
         (
             "*ELEMENT, TYPE=T3D2, ELSET=BAR\n9, 2, 3\n*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL",
             "1 elements of type T3D2",
@@ -252,6 +253,9 @@ def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
         read_model(files)
     path.write_text(wrong + HELD)
     with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*same units"):
+        read_model(files)
+    path.write_text(CUBE + HELD + "*ELSET, ELSET=TWICE\n1\n*SOLID SECTION, ELSET=TWICE, MATERIAL=STEEL\n")
+    with pytest.warns(SlipstickWarning, match=r"is not compared .* element 1 has more than one material"):
         read_model(files)
     path.write_text(CUBE + HELD)
     assert read_model(files).warnings == ()

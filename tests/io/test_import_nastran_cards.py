@@ -76,6 +76,8 @@ def test_cards_that_couple_are_refused_beside_matrices_that_lack_them(tmp_path, 
     ("card", "said"),
     [
         ("INCLUDE 'more.bdf'", "line 9: INCLUDE is not read"),
+        ("GRDSET,,,,,,,x", "line 9: GRDSET cannot be read"),
+        ("SPOINT,99999999999999999999", "line 9: SPOINT cannot be read"),
         ("SESET,1,1,2", "SESET belongs to a superelement"),
         ("BEGIN SUPER=1", "belongs to a superelement"),
         ("EPOINT,7", "EPOINT adds extra points"),

@@ -14,7 +14,7 @@ from slipstick.fem.elements import ELEMENTS
 from slipstick.io.abaqus_blocks import Block, blocks
 from slipstick.io.abaqus_keywords import MATERIAL_FAULTS, PARAMETERS, TABLE, solid_type
 from slipstick.io.findings import Findings, Verdict
-from slipstick.io.text_numbers import fortran_real, read_bytes
+from slipstick.io.text_numbers import fortran_real, read_bytes, whole
 
 _INSTANCES = (
     'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
@@ -137,7 +137,7 @@ def _node(content: Content, block: Block) -> None:
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
-        label = int(row[0])
+        label = whole(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
             raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
         labels.append(label)
@@ -154,13 +154,13 @@ def _element(content: Content, block: Block) -> None:
 
 
 def _skipped(content: Content, block: Block, name: str) -> list[int]:
-    labels = [int(words[0]) for _, words in block.joined() if words]
+    labels = [whole(words[0]) for _, words in block.joined() if words]
     content.skipped.setdefault(name, []).extend(labels)
     return labels
 
 
 def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
-    words = [int(word) for row in block.rows for word in row if word]
+    words = [whole(word) for row in block.rows for word in row if word]
     width = 1 + ELEMENTS[kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
@@ -192,7 +192,7 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     if "GENERATE" in block.parameters:
         members: list[int] = []
         for row in block.rows:
-            first, last, step = int(row[0]), int(row[1]), int(row[2]) if len(row) > 2 and row[2] else 1
+            first, last, step = whole(row[0]), whole(row[1]), whole(row[2]) if len(row) > 2 and row[2] else 1
             if step <= 0 or (last - first) // step > 50_000_000:
                 raise ValueError(f"range {first}, {last}, {step}")
             members += range(first, last + 1, step)
@@ -205,7 +205,7 @@ def named(word: str, sets: dict[str, list[int]]) -> list[int]:
     word = word.strip('"').upper()
     if word not in sets:
         word = word.split(".")[-1]
-    return [int(word)] if word.isdigit() else sets[word]
+    return [whole(word)] if word.isdigit() else sets[word]
 
 
 def _surface(content: Content, block: Block) -> None:
@@ -330,8 +330,8 @@ def _directions(row: list[str]) -> tuple[int, ...]:
     """
     if row[1].upper() in _NAMED:
         return _NAMED[row[1].upper()]
-    first = int(row[1])
-    last = int(row[2]) if len(row) > 2 and row[2] else first
+    first = whole(row[1])
+    last = whole(row[2]) if len(row) > 2 and row[2] else first
     if last - first > 1000:
         raise ValueError(f"directions {first} to {last}")
     return tuple(range(first, last + 1))

@@ -22,7 +22,7 @@ from slipstick.io.extras import require
 from slipstick.io.findings import Coupling, Findings
 from slipstick.io.mesh_checks import likely_units, unit_notes
 from slipstick.io.mesh_model import MeshModel, node_indices, with_surfaces
-from slipstick.io.text_numbers import fortran_real, read_bytes
+from slipstick.io.text_numbers import fortran_real, read_bytes, whole
 
 IntArray = NDArray[np.int64]
 
@@ -92,7 +92,7 @@ def read_archive(path: Path) -> MeshModel:
     findings.refuse_incomplete()
     used = {name: int(name.split()[1]) for name in sets}
     materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
-    rotated = rotated_nodes(text)
+    rotated = _rotated_nodes(text, path)
     return MeshModel(
         mesh=with_surfaces(mesh, groups),
         materials=materials if len(materials) == len(sets) else {},
@@ -130,7 +130,7 @@ def _turned_supports(held: IntArray, rotated: IntArray, path: Path) -> Iterator[
         yield Coupling(where=where, what="are held along rotated directions")
 
 
-def rotated_nodes(text: str) -> IntArray:
+def _rotated_nodes(text: str, path: Path) -> IntArray:
     """Labels of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
     rotated: list[int] = []
     for block in re.finditer(
@@ -141,20 +141,22 @@ def rotated_nodes(text: str) -> IntArray:
         integers, width, real = (int(block.group(i)) for i in (1, 2, 3))
         start = integers * width + 3 * real
         for line in block.group(4).splitlines():
-            if any(c in line[start:] for c in "123456789"):
-                angles = [line[at : at + real].strip() for at in range(start, len(line), real)]
-                if any(fortran_real(angle) for angle in angles if angle):
-                    rotated.append(int(line[:width]))
+            angles = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
+            try:
+                if any(fortran_real(angle) for angle in angles if angle.strip()):
+                    rotated.append(whole(line[:width]))
+            except ValueError as error:
+                raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
     return np.array(sorted(rotated), dtype=np.int64)
 
 
 def _parse(reader: Any, path: Path) -> Any:
     try:
         archive = reader.Archive(str(path), parse_vtk=False)
-        whole = len(archive.nodes) and len(archive.nnum) == len(archive.nodes) and archive.n_elem
+        sound = len(archive.nodes) and len(archive.nnum) == len(archive.nodes) and archive.n_elem
     except Exception:
-        whole = False
-    if not whole:
+        sound = False
+    if not sound:
         raise InputError(f"{path.name}: has no readable node and element block; write it with CDWRITE,DB")
     return archive
 
@@ -174,6 +176,14 @@ def _check_counts(text: str, path: Path) -> None:
             raise InputError(
                 f"{path.name}: its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
                 f"the file has {lines} lines there; it is damaged or truncated"
+            )
+    for block in re.finditer(
+        r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
+    ):
+        found = len(block.group(3).split())
+        if found != int(block.group(2)):
+            raise InputError(
+                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {found}"
             )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
+from slipstick.errors import InputError
 from slipstick.io.findings import Findings, Row, Verdict, rows
-from slipstick.io.text_numbers import fortran_real
+from slipstick.io.text_numbers import fortran_real, whole
 
 _TIES = "ties degrees of freedom to each other"
 _MISSING = "brings in data that are not in the file; write one archive with CDWRITE,DB"
@@ -79,7 +80,10 @@ def classify(findings: Findings, text: str) -> set[tuple[int, int]]:
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D":
-            held |= _support(findings, line, words)
+            try:
+                held |= _support(findings, line, words)
+            except ValueError as error:
+                raise InputError(f"{findings.source}, line {line}: D cannot be read ({error})") from None
         elif name in _ZERO:
             verdict, what = _ZERO[name] if any(map(_value, words)) else (Verdict.HARMLESS, "")
             findings.add(verdict, name, what, line)
@@ -114,7 +118,7 @@ def _support(findings: Findings, line: int, words: list[str]) -> set[tuple[int, 
     if not node.isdigit() or last not in ("", "0", node):
         findings.add(Verdict.COUPLING, "D", "names its nodes otherwise than one on a line, which is not read", line)
         return set()
-    return {(int(node), axis) for name in labels for axis in _AXES.get(name, ())}
+    return {(whole(node), axis) for name in labels for axis in _AXES.get(name, ())}
 
 
 _AXES: Mapping[str, tuple[int, ...]] = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}

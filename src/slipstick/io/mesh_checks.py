@@ -50,7 +50,12 @@ def mass_warnings(model: ImportedModel, mesh: Mesh, materials: Materials) -> Ite
     InputError
         If they differ by more than a factor of 2: other units, another material or another model.
     """
-    theirs, ours = _mass_of_matrices(model), _mass_of_mesh(model, mesh, materials)
+    try:
+        density = element_values(mesh, materials, lambda m: m.density)
+    except InputError as error:
+        yield f"{model.source}: the mass of the mesh is not compared with that of the matrices: {error}"
+        return
+    theirs, ours = _mass_of_matrices(model), _mass_of_mesh(model, mesh, density)
     if not (theirs > 0.0 and ours > 0.0):
         return
     ratio = max(theirs / ours, ours / theirs)
@@ -67,9 +72,8 @@ def _mass_of_matrices(model: ImportedModel) -> float:
     return float(sum(e @ (model.M @ e) for e in along)) / 3.0
 
 
-def _mass_of_mesh(model: ImportedModel, mesh: Mesh, materials: Materials) -> float:
+def _mass_of_mesh(model: ImportedModel, mesh: Mesh, density: Mapping[str, Array]) -> float:
     """The same by the mesh: integral of density times the square of the sum of the free nodes' shape functions."""
-    density = element_values(mesh, materials, lambda m: m.density)
     free = np.stack([np.isin(mesh.labels, model.dof_nodes[model.dof_components == axis]) for axis in range(3)], axis=1)
     total = 0.0
     for element, block in mesh.items():

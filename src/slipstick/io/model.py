@@ -156,7 +156,7 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
     found = [*model.warnings, *imported.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     found += linear_warnings(imported.mesh, model.source, ("tet4",))
     if materials:
-        found += mass_warnings(model, imported.mesh, materials)
+        found += mass_warnings(model, imported.mesh, material or materials)
     notes = (*model.notes, *imported.notes)
     return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
 

@@ -13,7 +13,7 @@ from slipstick.errors import InputError
 from slipstick.io.findings import Findings, Verdict
 from slipstick.io.nastran_cards import cards, classify
 from slipstick.io.raw_model import Nodes
-from slipstick.io.text_numbers import fortran_real, read_bytes
+from slipstick.io.text_numbers import fortran_real, read_bytes, whole
 
 IntArray = NDArray[np.int64]
 
@@ -88,7 +88,7 @@ class _Reader:
 
     def on_grid(self, fields: list[str]) -> None:
         fields = fields + [""] * 4  # a card may end after the position
-        node = int(fields[0])
+        node = whole(fields[0])
         self._basic(f"GRID {node}", fields)
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
         if self.grids.setdefault(node, (x, y, z)) != (x, y, z):
@@ -101,6 +101,7 @@ class _Reader:
         fields = fields + [""] * 4
         self._basic("GRDSET", fields)
         self.held_by_default = fields[6]
+        _pairs(0, fields[6])  # ValueError here, with the line
 
     def _basic(self, who: str, fields: list[str]) -> None:
         for text, what in ((fields[1], "position"), (fields[5], "displacement")):
@@ -117,21 +118,21 @@ class _Reader:
         fields = fields + [""] * 4
         for node, directions, value in (fields[1:4], fields[4:7]):
             if node:
-                self._constrain(int(fields[0]), int(node), directions)
+                self._constrain(whole(fields[0]), whole(node), directions)
             if value and fortran_real(value):
                 self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
 
     def on_spcadd(self, fields: list[str]) -> None:
-        self.sums[int(fields[0])] = [int(field) for field in fields[1:] if field]
+        self.sums[whole(fields[0])] = [whole(field) for field in fields[1:] if field]
 
     def on_spc1(self, fields: list[str]) -> None:
         for node in _labels(fields[2:]):
-            self._constrain(int(fields[0]), node, fields[1])
+            self._constrain(whole(fields[0]), node, fields[1])
 
     def on_aset(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
             if node:
-                self.analysis |= _pairs(int(node), directions)
+                self.analysis |= _pairs(whole(node), directions)
 
     def on_aset1(self, fields: list[str]) -> None:
         for node in _labels(fields[1:]):
@@ -140,7 +141,7 @@ class _Reader:
     def on_dmig(self, fields: list[str]) -> None:
         name = fields[0].upper()
         if fields[1] in ("", "0"):
-            form, kind = int(fields[2]), int(fields[3] or 2)
+            form, kind = whole(fields[2]), whole(fields[3] or "2")
             if kind in (3, 4) or form not in (1, 6):
                 found = "complex" if kind in (3, 4) else f"of form {form}"
                 raise InputError(f"{self.path.name}: DMIG {name} is {found}; expected a real square or symmetric one")
@@ -192,24 +193,24 @@ def _labels(fields: list[str]) -> list[int]:
     labels: list[int] = []
     for i, word in enumerate(words):
         if word.upper() == "THRU":
-            first, last = int(words[i - 1]), int(words[i + 1])
+            first, last = whole(words[i - 1]), whole(words[i + 1])
             if last - first > 10_000_000:
                 raise ValueError(f"the range {first} THRU {last} is too long")
             labels += range(first + 1, last)
         else:
-            labels.append(int(word))
+            labels.append(whole(word))
     return labels
 
 
 def _pairs(node: int, directions: str) -> set[tuple[int, int]]:
-    return {(node, (int(digit) - 1) % 7) for digit in directions or "0"}
+    return {(node, (whole(digit) - 1) % 7) for digit in directions or "0"}
 
 
 def _pair(node: str, direction: str) -> tuple[int, int]:
-    component = int(direction or 0)
+    component = whole(direction or "0")
     if not 0 <= component <= 6:
         raise ValueError(f"direction {component}; expected 0 to 6")
-    return int(node), (component - 1) % 7
+    return whole(node), (component - 1) % 7
 
 
 def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Any:

@@ -89,3 +89,15 @@ def fortran_real(text: str) -> float:
     if not match or not any(c.isdigit() for c in match.group(1)):
         raise ValueError(f"'{text.strip()}' is not a number")
     return float(f"{match.group(1)}e{match.group(2) or match.group(3) or '0'}")
+
+
+def whole(text: str) -> int:
+    """A whole number such as a label; ValueError where it is none, or longer than any label.
+
+    >>> whole(" 12 ")
+    12
+    """
+    number = int(text) if len(text) < 40 else 2**62
+    if abs(number) >= 2**62:
+        raise ValueError(f"{text.strip()[:20]}... is too long for a label")
+    return number
