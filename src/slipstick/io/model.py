@@ -153,11 +153,12 @@ def _read_model(files: Sequence[Path] | Path, options: ImportOptions) -> Importe
 def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
     """The model of matrices with the mesh they came from, and what does not fit between the two."""
     materials = imported.materials if material is None else {"all": material}
-    found = [*model.warnings, *imported.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    found = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     found += linear_warnings(imported.mesh, model.source, ("tet4",))
     if materials:
         found += mass_warnings(model, imported.mesh, material or materials)
-    notes = (*model.notes, *imported.notes)
+    assembled = (f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
+    notes = (*model.notes, *imported.notes, *assembled)
     return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
 
 
