@@ -195,8 +195,8 @@ def _wrong_index(file):
 @pytest.mark.parametrize(
     ("spoil", "sentence"),
     [
-        (_claim, "claims 1000000000000 numbers"),
-        (_outside, "not an array of numbers in this file"),
+        (_claim, "claims 1000000000000 entries"),
+        (_outside, "a link that leads elsewhere"),
         (_wrong_index, "damaged"),
         (lambda file: file.attrs.__setitem__("format", "other"), "not a slipstick model"),
         (lambda file: file.attrs.__setitem__("version", 99), "has format version 99"),

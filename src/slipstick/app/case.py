@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.reading import Reading
+from slipstick.app.source import parse, read_text
 from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
     from slipstick.structure.protocol import Structure
-
-LARGEST_FILE = 32 * 1024**2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +43,13 @@ class Case:
             One sentence for each fault in the file.
         """
         path = Path(path)
-        return cls.from_text(_read(path), path, tell)
+        return cls.from_text(read_text(path), path, tell)
 
     @classmethod
     def from_text(cls, text: str, path: str | Path = "case.toml", tell: Tell = silent) -> Case:
         """A case from its text; files it names are looked for in the folder of ``path``."""
         path = Path(path)
-        raw = _parse(text, path.name)
+        raw = parse(text, path.name)
         reading = Reading(raw, path.resolve().parent, tell)
         reading.read()
         if reading.faults:
@@ -126,24 +124,3 @@ class Case:
         if self.parameter is None:
             return forced_response(self.problem(), omega=self.span, **common)
         return parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
-
-
-def _read(path: Path) -> str:
-    if path.is_dir():
-        raise InputError(f"{path}: found a folder; expected a case file such as case.toml")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file; check the name, or write an example with 'slipstick init'")
-    if path.stat().st_size > LARGEST_FILE:
-        raise InputError(f"{path}: larger than {LARGEST_FILE >> 20} MB; put large matrices into .npz or .mtx files")
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file; expected a case in TOML (UTF-8)") from None
-
-
-def _parse(text: str, name: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
-        raise InputError(f"{name}: not valid TOML: {reason}; correct that line") from None

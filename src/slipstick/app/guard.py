@@ -8,6 +8,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -17,17 +18,26 @@ from slipstick.errors import InputError
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 
 
+def plain(text: str) -> str:
+    r"""The text with everything a terminal would obey, or that hides other text, spelt out: it may be a stranger's.
+
+    >>> print(plain("grün\x1b[2J\ttab\u202e"))
+    grün\x1b[2J\ttab\u202e
+    """
+    return "".join(c if c.isprintable() or unicodedata.category(c) == "Zs" else ascii(c)[1:-1] for c in text)
+
+
 def say(text: str = "") -> None:
     """A line to the user; a closed pipe is no fault."""
     try:
-        print(text, flush=True)
+        print(plain(text), flush=True)
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
 def complain(text: str) -> None:
     """A line on standard error."""
-    print(text, file=sys.stderr, flush=True)
+    print(plain(text), file=sys.stderr, flush=True)
 
 
 @contextmanager

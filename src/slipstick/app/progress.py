@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from slipstick.app.guard import say
+from slipstick.app.guard import plain, say
 
 _EVERY = 5.0
 """Seconds between plain lines."""
@@ -89,7 +89,7 @@ class Live(Progress):
 
     def note(self, text: str) -> None:
         """A line above the moving one."""
-        self._bar.console.print(text, markup=False, highlight=False)
+        self._bar.console.print(plain(text), markup=False, highlight=False)
 
 
 class Silent(Progress):

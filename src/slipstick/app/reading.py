@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -167,7 +168,7 @@ class Reading:
         """Names used in one section and made in another."""
         dofs = list(self.structure.dofs) if self.structure is not None else named_dofs(self.raw.get("structure"))
         names = [c.get("name") for c in self.raw.get("contact", []) if isinstance(c, Mapping)] if contacts else []
-        twice = sorted({n for n in names if isinstance(n, str) and names.count(n) > 1})
+        twice = sorted(n for n, times in Counter(n for n in names if isinstance(n, str)).items() if times > 1)
         self.faults += [
             f"[[contact]] name: '{n}' is used more than once; give every contact its own name" for n in twice
         ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from math import isfinite, pi
@@ -100,13 +101,17 @@ def _heat_faults(problem: Problem) -> list[str]:
 
 def _name_faults(problem: Problem) -> Iterator[str]:
     names = [pair.name for pair in problem.contacts]
-    for name in sorted({n for n in names if names.count(n) > 1}):
-        yield f"contact '{name}': the name is used {names.count(name)} times; give every contact its own name"
+    for name, times in sorted(Counter(names).items()):
+        if times > 1:
+            yield f"contact '{name}': the name is used {times} times; give every contact its own name"
     for name in names:
         if not name or name == "*" or not name.isprintable():
             yield f"contact name: found {name!r}; expected printable characters other than '*' alone"
     if not problem.outputs:
         yield "outputs: found none; expected at least one dof"
+    for dof, times in Counter(problem.outputs or ()).items():
+        if times > 1:
+            yield f"outputs: '{dof}' is given {times} times; give every dof once"
     for dof in problem.outputs or ():
         if dof not in problem.structure.dofs:
             yield f"outputs: there is no dof '{dof}' in the structure; {suggestion(dof, problem.structure.dofs)}"

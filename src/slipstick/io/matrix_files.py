@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.io.npz import LARGEST, array_shapes, read_arrays
+from slipstick.io.npz import LARGEST, array_shapes, read_arrays, readable
+from slipstick.io.text_numbers import require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 
 _SPARSE = {"format", "shape", "data", "indices", "indptr"}
@@ -45,11 +46,18 @@ def _from_npz(path: Path, limit: int) -> Any:
 def _sparse_npz(path: Path) -> Any:
     from scipy.sparse import csr_array, load_npz
 
-    try:
-        matrix = csr_array(load_npz(path))
-        matrix.check_format(full_check=True)
-    except (ValueError, TypeError, NotImplementedError) as error:
-        raise InputError(f"{path.name}: not a sound sparse matrix ({error}); write it with scipy's save_npz") from None
+    with readable(path):
+        with np.load(path, allow_pickle=False) as data:
+            shape = np.asarray(data["shape"]).tolist()
+        for size in shape:
+            require_plausible(int(size), 0, path)
+        try:
+            matrix = csr_array(load_npz(path))
+            matrix.check_format(full_check=True)
+        except (ValueError, TypeError, NotImplementedError) as error:
+            raise InputError(
+                f"{path.name}: not a sound sparse matrix ({error}); write it with scipy's save_npz"
+            ) from None
     return _real(path, matrix)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.io.dof_map import direction, read_dof_map
 from slipstick.io.matrix_files import read_matrix
-from slipstick.io.npz import array_shapes
+from slipstick.io.npz import array_shapes, readable
 from slipstick.io.raw_model import DofMap, Nodes, RawModel
 
 
@@ -47,12 +47,12 @@ def read_bundle(path: Path) -> RawModel:
         problems.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
     if problems:
         raise InputError(problems)
-    with np.load(path, allow_pickle=False) as data:
+    with readable(path), np.load(path, allow_pickle=False) as data:
         arrays = {name: data[name] for name in shapes}
     try:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
         nodes = arrays["dof_nodes"].astype(np.int64)
-    except ValueError as error:
+    except (ValueError, TypeError, OverflowError) as error:
         raise InputError(f"{path.name}: {error}") from None
     positions = Nodes()
     if {"nodes", "coordinates"} <= set(shapes):

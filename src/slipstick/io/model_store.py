@@ -15,6 +15,7 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.io.hdf5 import own_node, require_own
 
 FORMAT = "slipstick model"
 VERSION = 1
@@ -102,7 +103,7 @@ def load_model(path: Path, *, quiet: bool = False) -> ImportedModel:
             model = _read(file, path)
     except InputError:
         raise
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         raise InputError(f"{path.name}: is damaged or not a slipstick model ({error})") from None
     if not quiet:
         model.announce()
@@ -124,28 +125,25 @@ def _read(file: Any, path: Path) -> ImportedModel:
         units=str(file.attrs["units"]),
         notes=tuple(json.loads(file.attrs["notes"])),
         warnings=tuple(json.loads(file.attrs.get("warnings", "[]"))),
-        mesh=_mesh(file["mesh"], path) if "mesh" in file else None,
+        mesh=_mesh(own_node(file, "mesh"), path) if "mesh" in file else None,
         materials=materials,
     )
 
 
 def _array(group: Any, name: str, path: Path) -> NDArray:
-    """A data set that lies in this file and is no larger than it (compressed ones: than 1100 times what is stored)."""
-    import h5py
-
-    link = group.get(name, getlink=True)
-    data = group[name] if isinstance(link, h5py.HardLink) else None
-    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual or data.dtype.kind not in "iuf":
-        raise InputError(f"{path.name}: {name} is not an array of numbers in this file; it is damaged")
-    if data.size * data.dtype.itemsize > 1100 * data.id.get_storage_size():
-        raise InputError(f"{path.name}: {name} claims {data.size} numbers, more than the file holds; it is damaged")
+    """A data set that lies in this file and is no larger than it."""
+    data = own_node(group, name)
+    require_own(data)
+    if data.dtype.kind not in "iuf":
+        raise InputError(f"{path.name}: {name} is not an array of numbers; the file is damaged")
     return data[()]
 
 
 def _matrix(file: Any, name: str, size: int, path: Path) -> Any:
     from scipy.sparse import csr_array
 
-    parts = tuple(_array(file[name], part, path) for part in _MATRIX)
+    group = own_node(file, name)
+    parts = tuple(_array(group, part, path) for part in _MATRIX)
     matrix = csr_array(parts, shape=(size, size))
     matrix.check_format(full_check=True)
     if not np.all(np.isfinite(matrix.data)):
@@ -154,12 +152,12 @@ def _matrix(file: Any, name: str, size: int, path: Path) -> Any:
 
 
 def _group(group: Any, where: str, path: Path) -> dict[str, NDArray]:
-    inner = group[where]
+    inner = own_node(group, where)
     return {str(name): _array(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
 
 
 def _nested(group: Any, where: str, path: Path) -> dict[str, dict[str, NDArray]]:
-    inner = group[where]
+    inner = own_node(group, where)
     return {str(name): _group(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
 
 

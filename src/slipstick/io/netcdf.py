@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.io.hdf5 import attributes, own_node, require_own, texts
 
 LARGEST = 16 * 1024**3
 """Bytes one file may unpack to."""
@@ -33,7 +35,7 @@ class Variable:
 
 
 def write_netcdf(
-    path: Path, variables: Mapping[str, Variable], attributes: Mapping[str, Any], *, unlimited: str = "point"
+    path: Path, variables: Mapping[str, Variable], of_file: Mapping[str, Any], *, unlimited: str = "point"
 ) -> None:
     """Write a new file; variables named as a dimension become its coordinates.
 
@@ -60,7 +62,7 @@ def write_netcdf(
                 dataset = _create(file, name, variable, limits if unlimited in variable.dims else None)
                 for axis, dim in enumerate(variable.dims):
                     dataset.dims[axis].attach_scale(file[dim])
-        file.attrs.update(_storable(attributes))
+        file.attrs.update(_storable(of_file))
         file.flush()
         image = file.id.get_file_image()
     path.write_bytes(image)
@@ -80,8 +82,8 @@ def _create(file: Any, name: str, variable: Variable, limits: tuple[int | None, 
     return dataset
 
 
-def _storable(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {name: value for name, value in attributes.items() if value is not None}
+def _storable(given: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {name: value for name, value in given.items() if value is not None}
     return {name: int(value) if isinstance(value, bool | np.bool_) else value for name, value in kept.items()}
 
 
@@ -93,21 +95,30 @@ def read_netcdf(path: Path, *, limit: int = LARGEST) -> tuple[dict[str, Variable
     InputError
         If the file would unpack to more than ``limit`` bytes.
     OSError, KeyError, ValueError
-        If it is no such file.
+        If it is no such file, leads to others, or claims more than it holds.
     """
     import h5py
 
     with h5py.File(path, "r") as file:
-        datasets = {name: node for name, node in file.items() if isinstance(node, h5py.Dataset)}
-        total = sum(node.size * max(node.dtype.itemsize, 1) for node in datasets.values())
+        size = path.stat().st_size
+        nodes = {name: own_node(file, name) for name in file}
+        kept = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset) and not _is_bare(node)}
+        total = 0
+        for node in kept.values():
+            require_own(node)
+            total += prod(node.shape) * node.dtype.itemsize
         if total > limit:
             raise InputError(f"{path}: unpacks to more than {limit / 1e9:.3g} GB; expected results of slipstick")
         variables = {
-            name: Variable(dims=tuple(_dims(file, node)), values=_values(node), attributes=_attributes(node))
-            for name, node in datasets.items()
-            if not _text(node.attrs.get("NAME", "")).startswith(_BARE)
+            name: Variable(dims=tuple(_dims(file, node)), values=_values(node, size), attributes=_attributes(node))
+            for name, node in kept.items()
         }
         return variables, {name: value for name, value in _attributes(file).items() if name != "_NCProperties"}
+
+
+def _is_bare(node: Any) -> bool:
+    """Whether it is a dimension without values."""
+    return _text(node.attrs.get("NAME", "")).startswith(_BARE)
 
 
 def _dims(file: Any, node: Any) -> Iterator[str]:
@@ -118,18 +129,18 @@ def _dims(file: Any, node: Any) -> Iterator[str]:
             yield file[node.attrs["DIMENSION_LIST"][axis][0]].name.lstrip("/")
 
 
-def _values(node: Any) -> NDArray[Any]:
+def _values(node: Any, file_size: int) -> NDArray[Any]:
     import h5py
 
     if h5py.check_string_dtype(node.dtype):
-        return np.asarray(node.asstr()[...], dtype=str)
+        return texts(node, file_size)
     if node.dtype.kind not in "fiu":
         raise ValueError(f"{node.name}: values of type {node.dtype}")
     return np.asarray(node[...])
 
 
 def _attributes(node: Any) -> dict[str, Any]:
-    return {name: _plain(value) for name, value in node.attrs.items() if name not in _INTERNAL}
+    return {name: _plain(value) for name, value in attributes(node, _INTERNAL).items()}
 
 
 def _plain(value: Any) -> Any:

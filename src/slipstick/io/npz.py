@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import zipfile
-import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 
@@ -26,29 +26,37 @@ def array_shapes(path: Path, *, limit: int = LARGEST) -> dict[str, tuple[int, ..
     InputError
         If the file is no .npz archive, holds Python objects, or would unpack to more than ``limit`` bytes.
     """
-    shapes, total = {}, 0
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for member in archive.infolist():
-                if not member.filename.endswith(".npy"):
-                    raise InputError(f"{path.name}: holds '{member.filename}', not an array; expected an .npz file")
-                with archive.open(member) as stream:
-                    shape, dtype = _header(stream)
-                if dtype.hasobject:
-                    raise InputError(f"{path.name}: '{member.filename[:-4]}' holds Python objects; save plain numbers")
-                total += prod(shape) * dtype.itemsize
-                if total > limit:
-                    raise InputError(f"{path.name}: unpacks to more than {limit / 1e9:.3g} GB; reduce the model first")
-                shapes[member.filename[:-4]] = shape
-    except (zipfile.BadZipFile, zlib.error, OSError, ValueError, EOFError, NotImplementedError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise _unreadable(path) from None
+    shapes: dict[str, tuple[int, ...]] = {}
+    total = 0
+    with readable(path), zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            name = member.filename.removesuffix(".npy")
+            if name == member.filename:
+                raise InputError(f"{path.name}: holds '{name}', not an array; expected an .npz file")
+            if name in shapes:
+                raise InputError(f"{path.name}: holds '{name}' twice; write it with numpy.savez")
+            with archive.open(member) as stream:
+                shapes[name], dtype = _header(stream)
+            if dtype.hasobject:
+                raise InputError(f"{path.name}: '{name}' holds Python objects; save plain numbers")
+            size = prod(shapes[name]) * dtype.itemsize
+            total += size
+            if total > limit:
+                raise InputError(f"{path.name}: unpacks to more than {limit / 1e9:.3g} GB; reduce the model first")
+            if size > member.file_size:
+                raise InputError(f"{path.name}: '{name}' claims {size} bytes, more than the file holds; it is damaged")
     return shapes
 
 
-def _unreadable(path: Path) -> InputError:
-    return InputError(f"{path.name}: not a readable .npz file; write it with numpy.savez")
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Whatever numpy, zipfile and the decompressors say of a damaged or encrypted archive becomes one sentence."""
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except Exception:
+        raise InputError(f"{path.name}: not a readable .npz file; write it with numpy.savez") from None
 
 
 def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
@@ -92,11 +100,8 @@ def read_arrays(
     ]
     if problems:
         raise InputError(problems)
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError):
-        raise _unreadable(path) from None
+    with readable(path), np.load(path, allow_pickle=False) as data:
+        arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
     problems = [fault for name, a in arrays.items() for fault in _faults(path.name, name, a, remedy)]
     if problems:
         raise InputError(problems)

@@ -1,0 +1,74 @@
+"""HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+BEST_COMPRESSION = 1100
+"""No filter of HDF5 that loses nothing packs more tightly than this."""
+_TEXT_BLOCK = 64 * 1024**2
+_MOST_IN_ATTRIBUTE = 100_000
+
+
+def own_node(group: Any, name: str) -> Any:
+    """The group or data set ``name`` of a group; raises ValueError where a link leads to it from elsewhere."""
+    import h5py
+
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise ValueError(f"'{name}' is not there, or a link that leads elsewhere")
+    return group[name]
+
+
+def require_own(data: Any) -> None:
+    """Raises ValueError for a data set that is stored elsewhere or claims more numbers than are stored."""
+    import h5py
+
+    name = data.name
+    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+        raise ValueError(f"'{name}' is not stored in this file")
+    if data.shape is None:
+        raise ValueError(f"'{name}' is empty")
+    if prod(data.shape) * data.dtype.itemsize > BEST_COMPRESSION * data.id.get_storage_size():
+        raise ValueError(f"'{name}' claims {prod(data.shape)} entries, more than the file holds")
+
+
+def texts(data: Any, file_size: int) -> NDArray[np.str_]:
+    """The texts of a data set, read in blocks: in a damaged file many entries may name one and the same long text."""
+    flat: list[str] = []
+    block, total = max(1, _TEXT_BLOCK // max(file_size, 1)), 0
+    for part in _blocks(data, block):
+        flat += [str(text) for text in part]
+        total += sum(map(len, flat[-len(part) :]))
+        if total > file_size or len(flat) * max(map(len, flat), default=0) > 16 * max(file_size, _TEXT_BLOCK):
+            raise ValueError(f"'{data.name}' holds more text than the file")
+    return np.array(flat, dtype=str).reshape(data.shape)
+
+
+def _blocks(data: Any, block: int) -> Any:
+    if data.ndim != 1:
+        if data.size > block:
+            raise ValueError(f"'{data.name}' holds texts in more than one dimension")
+        yield np.asarray(data.asstr()[...]).reshape(-1)
+        return
+    for start in range(0, data.size, block):
+        yield data.asstr()[start : start + block]
+
+
+def attributes(node: Any, skipped: set[str]) -> dict[str, Any]:
+    """Attributes by name but those skipped; raises ValueError for lists of texts and for huge ones."""
+    import h5py
+
+    found = {}
+    for name in node.attrs:
+        if name in skipped:
+            continue
+        known = node.attrs.get_id(name)
+        size = prod(known.shape)
+        if size > (1 if h5py.check_string_dtype(known.dtype) else _MOST_IN_ATTRIBUTE):
+            raise ValueError(f"attribute '{name}' of '{node.name}' is a list of {size}")
+        found[name] = node.attrs[name]
+    return found
