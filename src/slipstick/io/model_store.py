@@ -123,8 +123,8 @@ def _read(file: Any, path: Path) -> ImportedModel:
         node_sets=_group(file, "node_sets", path),
         source=str(file.attrs["source"]),
         units=str(file.attrs["units"]),
-        notes=tuple(json.loads(file.attrs["notes"])),
-        warnings=tuple(json.loads(file.attrs.get("warnings", "[]"))),
+        notes=tuple(map(str, json.loads(file.attrs["notes"]))),
+        warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
         mesh=_mesh(own_node(file, "mesh"), path) if "mesh" in file else None,
         materials=materials,
     )
