@@ -16,7 +16,7 @@ from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
-from slipstick.analysis.warming import Warming
+from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
 from slipstick.balance.checks import range_faults, requested_faults, suggestion, two_numbers
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import (
@@ -32,7 +32,7 @@ from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome
 from slipstick.results.branch import Branch, attributes_of, make_dataset
 from slipstick.results.record import Point, Recorder
-from slipstick.solve.continuation import ContinuationOptions, Step, continuation
+from slipstick.solve.continuation import ContinuationOptions, Step
 from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
@@ -266,17 +266,18 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
     begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
     outcome, message = Outcome.INTERRUPTED, ""
     work = dict.fromkeys(("evaluations", "linear_solves", "rejected_steps"), 0)
-    warming, parts = Warming(task.balance), [Part(number=1, start=task.start, stop=task.stop)]
+    jumps: list[Jump] = []
+    parts = [Part(number=1, start=task.start, stop=task.stop)]
     attributes = attributes_of(task.problem, outcome, "", parameter=task.parameter)
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
-        yield from _follow_part(task, parts, recorder, warming, work)
+        yield from _follow_part(task, parts, recorder, jumps, work)
         if parts[0].outcome in BROKEN_OFF:
             parts.append(Part(number=2, start=task.stop, stop=task.start))
             task.balance.temperature = None
-            yield from _follow_part(_from_other_end(task), parts, recorder, warming, work)
+            yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
         outcome, message = joined(parts)
-        message += warming.remark
+        message += jumps_text(jumps)
         return outcome, message
     except KeyboardInterrupt:
         return outcome, outcome.text
@@ -291,7 +292,7 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
 
 
 def _follow_part(
-    task: _Task, parts: list[Part], recorder: Recorder, warming: Warming, work: dict[str, int]
+    task: _Task, parts: list[Part], recorder: Recorder, jumps: list[Jump], work: dict[str, int]
 ) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = parts[-1], parts[0].last if len(parts) > 1 else None
@@ -300,8 +301,8 @@ def _follow_part(
     if x is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
-    run = continuation(
-        task.system, x, task.start, task.stop,
+    run = WarmContinuation(
+        task.system, x, task.start, task.stop, jumps=jumps,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=peak_events(recorder.outputs, task.peaks_of, task.system),
@@ -312,10 +313,6 @@ def _follow_part(
                 step = next(run, None)
             if step is None:
                 break
-            if fault := warming.accept(step):
-                part.outcome = Outcome.OUTSIDE_TABLE
-                part.message = f"{part.outcome.text} (at {step.parameter:g}: {fault})"
-                return
             part.add(step.parameter, step.x)
             point = _point(step, task, part)
             if task.listeners:

@@ -292,14 +292,21 @@ class FrequencySystem:
     def __init__(self, balance: Balance, inputs: Inputs) -> None:
         self.balance, self.inputs = balance, inputs
 
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.inputs, parameter
+
     def evaluate(self, x: Array, parameter: float) -> Evaluation:
-        """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite."""
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite and
+        where the thermal equilibrium near ``balance.temperature`` has vanished."""
         if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
             return _undefined(x.size)
         balance, inputs = self.balance, self.inputs
         compliance = balance.compliance(parameter)
         detail = balance.detail(x, parameter, inputs)
         forces, heat = detail.forces, detail.heat
+        if heat is not None and heat.lost:
+            return _undefined(x.size)
         detail.compliance = compliance
         residual, G = balance.residual(x, forces, inputs.P, compliance)
         jacobian = balance.jacobian(forces.dFx_dX, forces.dFx_dY, forces.dFy_dY, compliance)
@@ -328,14 +335,20 @@ class ParameterSystem:
         self._compliance = balance.compliance(omega)
         self._moving = {name for name, value in vars(direction).items() if np.any(value)}
 
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.base.moved(self.direction, parameter), self.omega
+
     def evaluate(self, x: Array, parameter: float) -> Evaluation:
-        """Residual, Jacobian and derivative by the parameter; nan where the motion is not finite."""
+        """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
         if not (isfinite(x.dot(x)) and isfinite(parameter)):
             return _undefined(x.size)
         balance, compliance = self.balance, self._compliance
         inputs = self.base.moved(self.direction, parameter)
         detail = balance.detail(x, self.omega, inputs)
         forces, heat, direction = detail.forces, detail.heat, self.direction
+        if heat is not None and heat.lost:
+            return _undefined(x.size)
         if balance.heated is not None and heat is not None:
             direction = warm_direction(balance.heated, heat, direction)
         detail.compliance = compliance

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.thermal.descent import LONGEST_CELL, downhill, near
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to powers (n,) and their derivatives by the own temperature (n,)."""
-
-_LONGEST_STEP = 1 / 24  # of the table's range: no equilibrium with a basin wider than this is stepped over
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +38,17 @@ class Equilibrium:
     resistance: Array
     limits: tuple[Array, Array]
     converged: bool
+    near: bool
+    """Whether it was sought near a start temperature, not from cold."""
     jumped: bool
     evaluations: int
+
+    @property
+    def margin(self) -> float:
+        """1 less the largest eigenvalue of ``R dEdot/dT``: how far it is from a fold, 0 on it, negative if unstable."""
+        if self.resistance.ndim == 1:
+            return float(1.0 - np.max(self.resistance * self.dpower_dT, initial=0.0))
+        return float(1.0 - np.linalg.eigvals(self.resistance * self.dpower_dT).real.max(initial=0.0))
 
     @property
     def outside(self) -> BoolArray:
@@ -117,12 +125,18 @@ def settled(
     limits: tuple[Array, Array],
     start: Array | None = None,
     tolerance: float = 1e-12,
+    knots: Array | None = None,
 ) -> Equilibrium:
-    """``equilibrium`` for arguments that have been ``checked``."""
-    T = T0 if start is None else np.clip(start, *limits)
+    """``equilibrium`` for arguments that have been ``checked``; ``knots`` (k, n) are the rows of the tables, nan for
+    none: no cell of the way to an equilibrium holds one."""
+    T = T0.copy() if start is None else np.clip(start, *limits)
     clipped = _Clipped(evaluate, limits)
-    solve = _element_wise if R.ndim == 1 else _coupled
-    T, power, slope, converged, jumped = solve(clipped, T0, R, T.copy(), start is None, tolerance)
+    if R.ndim == 1:
+        T, converged, jumped = _element_wise(clipped, T0, R, T, tolerance, np.empty((0, T.size)) if knots is None else knots)
+    else:
+        T, converged, jumped = _coupled(clipped, T0, R, T, start is None, tolerance)
+    T = onto(T, T0, limits)
+    power, slope = clipped(T)
     return Equilibrium(
         temperature=T,
         power=power,
@@ -130,9 +144,27 @@ def settled(
         resistance=R,
         limits=limits,
         converged=converged,
+        near=start is not None,
         jumped=jumped and start is not None,
         evaluations=clipped.count,
     )
+
+
+def dissipated(evaluate: Evaluate) -> Evaluate:
+    """The same power without what rounding takes below zero: friction only dissipates."""
+
+    def at(T: Array) -> tuple[Array, Array]:
+        power, slope = evaluate(T)
+        return np.maximum(power, 0.0), np.where(power < 0, 0.0, slope)
+
+    return at
+
+
+def onto(T: Array, T0: Array, limits: tuple[Array, Array]) -> Array:
+    """Temperatures beyond a limit by rounding alone, put onto it."""
+    inside = np.clip(T, *limits)
+    rounding = 1e-11 * np.maximum(np.abs(T), np.abs(T - T0))
+    return np.asarray(np.where(np.abs(T - inside) <= rounding, inside, T))
 
 
 def is_stable(resistance: Array, dpower_dT: Array) -> bool:
@@ -184,9 +216,9 @@ class _Clipped:
     """The power with parameters held beyond the limits, where its derivative is zero; counts evaluations."""
 
     def __init__(self, evaluate: Evaluate, limits: tuple[Array, Array]) -> None:
-        self.evaluate, self.limits, self.count = evaluate, limits, 0
+        self.evaluate, self.limits, self.count = dissipated(evaluate), limits, 0
         with np.errstate(invalid="ignore"):
-            self.longest_step = np.nan_to_num((limits[1] - limits[0]) * _LONGEST_STEP, nan=np.inf, posinf=np.inf)
+            self.longest_step = np.nan_to_num((limits[1] - limits[0]) * LONGEST_CELL, nan=np.inf, posinf=np.inf)
 
     def __call__(self, T: Array) -> tuple[Array, Array]:
         self.count += 1
@@ -203,51 +235,38 @@ class _Clipped:
 
 
 def _element_wise(
-    power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float
-) -> tuple[Array, Array, Array, bool, bool]:
-    """Bracketed Newton in every element; before the bracket is closed it walks downhill in limited steps."""
-    below, above = np.full_like(T, -np.inf), np.full_like(T, np.inf)
-    jumped, last = False, np.full_like(T, np.inf)
-    for _ in range(300):
+    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, knots: Array
+) -> tuple[Array, bool, bool]:
+    """Newton next to the start, else the first equilibrium downhill; whether all were found, and any beyond a fold."""
+
+    def balance(T: Array) -> tuple[Array, Array]:
         power, slope = power_of(T)
-        G, dG = T - T0 - R * power, 1.0 - R * slope
-        below, above = np.where(G <= 0, T, below), np.where(G >= 0, T, above)
-        newton = -G / np.where(dG > 0, dG, 0.5)
-        small = tolerance * np.maximum(np.abs(T), np.abs(T - T0)) + np.finfo(float).tiny
-        done = (G == 0) | ((dG > 0) & (np.abs(newton) <= small)) | (above - below <= small)
-        if done.all():
-            return T, power, slope, True, jumped
-        jumped |= bool(np.any(~done & (dG <= 0)))
-        good = (dG > 0) & (np.abs(G) <= 0.5 * last)
-        T, last = np.where(done, T, _next(T, newton, good, below, above, power_of)), np.abs(G)
-    return T, power, slope, False, jumped
+        return T - T0 - R * power, 1.0 - R * slope
 
+    def small(T: Array) -> Array:
+        return tolerance * np.maximum(np.abs(T), np.abs(T - T0)) + np.finfo(float).tiny
 
-def _next(T: Array, newton: Array, good: BoolArray, below: Array, above: Array, power_of: _Clipped) -> Array:
-    """In a closed bracket Newton where it is good (else the middle), before that limited steps to the open side."""
-    closed = np.isfinite(below) & np.isfinite(above)
-    longest = np.where(power_of.inside(T), power_of.longest_step, np.inf)
-    walked = T + np.clip(newton, -longest, longest)
-    middle = np.where(closed, 0.5 * (np.where(closed, below, 0.0) + np.where(closed, above, 0.0)), 0.0)
-    target = T + newton
-    fits = good & (target > below) & (target < above)
-    return np.where(closed, np.where(fits, target, middle), walked)
+    found, good = near(balance, T, power_of.longest_step, small)
+    if good.all():
+        return found, True, False
+    walked, ended, passed = downhill(balance, np.where(good, found, T), power_of.limits, knots, small)
+    return np.where(good, found, walked), bool((good | ended).all()), bool((~good & passed).any())
 
 
 def _coupled(
     power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float
-) -> tuple[Array, Array, Array, bool, bool]:
+) -> tuple[Array, bool, bool]:
     """Damped Newton near the start; where that fails, and from cold, the body's own way in implicit steps."""
     if not cold:
-        near = _damped_newton(power_of, T0, R, T, tolerance)
-        if near is not None:
-            return *near, True, False
+        close = _damped_newton(power_of, T0, R, T, tolerance)
+        if close is not None:
+            return close, True, False
     return *_heating(power_of, T0, R, T, tolerance), True
 
 
 def _damped_newton(
     power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
-) -> tuple[Array, Array, Array] | None:
+) -> Array | None:
     """Newton with halved steps for all elements together; None where it does not lead to a stable equilibrium."""
     power, slope = power_of(T)
     G = T - T0 - R @ power
@@ -256,7 +275,7 @@ def _damped_newton(
         if step is None:
             return None
         if np.all(np.abs(step) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))):
-            return (T, power, slope) if is_stable(R, slope) else None
+            return T if is_stable(R, slope) else None
         factor = 1.0 / max(1.0, power_of.excess(T, step))
         while factor > 1e-3:
             trial = T + factor * step
@@ -272,7 +291,7 @@ def _damped_newton(
     return None
 
 
-def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float) -> tuple[Array, Array, Array, bool]:
+def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float) -> tuple[Array, bool]:
     """Implicit steps along ``dT/dt = -G``, their length from the error of the linear prediction.
 
     For a symmetric positive influence matrix this is the descent of an energy, so it ends at a stable equilibrium.
@@ -288,7 +307,7 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
         elif (newton := _solve(J, -G)) is not None and np.all(
             np.abs(newton) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))
         ):
-            return T, power, slope, True
+            return T, True
         step = np.asarray(np.linalg.solve(J + np.eye(T.size) / duration, -G), dtype=float)
         too_long = power_of.excess(T, step)
         if too_long > 1.0 and duration > 1e-9:
@@ -303,7 +322,7 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
             continue
         T, power, slope, G = T + step, new_power, new_slope, residual
         duration = min(duration * (10.0 if error < 0.1 else 2.0), 1e12)
-    return T, power, slope, False
+    return T, False
 
 
 def _solve(matrix: Array, right: Array) -> Array | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -135,6 +136,12 @@ class HeatedForces:
         """Contact temperatures (n,)."""
         return self.equilibrium.temperature
 
+    @property
+    def lost(self) -> bool:
+        """Whether there is no equilibrium near the start temperature that was given."""
+        found = self.equilibrium
+        return found.jumped or (found.near and not found.converged)
+
 
 @dataclass(frozen=True, kw_only=True)
 class HeatedContacts:
@@ -149,6 +156,15 @@ class HeatedContacts:
     limits: tuple[Array, Array]
     curves: tuple[tuple[FrictionCurve, NDArray[np.intp]], ...]
     nominal: Mapping[str, Array]
+
+    @cached_property
+    def knots(self) -> Array:
+        """Rows of each element's tables, (k, n), nan where it has fewer or none."""
+        most = max((curve.knots.size for curve, _ in self.curves), default=0)
+        knots = np.full((most, self.background.size), np.nan)
+        for curve, rows in self.curves:
+            knots[: curve.knots.size, rows] = curve.knots[:, None]
+        return knots
 
     def scales(self, cold: Mapping[str, Array]) -> dict[str, Array]:
         """Factors (n,) on the curves of each parameter: its cold value over the curve's at the background."""
@@ -210,7 +226,7 @@ class HeatedContacts:
         see ``Equilibrium.problem``.
         """
         element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
-        found = settled(element, self.background, self.resistance, self.limits, start)
+        found = settled(element, self.background, self.resistance, self.limits, start, knots=self.knots)
         forces, parameters, sampled = element.at(found.temperature)
         return HeatedForces(
             forces=forces,
@@ -235,19 +251,18 @@ class HeatedContacts:
     ) -> list[ElementEquilibria] | SurfaceEquilibria:
         """Every equilibrium at this motion: for each element, or for the surface where the elements heat each other."""
         element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
-        # an element without a curve has one temperature, wherever it lies
-        low, high = np.minimum(self.limits[0], self.background), self.limits[1].copy()
-        free = ~np.isfinite(high)
-        low[free] = self.background[free]
-        high[free] = (self.background + 2.0 * np.abs(self._rise(element)) + 1.0)[free]
+        low, high = np.minimum(self.limits[0], self.background), self.limits[1]
         if self.resistance.ndim == 2:
             return surface_equilibria(element, self.background, self.resistance, limits=(low, high))
+        # an element without a curve has one temperature, wherever it lies
+        free = ~np.isfinite(high)
+        low = np.where(free, self.background, low)
+        high = np.where(free, self.background + 2.0 * np.abs(self._rise(element)) + 1.0, high)
         knots = np.unique(np.concatenate([np.empty(0), *(curve.knots for curve, _ in self.curves)]))
         return element_equilibria(element, self.background, self.resistance, limits=(low, high), knots=knots)
 
     def _rise(self, element: _Element) -> Array:
-        power = element(self.background)[0]
-        return self.resistance * power if self.resistance.ndim == 1 else self.resistance @ power
+        return np.asarray(self.resistance * element(self.background)[0])
 
 
 class _Element:

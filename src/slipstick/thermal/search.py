@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.thermal.equilibrium import Evaluate, checked, equilibrium, is_stable
+from slipstick.thermal.descent import SHORTEST_CELL, Cells
+from slipstick.thermal.equilibrium import Evaluate, checked, dissipated, equilibrium, is_stable, onto
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -52,6 +53,7 @@ def element_equilibria(
     >>> found.temperature.round(1), found.stable
     (array([ 36. ,  97.7, 196. ]), array([ True, False,  True]))
     """
+    evaluate = dissipated(evaluate)
     T0, R, (low, high) = checked(background, resistance, limits)
     if R.ndim == 2:
         R = R.diagonal()
@@ -66,6 +68,8 @@ def element_equilibria(
     for i in range(T0.size):
         balance = _one(evaluate, T0, R, grid[0], i)
         samples = [(float(grid[k, i]), float(G[i]), float(dG[i])) for k, (G, dG) in enumerate(sampled)]
+        for end in (0, -1):
+            samples[end] = _without_rounding(samples[end], T0[i])
         found.append(_roots(balance, samples))
     return found
 
@@ -97,20 +101,22 @@ def surface_equilibria(
     element in the heat of the others, until nothing new appears. Nothing guarantees that none is missed (where nothing
     couples, ``element_equilibria`` misses none).
     """
-    T0, R, (low, high) = checked(background, resistance, limits)
+    evaluate = dissipated(evaluate)
+    T0, R, (lowest, highest) = checked(background, resistance, limits)
     R = np.diag(R) if R.ndim == 1 else R
+    low, high = _starting_range(evaluate, T0, R, lowest, highest)
     scattered = np.random.default_rng(0).uniform(0.0, 1.0, (starts, T0.size))
     levels = np.concatenate([np.linspace(0.0, 1.0, 13)[:, None] * np.ones(T0.size), scattered])
     pending = list(low + (high - low) * levels)
     found: list[Array] = []
     while pending and len(found) < _MOST_FOUND:
         start = pending.pop()
-        reached = equilibrium(evaluate, T0, R, limits=(low, high), start=start)
+        reached = equilibrium(evaluate, T0, R, limits=(lowest, highest), start=start)
         candidates = [reached.temperature] if reached.converged else []
-        candidates += _plain_newton(evaluate, T0, R, start, low, high)
-        for T in candidates:
+        candidates += _plain_newton(evaluate, T0, R, start, lowest, highest)
+        for T in (onto(T, T0, (lowest, highest)) for T in candidates):
             new = all(np.abs(T - old).max() > 1e-7 * np.abs(T).max() for old in found)
-            if new and np.array_equal(np.clip(T, low, high), T):
+            if new and np.array_equal(np.clip(T, lowest, highest), T):
                 found.append(T)
                 pending += _one_changed(evaluate, T0, R, T, low, high)
     found.sort(key=lambda T: float(T.mean()))
@@ -119,6 +125,12 @@ def surface_equilibria(
 
 
 _MOST_FOUND = 200
+
+
+def _starting_range(evaluate: Evaluate, T0: Array, R: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Range to start from, finite also for elements without a table: what the cold powers bring about, and twice it."""
+    reach = 2.0 * np.abs(R @ evaluate(T0)[0]) + 1.0
+    return np.where(np.isfinite(low), low, T0), np.where(np.isfinite(high), high, T0 + reach)
 
 
 def _one_changed(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
@@ -164,13 +176,19 @@ def _one(evaluate: Evaluate, T0: Array, R: Array, others: Array, i: int) -> Scal
     return balance
 
 
+def _without_rounding(sample: tuple[float, float, float], T0: float) -> tuple[float, float, float]:
+    """The same end of a range, an equilibrium where only rounding keeps it from being one."""
+    t, G, dG = sample
+    return t, 0.0 if abs(G) <= 1e-14 * max(abs(t), abs(t - T0)) else G, dG
+
+
 def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> ElementEquilibria:
     span = samples[-1][0] - samples[0][0]
     roots: list[float] = [samples[0][0]] if samples[0][1] == 0 else []
     cells = list(pairwise(samples))[::-1]
     while cells:
         left, right = cells.pop()
-        if right[0] - left[0] > 1e-9 * span and _may_hide_more(left, right):
+        if right[0] - left[0] > SHORTEST_CELL * span and Cells(*left, *right).may_hide_more():
             middle = 0.5 * (left[0] + right[0])
             between = (middle, *balance(middle))
             cells += [(between, right), (left, between)]
@@ -182,18 +200,6 @@ def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> Elemen
     return ElementEquilibria(
         temperature=temperature, stable=np.array([balance(t)[1] > 0 for t in temperature], dtype=bool)
     )
-
-
-def _may_hide_more(left: tuple[float, float, float], right: tuple[float, float, float]) -> bool:
-    """Whether the cell can hold more roots than the signs at its ends say, from the slopes there."""
-    (a, Ga, da), (b, Gb, db) = left, right
-    if Ga * Gb < 0:
-        return da * (Gb - Ga) < 0 or db * (Gb - Ga) < 0
-    sign = 1.0 if Ga + Gb > 0 else -1.0
-    if sign * da >= 0 or sign * db <= 0:
-        return False
-    turning = (Gb - Ga + da * a - db * b) / (da - db)  # where the tangents at the ends meet
-    return sign * (Ga + da * (turning - a)) <= 0
 
 
 def _bracketed(balance: Scalar, left: tuple[float, float, float], right: tuple[float, float, float]) -> float:
