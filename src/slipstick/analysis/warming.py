@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 _FOLD = 0.5
 _BEYOND = (1e-5, 1e-4, 1e-3)
+_FAR = 1e-3
 _MOST_JUMPS = 50
 
 
@@ -29,6 +30,12 @@ class Jump:
     before: Array
     """Temperatures (n_contacts,), as are those after."""
     after: Array
+
+    def far(self, balance: Balance) -> bool:
+        """Whether the temperatures changed; they do not where an equilibrium is only unstable at fixed motion."""
+        assert balance.heated is not None
+        low, high = balance.heated.limits
+        return bool(np.any(np.abs(self.after - self.before) > _FAR * (high - low)))
 
     def text(self, names: list[str]) -> str:
         """Where, and between which temperatures; the contacts whose temperature changes most."""
@@ -121,7 +128,7 @@ class WarmContinuation(Iterator[Step]):
     def _jump(self, last: Step) -> bool:
         """Go on beyond the fold of the thermal equilibrium that ended the last run; False if there is none."""
         heat = last.evaluation.detail.heat
-        if heat is None or heat.equilibrium.margin > _FOLD or len(self.jumps) >= _MOST_JUMPS:
+        if heat is None or abs(heat.equilibrium.margin) > _FOLD or len(self._runs) > _MOST_JUMPS:
             return False
         start, stop = self._ends
         forward = 1.0 if last.tangent_parameter >= 0 else -1.0
@@ -136,10 +143,10 @@ class WarmContinuation(Iterator[Step]):
                 said = f"the thermal equilibrium ends at {jump.text(self._names)}, and {fault}"
                 self._end(Outcome.OUTSIDE_TABLE, f"{Outcome.OUTSIDE_TABLE.text} ({said})")
                 return False
-            if there.equilibrium.margin > 2.0 * heat.equilibrium.margin:
-                self.jumps.append(
-                    Jump(parameter=last.parameter, before=heat.temperature, after=there.temperature)
-                )
+            if abs(there.equilibrium.margin) > 2.0 * abs(heat.equilibrium.margin):
+                jump = Jump(parameter=last.parameter, before=heat.temperature, after=there.temperature)
+                if jump.far(self._balance):
+                    self.jumps.append(jump)
                 self._balance.temperature = there.temperature
                 direction = np.append(np.zeros(x.size), forward)
                 self._runs.append(

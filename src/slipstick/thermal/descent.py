@@ -53,12 +53,17 @@ class Cells(NamedTuple):
         return np.asarray(np.abs(self.db - self.da) > _BENT * np.maximum(1.0, np.minimum(abs(self.da), abs(self.db))))
 
 
-def near(balance: Balance, T: Array, longest: Array, small: Callable[[Array], Array]) -> tuple[Array, BoolArray]:
-    """Newton from a start (n,), and where it found a stable root next to it: the slope hardly changes on the way."""
+def near(
+    balance: Balance, T: Array, longest: Array, small: Callable[[Array], Array], *, hold: bool = False
+) -> tuple[Array, BoolArray]:
+    """Newton from a start (n,), and where it found a root next to it: the slope hardly changes on the way.
+
+    An unstable root, which an element by itself would leave, counts with ``hold`` alone.
+    """
     G, dG = balance(T)
-    good = dG > 0
+    good = dG != 0 if hold else dG > 0
     for _ in range(30):
-        step = np.where(good, -G / np.where(dG > 0, dG, 1.0), 0.0)
+        step = np.where(good, -G / np.where(dG != 0, dG, 1.0), 0.0)
         limit = small(T)
         size = np.abs(step)
         moving = good & (size > limit)
@@ -66,7 +71,7 @@ def near(balance: Balance, T: Array, longest: Array, small: Callable[[Array], Ar
             return T, good
         T = np.where(moving, T + step, T)
         new_G, new_dG = balance(T)
-        steady = (np.abs(new_dG - dG) <= _BENT * dG) & (np.abs(new_G) <= 0.5 * np.abs(G))
+        steady = (np.abs(new_dG - dG) <= _BENT * np.abs(dG)) & (np.abs(new_G) <= 0.5 * np.abs(G))
         steady |= size <= 1e3 * limit  # rounding alone keeps the last values from falling
         good &= ~moving | (steady & (size <= longest))
         G, dG = new_G, new_dG

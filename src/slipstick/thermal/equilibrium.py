@@ -126,15 +126,21 @@ def settled(
     start: Array | None = None,
     tolerance: float = 1e-12,
     knots: Array | None = None,
+    hold: bool = False,
 ) -> Equilibrium:
-    """``equilibrium`` for arguments that have been ``checked``; ``knots`` (k, n) are the rows of the tables, nan for
-    none: no cell of the way to an equilibrium holds one."""
+    """``equilibrium`` for arguments that have been ``checked``.
+
+    ``knots`` (k, n) are the rows of the tables, nan for none: no cell of the way to an equilibrium holds one. With
+    ``hold`` an equilibrium next to the start is kept even where it is unstable at fixed motion: a structure that
+    answers to the temperature can keep it stable.
+    """
     T = T0.copy() if start is None else np.clip(start, *limits)
     clipped = _Clipped(evaluate, limits)
     if R.ndim == 1:
-        T, converged, jumped = _element_wise(clipped, T0, R, T, tolerance, np.empty((0, T.size)) if knots is None else knots)
+        cuts = np.empty((0, T.size)) if knots is None else knots
+        T, converged, jumped = _element_wise(clipped, T0, R, T, tolerance, cuts, hold=hold)
     else:
-        T, converged, jumped = _coupled(clipped, T0, R, T, start is None, tolerance)
+        T, converged, jumped = _coupled(clipped, T0, R, T, start is None, tolerance, hold=hold)
     T = onto(T, T0, limits)
     power, slope = clipped(T)
     return Equilibrium(
@@ -235,7 +241,7 @@ class _Clipped:
 
 
 def _element_wise(
-    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, knots: Array
+    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, knots: Array, *, hold: bool
 ) -> tuple[Array, bool, bool]:
     """Newton next to the start, else the first equilibrium downhill; whether all were found, and any beyond a fold."""
 
@@ -246,7 +252,7 @@ def _element_wise(
     def small(T: Array) -> Array:
         return tolerance * np.maximum(np.abs(T), np.abs(T - T0)) + np.finfo(float).tiny
 
-    found, good = near(balance, T, power_of.longest_step, small)
+    found, good = near(balance, T, power_of.longest_step, small, hold=hold)
     if good.all():
         return found, True, False
     walked, ended, passed = downhill(balance, np.where(good, found, T), power_of.limits, knots, small)
@@ -254,40 +260,46 @@ def _element_wise(
 
 
 def _coupled(
-    power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float
+    power_of: _Clipped, T0: Array, R: Array, T: Array, cold: bool, tolerance: float, *, hold: bool
 ) -> tuple[Array, bool, bool]:
     """Damped Newton near the start; where that fails, and from cold, the body's own way in implicit steps."""
     if not cold:
-        close = _damped_newton(power_of, T0, R, T, tolerance)
+        close = _damped_newton(power_of, T0, R, T, tolerance, hold=hold)
         if close is not None:
             return close, True, False
     return *_heating(power_of, T0, R, T, tolerance), True
 
 
 def _damped_newton(
-    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
+    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, *, hold: bool
 ) -> Array | None:
-    """Newton with halved steps for all elements together; None where it does not lead to a stable equilibrium."""
+    """Newton with halved steps for all elements together; None where no equilibrium next to the start is reached.
+
+    Next to it: every step is at most twice the simplified one after it (P. Deuflhard's natural monotonicity).
+    """
     power, slope = power_of(T)
-    G = T - T0 - R @ power
-    for _ in range(25):
-        step = _solve(np.eye(T.size) - R * slope, -G)
+    G, J = T - T0 - R @ power, np.eye(T.size) - R * slope
+    step = _solve(J, -G)
+    for _ in range(40):
         if step is None:
             return None
         if np.all(np.abs(step) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))):
-            return T if is_stable(R, slope) else None
+            return T if hold or is_stable(R, slope) else None
         factor = 1.0 / max(1.0, power_of.excess(T, step))
         while factor > 1e-3:
             trial = T + factor * step
             power, slope = power_of(trial)
-            residual = trial - T0 - R @ power
-            # rounding alone keeps the last residuals from falling
-            if np.linalg.norm(residual) <= (1.0 - 0.1 * factor) * np.linalg.norm(G) + tolerance * np.linalg.norm(T):
+            G = trial - T0 - R @ power
+            simplified = _solve(J, -G)
+            # rounding alone keeps the last steps from shrinking
+            room = (1.0 - 0.5 * factor) * np.linalg.norm(step) + 10.0 * tolerance * np.linalg.norm(T)
+            if simplified is not None and np.linalg.norm(simplified) <= room:
                 break
             factor *= 0.5
         else:
             return None
-        T, G = trial, residual
+        T, J = trial, np.eye(T.size) - R * slope
+        step = _solve(J, -G)
     return None
 
 
