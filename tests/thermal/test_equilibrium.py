@@ -140,6 +140,70 @@ def test_leaving_the_table_is_said() -> None:
     assert "contact element 1 leaves its table, 25 to 400" in (found.problem() or "")
 
 
+@pytest.mark.parametrize("background", [0.0, 25.0, 293.15])
+@pytest.mark.parametrize("rounding", [-1e-14, -1e-11, 0.0, 1e-14])
+def test_a_stuck_contact_is_cold_whatever_its_power_is_rounded_to(background: float, rounding: float) -> None:
+    """Tables that begin at the background temperature: the cold equilibrium lies on their edge, not beyond it."""
+    limits = (background, background + 775.0)
+
+    def power(T: Array) -> tuple[Array, Array]:
+        return np.full_like(T, rounding), np.full_like(T, -1e-17)
+
+    [every] = element_equilibria(power, [background], 8.0, limits=limits)
+    np.testing.assert_allclose(every.temperature, [background], atol=1e-9)
+    assert list(every.stable) == [True]
+    for start in (None, [background], [background + 200.0]):
+        for resistance in ([8.0, 8.0], np.array([[8.0, 1.0], [1.0, 8.0]])):
+            found = equilibrium(
+                power, [background] * 2, resistance, limits=limits, start=None if start is None else start * 2
+            )
+            assert found.converged
+            assert found.problem() is None
+            np.testing.assert_allclose(found.temperature, background, atol=1e-9)
+    whole = surface_equilibria(power, [background] * 2, np.array([[8.0, 1.0], [1.0, 8.0]]), limits=limits)
+    np.testing.assert_allclose(whole.temperature, [[background] * 2], atol=1e-9)
+
+
+def test_an_equilibrium_at_the_end_of_the_table_is_inside() -> None:
+    [found] = element_equilibria(lambda T: (np.full_like(T, 0.1 * 3), 0.0 * T), [0.7], 1.0, limits=(0.7, 0.7 + 0.3))
+    assert found.temperature.size == 1
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_next_to_a_fold_the_next_equilibrium_is_found(up: bool) -> None:
+    """A hair beyond the fold the residual nearly vanishes at the old place; there is no rest there."""
+
+    def power(T: Array, factor: float) -> tuple[Array, Array]:
+        grown = 1.0 / (1.0 + np.exp((100.0 - T) / 5.0))
+        return factor * (2.0 + 20.0 * grown), factor * 4.0 * grown * (1.0 - grown)
+
+    T = np.linspace(21.0, 800.0, 4_000_001)
+    load = (T - 20.0) / (8.0 * power(T, 1.0)[0])
+    middle = T.searchsorted(100.0)
+    fold = load[:middle].max() if up else load[middle:].min()
+    at = T[load[:middle].argmax()] if up else T[middle + load[middle:].argmin()]
+    for beyond in (1e-4, 1e-7, 1e-10):
+        factor = fold * (1.0 + beyond) if up else fold * (1.0 - beyond)
+        found = equilibrium(lambda T, f=factor: power(T, f), [20.0], 8.0, limits=(20.0, 1000.0), start=[at])
+        assert found.converged
+        assert found.jumped
+        other = T[np.flatnonzero(np.diff(np.sign(load - factor)))]
+        assert found.temperature[0] == pytest.approx(other[-1] if up else other[0], abs=2e-3)
+
+
+def test_a_contact_without_table_is_heated_by_a_neighbour_however_hot() -> None:
+    """Its temperature is not bounded by what the cold powers bring about."""
+
+    def power(T: Array) -> tuple[Array, Array]:
+        grown = 1.0 / (1.0 + np.exp((100.0 - T[0]) / 5.0))
+        return np.array([2.0 + 20.0 * grown, 0.0]), np.array([4.0 * grown * (1.0 - grown), 0.0])
+
+    limits = (np.array([20.0, -np.inf]), np.array([300.0, np.inf]))
+    found = surface_equilibria(power, [20.0, 20.0], np.array([[8.0, 2.0], [2.0, 8.0]]), limits=limits)
+    np.testing.assert_allclose(found.temperature[:, 0].round(1), [36.0, 97.7, 196.0])
+    np.testing.assert_allclose(found.temperature[:, 1] - 20.0, (found.temperature[:, 0] - 20.0) / 4.0, rtol=1e-9)
+
+
 def surface(rng: np.random.Generator, n: int, coupling: float) -> Array:
     """A symmetric positive influence matrix with positive entries, as conduction gives."""
     at = rng.uniform(0, 1, (n, 2))

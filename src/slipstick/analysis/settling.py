@@ -5,7 +5,6 @@ Vibration settles within periods, a body within seconds: on its way the motion i
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 
@@ -18,68 +17,71 @@ from slipstick.thermal.model import HeatedForces
 
 Array = NDArray[np.float64]
 
-_LONGEST = 1 / 48
-_SMALL = 1e-9
-"""Of the tables' range."""
+_SMALL = 1e-8
+"""Of the tables' range: a rate at which the body is at rest, and the error of its temperatures on the way."""
+_LONGEST_TIME = 1e5
+"""In time constants of a body without friction."""
 _NEWTON = NewtonOptions(max_iterations=40)
 
 
+class _MotionLostError(Exception):
+    """No steady motion was found at some temperatures."""
+
+
 def settled_body(
-    balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array
+    balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array, *, reach: float = np.inf
 ) -> tuple[Array, HeatedForces] | None:
     """Motion (N,) and heat where the body comes to rest from temperatures T (n_contacts,) at the motion x (N,).
 
-    Each step is the rate of the temperatures times their own time constant as the last two rates show it, and no longer
-    than a part of the tables. Beyond the tables the parameters are held. None where the motion is lost on the way.
+    Beyond the tables the parameters are held. None where the motion is lost on the way, or no rest is found, or the
+    motion at T is further from x than ``reach`` times its size.
     """
-    assert balance.heated is not None
-    rate_at = _rates(balance, inputs, omega)
-    low, high = balance.heated.limits
-    follows = np.isfinite(high - low)  # a temperature without tables does nothing to the motion
-    span = np.where(follows, high - low, np.inf)
-    at = rate_at(x, T)
-    duration = 0.05
-    for _ in range(2000):
-        if at is None:
+    from scipy.integrate import solve_ivp
+
+    rates = _Rates(balance, inputs, omega, x)
+
+    def moving(t: float, T: Array) -> float:
+        return float(np.max(np.abs(rates(t, T)) / rates.span)) - _SMALL
+
+    moving.terminal, moving.direction = True, -1  # type: ignore[attr-defined]
+    low = float(rates.span.min())
+    try:
+        rates(0.0, T)
+        if np.linalg.norm(rates.x - x) > reach * np.linalg.norm(x):
             return None
-        x, rate = at[0], np.where(follows, at[1], 0.0)
-        step = duration * rate
-        step /= max(1.0, float(np.max(np.abs(step) / (_LONGEST * span))))
-        if np.all(np.abs(rate) <= _SMALL * span):
-            break
-        after = rate_at(x, T + step)
-        while after is None and np.any(np.abs(step) > _SMALL * span):
-            step *= 0.25
-            after = rate_at(x, T + step)
-        if after is None:
-            return None
-        T, change = T + step, np.where(follows, after[1], 0.0) - rate
-        slope = -float(step @ change) / float(step @ step)
-        duration = 1.0 / slope if slope > 0 else np.inf
-        duration = min(duration, 1e6)
-        at = after
-    return _exact(balance, inputs, omega, x, T)
+        way = solve_ivp(
+            rates, (0.0, _LONGEST_TIME), T, method="LSODA", events=moving, rtol=_SMALL, atol=_SMALL * low, max_step=1e3
+        )
+    except _MotionLostError:
+        return None
+    return _exact(balance, inputs, omega, rates.x, way.y[:, -1]) if way.status == 1 else None
 
 
-def _rates(balance: Balance, inputs: Inputs, omega: float) -> Callable[[Array, Array], tuple[Array, Array] | None]:
-    """Motion near one (N,) and rate of the temperatures (n_contacts,), both at given temperatures."""
-    heated = balance.heated
-    assert heated is not None
-    cold = copy(balance)
-    cold.heated = None
-    given = {name: getattr(inputs, name) for name in ("mu", "kt", "kn")}
-    scales = heated.scales(given)
+class _Rates:
+    """Rate of the temperatures, zero for those that do nothing to the motion; keeps the last motion to start from."""
 
-    def at(x: Array, T: Array) -> tuple[Array, Array] | None:
-        parameters, _ = heated.parameters(T, given, scales)
-        result = _solve(cold, replace(inputs, **parameters), omega, x)
+    def __init__(self, balance: Balance, inputs: Inputs, omega: float, x: Array) -> None:
+        heated = balance.heated
+        assert heated is not None
+        self.heated, self.inputs, self.omega, self.x = heated, inputs, omega, x
+        self._given = {name: getattr(inputs, name) for name in ("mu", "kt", "kn")}
+        self._scales = heated.scales(self._given)
+        self._cold = copy(balance)
+        self._cold.heated = None
+        span = heated.limits[1] - heated.limits[0]
+        self._follows = np.isfinite(span)
+        self.span = np.where(self._follows, span, 1.0)
+
+    def __call__(self, t: float, T: Array) -> Array:
+        parameters, _ = self.heated.parameters(T, self._given, self._scales)
+        result = _solve(self._cold, replace(self.inputs, **parameters), self.omega, self.x)
         if not result.converged:
-            return None
-        power = omega * np.maximum(result.evaluation.detail.forces.work, 0.0)
-        rise = heated.resistance * power if heated.resistance.ndim == 1 else heated.resistance @ power
-        return result.x, heated.background + rise - T
-
-    return at
+            raise _MotionLostError
+        self.x = result.x
+        power = self.omega * np.maximum(result.evaluation.detail.forces.work, 0.0)
+        R = self.heated.resistance
+        rise = R * power if R.ndim == 1 else R @ power
+        return np.where(self._follows, self.heated.background + rise - T, 0.0)
 
 
 def _exact(balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array) -> tuple[Array, HeatedForces] | None:

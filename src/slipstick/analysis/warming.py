@@ -13,12 +13,14 @@ from slipstick.analysis.settling import settled_body
 from slipstick.balance.residual import Balance, FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Step, continuation
+from slipstick.thermal.model import HeatedForces
 
 Array = NDArray[np.float64]
 
 _FOLD = 0.5
 _BEYOND = (1e-5, 1e-4, 1e-3)
 _FAR = 1e-3
+_NEAR = 0.02
 _MOST_JUMPS = 50
 
 
@@ -27,20 +29,29 @@ class Jump:
     """A place where the thermal equilibrium ended and the contacts went on to the next one."""
 
     parameter: float
-    before: Array
-    """Temperatures (n_contacts,), as are those after."""
-    after: Array
+    before: HeatedForces
+    after: HeatedForces
+    turned: bool
+    """Whether the branch turned back there."""
+
+    @property
+    def beyond_fold(self) -> bool:
+        """Whether this is another equilibrium, not the one that was about to end."""
+        return abs(self.after.equilibrium.margin) > 2.0 * abs(self.before.equilibrium.margin)
 
     def far(self, balance: Balance) -> bool:
-        """Whether the temperatures changed; they do not where an equilibrium is only unstable at fixed motion."""
+        """Whether the temperatures changed."""
         assert balance.heated is not None
         low, high = balance.heated.limits
-        return bool(np.any(np.abs(self.after - self.before) > _FAR * (high - low)))
+        # an equilibrium that becomes unstable at held motion only goes on beside itself
+        least = 20.0 * _FAR if self.after.equilibrium.margin < 0 and not self.turned else _FAR
+        return bool(np.any(np.abs(self.after.temperature - self.before.temperature) > least * (high - low)))
 
     def text(self, names: list[str]) -> str:
         """Where, and between which temperatures; the contacts whose temperature changes most."""
-        order = np.argsort(-np.abs(self.after - self.before), kind="stable")
-        changes = [f"{names[i]} from {self.before[i]:.5g} to {self.after[i]:.5g}" for i in order[:3]]
+        before, after = self.before.temperature, self.after.temperature
+        order = np.argsort(-np.abs(after - before), kind="stable")
+        changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}" for i in order[:3]]
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         return f"{self.parameter:.6g} (temperature of {', '.join(changes)}{more})"
 
@@ -99,21 +110,28 @@ class WarmContinuation(Iterator[Step]):
         return sum(run.rejected for run in self._runs)
 
     def _follow(self) -> Iterator[Step]:
-        last: Step | None = None
+        landed = False
         while True:
-            run, landed = self._runs[-1], len(self._runs) > 1
+            run, last, over = self._runs[-1], None, False
             for step in run:
-                fault = self._carry(step)
-                if fault:
-                    self._end(Outcome.OUTSIDE_TABLE, f"{Outcome.OUTSIDE_TABLE.text} (at {step.parameter:g}: {fault})")
+                if fault := self._carry(step):
+                    self._end(Outcome.OUTSIDE_TABLE, f"at {step.parameter:g}: {fault}")
                     return
                 if landed:
                     step.kind, landed = "regular", False
-                last = step
                 yield step
-            self.outcome, self.message = run.outcome, run.message + self._remark()
-            if last is None or run.outcome not in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR) or not self._jump(last):
+                over = step.kind == "turning point" and last is not None and self._jump(step, last, turned=True)
+                if over:
+                    break
+                last = step
+            if self.outcome is Outcome.OUTSIDE_TABLE:
                 return
+            if not over:
+                self.outcome, self.message = run.outcome, run.message + self._remark()
+                stuck = run.outcome in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
+                if last is None or not stuck or not self._jump(last, last):
+                    return
+            landed = True
 
     def _carry(self, step: Step) -> str | None:
         """Take the temperatures of a step; a sentence where they are no result."""
@@ -125,38 +143,42 @@ class WarmContinuation(Iterator[Step]):
             self._balance.temperature = heat.temperature
         return fault
 
-    def _jump(self, last: Step) -> bool:
-        """Go on beyond the fold of the thermal equilibrium that ended the last run; False if there is none."""
-        heat = last.evaluation.detail.heat
-        if heat is None or abs(heat.equilibrium.margin) > _FOLD or len(self._runs) > _MOST_JUMPS:
+    def _jump(self, fold: Step, before: Step, *, turned: bool = False) -> bool:
+        """Begin a run beyond a place where the thermal equilibrium ends; False if it does not end there.
+
+        ``before`` shows the direction of travel. At a turning point it is the heat that turns the branch where the
+        motion at the temperatures as they are goes on.
+        """
+        heat = fold.evaluation.detail.heat
+        if heat is None or len(self._runs) > _MOST_JUMPS or not (turned or abs(heat.equilibrium.margin) < _FOLD):
             return False
-        start, stop = self._ends
-        forward = 1.0 if last.tangent_parameter >= 0 else -1.0
+        low, high = min(self._ends), max(self._ends)
+        forward = 1.0 if before.tangent_parameter >= 0 else -1.0
         for share in _BEYOND:
-            p = min(max(last.parameter + forward * share * abs(stop - start), min(start, stop)), max(start, stop))
-            found = settled_body(self._balance, *self._system.at(p), last.x, heat.temperature)
+            p = min(max(fold.parameter + forward * share * (high - low), low), high)
+            found = settled_body(
+                self._balance, *self._system.at(p), fold.x, heat.temperature, reach=_NEAR if turned else np.inf
+            )
             if found is None:
                 continue
             x, there = found
+            jump = Jump(parameter=fold.parameter, before=heat, after=there, turned=turned)
             if fault := there.equilibrium.problem(self._names):
-                jump = Jump(parameter=last.parameter, before=heat.temperature, after=there.temperature)
                 said = f"the thermal equilibrium ends at {jump.text(self._names)}, and {fault}"
-                self._end(Outcome.OUTSIDE_TABLE, f"{Outcome.OUTSIDE_TABLE.text} ({said})")
+                self._end(Outcome.OUTSIDE_TABLE, said)
                 return False
-            if abs(there.equilibrium.margin) > 2.0 * abs(heat.equilibrium.margin):
-                jump = Jump(parameter=last.parameter, before=heat.temperature, after=there.temperature)
+            if jump.far(self._balance) if turned else jump.beyond_fold:
                 if jump.far(self._balance):
                     self.jumps.append(jump)
                 self._balance.temperature = there.temperature
                 direction = np.append(np.zeros(x.size), forward)
-                self._runs.append(
-                    continuation(self._system, x, start, stop, at=p, direction=direction, **self._options)
-                )
+                options = self._options | {"at": p, "direction": direction}
+                self._runs.append(continuation(self._system, x, *self._ends, **options))
                 return True
         return False
 
     def _end(self, outcome: Outcome, message: str) -> None:
-        self.outcome, self.message = outcome, message + self._remark()
+        self.outcome, self.message = outcome, f"{outcome.text} ({message}){self._remark()}"
 
     def _remark(self) -> str:
         """What to add to the message of the outcome, or nothing."""

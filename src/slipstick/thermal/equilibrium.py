@@ -134,7 +134,7 @@ def settled(
     ``hold`` an equilibrium next to the start is kept even where it is unstable at fixed motion: a structure that
     answers to the temperature can keep it stable.
     """
-    T = T0.copy() if start is None else np.clip(start, *limits)
+    T = np.array(T0 if start is None else start, dtype=float)
     clipped = _Clipped(evaluate, limits)
     if R.ndim == 1:
         cuts = np.empty((0, T.size)) if knots is None else knots
@@ -168,8 +168,8 @@ def dissipated(evaluate: Evaluate) -> Evaluate:
 
 def onto(T: Array, T0: Array, limits: tuple[Array, Array]) -> Array:
     """Temperatures beyond a limit by rounding alone, put onto it."""
-    inside = np.clip(T, *limits)
-    rounding = 1e-11 * np.maximum(np.abs(T), np.abs(T - T0))
+    inside, span = np.clip(T, *limits), limits[1] - limits[0]
+    rounding = 1e-11 * np.maximum(np.maximum(np.abs(T), np.abs(T - T0)), np.where(np.isfinite(span), span, 0.0))
     return np.asarray(np.where(np.abs(T - inside) <= rounding, inside, T))
 
 
@@ -232,6 +232,11 @@ class _Clipped:
         power, slope = self.evaluate(inside)
         return power, np.where(inside == T, slope, 0.0)
 
+    def size(self, T: Array, T0: Array) -> Array:
+        """What a tolerance of the temperatures is relative to; not nothing where the background is 0."""
+        span = self.limits[1] - self.limits[0]
+        return np.asarray(np.maximum.reduce([np.abs(T), np.abs(T - T0), np.where(np.isfinite(span), 1e-3 * span, 0.0)]))
+
     def inside(self, T: Array) -> BoolArray:
         return np.clip(T, *self.limits) == T
 
@@ -250,7 +255,7 @@ def _element_wise(
         return T - T0 - R * power, 1.0 - R * slope
 
     def small(T: Array) -> Array:
-        return tolerance * np.maximum(np.abs(T), np.abs(T - T0)) + np.finfo(float).tiny
+        return tolerance * power_of.size(T, T0) + np.finfo(float).tiny
 
     found, good = near(balance, T, power_of.longest_step, small, hold=hold)
     if good.all():
@@ -270,9 +275,7 @@ def _coupled(
     return *_heating(power_of, T0, R, T, tolerance), True
 
 
-def _damped_newton(
-    power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, *, hold: bool
-) -> Array | None:
+def _damped_newton(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float, *, hold: bool) -> Array | None:
     """Newton with halved steps for all elements together; None where no equilibrium next to the start is reached.
 
     Next to it: every step is at most twice the simplified one after it (P. Deuflhard's natural monotonicity).
@@ -283,7 +286,7 @@ def _damped_newton(
     for _ in range(40):
         if step is None:
             return None
-        if np.all(np.abs(step) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))):
+        if np.all(np.abs(step) <= tolerance * power_of.size(T, T0)):
             return T if hold or is_stable(R, slope) else None
         factor = 1.0 / max(1.0, power_of.excess(T, step))
         while factor > 1e-3:
@@ -292,7 +295,7 @@ def _damped_newton(
             G = trial - T0 - R @ power
             simplified = _solve(J, -G)
             # rounding alone keeps the last steps from shrinking
-            room = (1.0 - 0.5 * factor) * np.linalg.norm(step) + 10.0 * tolerance * np.linalg.norm(T)
+            room = (1.0 - 0.5 * factor) * np.linalg.norm(step) + 10.0 * tolerance * np.linalg.norm(power_of.size(T, T0))
             if simplified is not None and np.linalg.norm(simplified) <= room:
                 break
             factor *= 0.5
@@ -316,9 +319,7 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
         fastest = -np.linalg.eigvals(J).real.min(initial=1.0)
         if fastest > 0:
             duration = min(duration, 0.5 / fastest)
-        elif (newton := _solve(J, -G)) is not None and np.all(
-            np.abs(newton) <= tolerance * np.maximum(np.abs(T), np.abs(T - T0))
-        ):
+        elif (newton := _solve(J, -G)) is not None and np.all(np.abs(newton) <= tolerance * power_of.size(T, T0)):
             return T, True
         step = np.asarray(np.linalg.solve(J + np.eye(T.size) / duration, -G), dtype=float)
         too_long = power_of.excess(T, step)
@@ -328,7 +329,7 @@ def _heating(power_of: _Clipped, T0: Array, R: Array, T: Array, tolerance: float
         new_power, new_slope = power_of(T + step)
         residual = T + step - T0 - R @ new_power
         error = np.abs(residual - (G + J @ step)).max() / max(np.abs(G).max(), np.finfo(float).tiny)
-        rounding = np.abs(residual).max() <= tolerance * np.abs(T).max()
+        rounding = np.abs(residual).max() <= tolerance * power_of.size(T, T0).max()
         if error > 0.5 and not rounding and duration > 1e-9:
             duration /= 4.0
             continue

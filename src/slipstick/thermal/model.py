@@ -222,8 +222,8 @@ class HeatedContacts:
         """Forces at the temperatures that balance their own power.
 
         ``W`` (n, L) is ``X + U``, ``v`` (n,) is velocity/omega; mu, kt, kn (n,) are the values without heat.
-        ``start`` (n,) is the neighbouring solution, next to which also an equilibrium counts that is unstable as long as
-        the motion is held; cold without it. A temperature outside the tables does not raise:
+        ``start`` (n,) is the neighbouring solution, next to which also an equilibrium counts that is unstable while the
+        motion is held; cold without it. A temperature outside the tables does not raise:
         see ``Equilibrium.problem``.
         """
         element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)

@@ -108,6 +108,7 @@ def surface_equilibria(
     scattered = np.random.default_rng(0).uniform(0.0, 1.0, (starts, T0.size))
     levels = np.concatenate([np.linspace(0.0, 1.0, 13)[:, None] * np.ones(T0.size), scattered])
     pending = list(low + (high - low) * levels)
+    size = max(float(np.abs(T0).max()), float((high - low).max()))
     found: list[Array] = []
     while pending and len(found) < _MOST_FOUND:
         start = pending.pop()
@@ -115,7 +116,7 @@ def surface_equilibria(
         candidates = [reached.temperature] if reached.converged else []
         candidates += _plain_newton(evaluate, T0, R, start, lowest, highest)
         for T in (onto(T, T0, (lowest, highest)) for T in candidates):
-            new = all(np.abs(T - old).max() > 1e-7 * np.abs(T).max() for old in found)
+            new = all(np.abs(T - old).max() > 1e-7 * size for old in found)
             if new and np.array_equal(np.clip(T, lowest, highest), T):
                 found.append(T)
                 pending += _one_changed(evaluate, T0, R, T, low, high)
@@ -154,7 +155,7 @@ def _plain_newton(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array,
             step = np.linalg.solve(np.eye(T.size) - R * slope, T0 + R @ power - T)
         except np.linalg.LinAlgError:
             return []
-        if np.all(np.abs(step) <= 1e-11 * np.abs(T).max()):
+        if np.all(np.abs(step) <= 1e-11 * np.maximum(np.abs(T).max(), np.abs(T - T0).max()) + np.finfo(float).tiny):
             return [T]
         T = np.clip(T + step, low, high)
     return []
@@ -188,7 +189,7 @@ def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> Elemen
     cells = list(pairwise(samples))[::-1]
     while cells:
         left, right = cells.pop()
-        if right[0] - left[0] > SHORTEST_CELL * span and Cells(*left, *right).may_hide_more():
+        if right[0] - left[0] > SHORTEST_CELL * span and Cells(*np.array((*left, *right))).may_hide_more():
             middle = 0.5 * (left[0] + right[0])
             between = (middle, *balance(middle))
             cells += [(between, right), (left, between)]
