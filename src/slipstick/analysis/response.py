@@ -277,7 +277,7 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
             task.balance.temperature = None
             yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
         outcome, message = joined(parts)
-        message += jumps_text(jumps)
+        message += jumps_text(jumps, [pair.name for pair in task.problem.contacts])
         return outcome, message
     except KeyboardInterrupt:
         return outcome, outcome.text

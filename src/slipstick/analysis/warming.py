@@ -66,7 +66,7 @@ class WarmContinuation(Iterator[Step]):
     Attributes
     ----------
     jumps
-        Every ``Jump`` so far.
+        Every ``Jump`` so far, added to those of the list given.
     """
 
     def __init__(
@@ -75,12 +75,14 @@ class WarmContinuation(Iterator[Step]):
         x: Array,
         start: float,
         stop: float,
+        *,
+        jumps: list[Jump] | None = None,
         **options: Any,
     ) -> None:
         self._system, self._ends, self._options = system, (start, stop), options
         self._balance: Balance = system.balance
         self._names = [pair.name for pair in self._balance.problem.contacts]
-        self.jumps: list[Jump] = []
+        self.jumps: list[Jump] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message = ""
         self._runs: list[Continuation] = [continuation(system, x, start, stop, **options)]
@@ -127,7 +129,7 @@ class WarmContinuation(Iterator[Step]):
             if self.outcome is Outcome.OUTSIDE_TABLE:
                 return
             if not over:
-                self.outcome, self.message = run.outcome, run.message + self._remark()
+                self.outcome, self.message = run.outcome, run.message
                 stuck = run.outcome in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
                 if last is None or not stuck or not self._jump(last, last):
                     return
@@ -178,15 +180,16 @@ class WarmContinuation(Iterator[Step]):
         return False
 
     def _end(self, outcome: Outcome, message: str) -> None:
-        self.outcome, self.message = outcome, f"{outcome.text} ({message}){self._remark()}"
+        self.outcome, self.message = outcome, f"{outcome.text} ({message})"
 
-    def _remark(self) -> str:
-        """What to add to the message of the outcome, or nothing."""
-        if not self.jumps:
-            return ""
-        where = ", at ".join(jump.text(self._names) for jump in self.jumps[:5])
-        more = f" and at {len(self.jumps) - 5} further places" if len(self.jumps) > 5 else ""
-        return (
-            f"; the thermal equilibrium ended and the contacts took another one at {where}{more}: "
-            "several exist nearby, and the way back may differ"
-        )
+
+def jumps_text(jumps: list[Jump], names: list[str]) -> str:
+    """What to add to the message of the outcome, or nothing."""
+    if not jumps:
+        return ""
+    where = ", at ".join(jump.text(names) for jump in jumps[:5])
+    more = f" and at {len(jumps) - 5} further places" if len(jumps) > 5 else ""
+    return (
+        f"; the thermal equilibrium ended and the contacts took another one at {where}{more}: "
+        "several exist nearby, and the way back may differ"
+    )
