@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -130,6 +131,26 @@ def test_one_mode_over_a_range_with_four() -> None:
     assert 4 < enough < 0.5 * N
     assert reduction_warnings(problem(reduced(enough)), span) == []
     assert reduction_faults(problem(reduced(6)), (0.5 * FIRST, 1.5 * FIRST)) == []
+
+
+@pytest.mark.parametrize(("modes", "refused"), [(4, True), (6, False), (12, False)])
+def test_what_an_error_counts_is_what_it_does_to_the_curve(modes: int, refused: bool) -> None:
+    """Stuck and sliding on a contact as stiff as the rod: the curve is wrong by that much, within a factor of 3."""
+    span = (0.8 * FIRST, 1.5 * FIRST)
+    stiffness = float(1.0 / reduced(60).static_compliance[0, 0])
+    curves = []
+    for kept in (60, modes):
+        rubbed = problem(reduced(kept), range(6), velocity=0.0)
+        pair = replace(rubbed.contacts[0], contact=ss.FrictionContact(kt=stiffness, mu=0.3, gap=-1.5))
+        rubbed = replace(rubbed, contacts=[pair])
+        data = ss.forced_response(rubbed, omega=span).dataset
+        curves.append(np.interp(np.linspace(*span, 100), data.omega, data.amplitude.sel(dof="u66")))
+    worst = worst_error(rubbed, span)
+    assert worst is not None
+    error = np.abs(curves[1] - curves[0]).max() / curves[0].max()
+    assert worst.refused == refused
+    assert error < 3.0 * worst.value
+    assert not refused or error > 3e-3
 
 
 def test_a_high_harmonic_counts_less() -> None:
