@@ -15,8 +15,8 @@ from time import perf_counter
 
 import numpy as np
 
-from slipstick.fem.blade import ELEMENT_SIZES, BladeShape
-from slipstick.fem.rubbing_blade import BladeModel, finite_element_blade
+from slipstick.models.blade import BladeModel, finite_element_blade
+from slipstick.models.blade_mesh import ELEMENT_SIZES, BladeShape
 from slipstick.solve.eigen import Progress
 from slipstick.structure.reduction import estimate_error, reduce_model
 

@@ -12,15 +12,18 @@ import slipstick
 
 ROOT = Path(slipstick.__file__).parent
 ORDER = (
-    ("errors",),
+    ("errors", "faults", "typing"),
     ("trig", "solve"),
     ("contact", "structure"),
     ("thermal", "fem"),
     ("balance",),
     ("results",),
     ("analysis",),
-    ("io", "plots", "report"),
-    ("app", "verify"),
+    ("models", "io", "plots", "report"),
+    ("importers",),
+    ("study",),
+    ("verify",),
+    ("app",),
     ("__main__",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}

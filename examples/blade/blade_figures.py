@@ -6,8 +6,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 from shrouded_blade import FULL_LOAD, OUTPUT, highest, one_mode_peak, total_power
 
-from slipstick.fem.blade import blade as meshed
-from slipstick.fem.blade import blade_shape
+from slipstick.models.blade_mesh import blade as meshed
+from slipstick.models.blade_mesh import blade_shape
 from slipstick.plots.style import COLOURS, GREY, styled
 
 COLOURED = {"shroud_top": "#009E73", "concave": "#E69F00", "root": "#666666", "root_sides": "#999999"}

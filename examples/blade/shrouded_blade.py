@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 import slipstick as ss
-from slipstick.fem.blade import blade_shape
-from slipstick.fem.rubbing_blade import INCONEL_718, BladeModel, rubbing_blade
+from slipstick.models.blade import INCONEL_718, BladeModel, rubbing_blade
+from slipstick.models.blade_mesh import blade_shape
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel
 

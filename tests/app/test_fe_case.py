@@ -15,12 +15,12 @@ from slipstick.app.cli import app
 from slipstick.app.reducing import CACHE
 from slipstick.errors import InputError
 from slipstick.fem.box import box
-from slipstick.fem.contact_model import contact_model, cosines
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.io.mesh_model import MeshModel, assemble_mesh
-from slipstick.io.model_store import save_model
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io.model_file import save_model
+from slipstick.models.surface_model import contact_model, cosines
 from slipstick.structure.reduction import reduce_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0, conductivity=40.0)

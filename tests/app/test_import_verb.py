@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from slipstick.app.cli import app
 from slipstick.fem.box import box
-from slipstick.io.model_store import load_model
+from slipstick.io.model_file import load_model
 
 SIZE, DIVISIONS = (0.2, 0.02, 0.01), (4, 2, 1)
 MATERIAL = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")

@@ -13,8 +13,8 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.io.model import ImportOptions, import_model, read_model
-from slipstick.io.model_store import load_model
+from slipstick.importers.import_model import ImportOptions, import_model, read_model
+from slipstick.io.model_file import load_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 SENTENCE = (

@@ -10,7 +10,6 @@ import pytest
 from scipy.sparse import coo_array
 
 from slipstick.fem.assembly import assemble, conduction
-from slipstick.fem.blade import WETTED, blade, blade_shape
 from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
 from slipstick.fem.conduction import conductance, steady_temperature
@@ -18,6 +17,7 @@ from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.refine import quadratic
+from slipstick.models.blade_mesh import WETTED, blade, blade_shape
 
 pytestmark = [pytest.mark.verify, pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not here")]
 

@@ -14,8 +14,8 @@ import pytest
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
-from slipstick.io.mesh_model import MeshModel, assemble_mesh
-from slipstick.io.model_store import load_model, save_model
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io.model_file import load_model, save_model
 from slipstick.io.netcdf import Variable, write_netcdf
 from slipstick.io.store import load_dataset
 

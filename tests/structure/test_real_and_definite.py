@@ -12,12 +12,12 @@ from scipy.sparse import coo_array, csc_array, csr_matrix, diags_array
 
 import slipstick as ss
 from slipstick.errors import InputError
-from slipstick.io.matrix_files import read_matrix
-from slipstick.io.model import read_model
-from slipstick.io.npz import read_arrays
+from slipstick.importers.import_model import read_model
+from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.structure import matrices
 from slipstick.structure.definite import smallest_pivot
 from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.npz import read_arrays
 
 DENSE_AND_SPARSE = pytest.mark.parametrize("store", [np.asarray, csr_matrix, coo_array], ids=["dense", "csr", "coo"])
 CHAIN = np.array([[3.0, -1.0, 0.0], [-1.0, 3.0, -1.0], [0.0, -1.0, 3.0]])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
-from slipstick.fem.blade import blade_shape
-from slipstick.fem.contact_model import ContactModel
-from slipstick.fem.rubbing_blade import BladeModel, finite_element_blade
+from slipstick.models.blade import BladeModel, finite_element_blade
+from slipstick.models.blade_mesh import blade_shape
+from slipstick.models.surface_model import ContactModel
 from slipstick.structure.reduction import Reduction, estimate_error, reduce_model
 
 

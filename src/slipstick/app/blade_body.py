@@ -14,7 +14,7 @@ from slipstick.app.sentences import shown, suggestion
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.fem.rubbing_blade import BladeModel, RubbingBlade
+    from slipstick.models.blade import BladeModel, RubbingBlade
     from slipstick.structure.reduction import Reduction
 
 
@@ -26,7 +26,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
     InputError
         For an unknown size, dimensions that make no blade, too many contacts.
     """
-    from slipstick.fem.rubbing_blade import rubbing_blade
+    from slipstick.models.blade import rubbing_blade
 
     setup = _blade_model(table)
     cache = cache_folder(folder)
@@ -56,8 +56,8 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
 def _blade_model(table: BladeTable) -> BladeModel:
     from dataclasses import replace
 
-    from slipstick.fem.blade import ELEMENT_SIZES, blade_shape
-    from slipstick.fem.rubbing_blade import BLADE_STEEL, BladeModel
+    from slipstick.models.blade import BLADE_STEEL, BladeModel
+    from slipstick.models.blade_mesh import ELEMENT_SIZES, blade_shape
 
     if table.size not in ELEMENT_SIZES:
         raise InputError(f"size: found {shown(table.size)}; {suggestion(table.size, ELEMENT_SIZES)}")
@@ -74,7 +74,7 @@ def _blade_again(setup: BladeModel, blade: RubbingBlade) -> tuple[Reduction, Any
     """The full blade once more, for comparison with the reduction, which may come from disk."""
     import numpy as np
 
-    from slipstick.fem.rubbing_blade import finite_element_blade
+    from slipstick.models.blade import finite_element_blade
     from slipstick.structure.reduction import Reduction
 
     whole = finite_element_blade(setup)

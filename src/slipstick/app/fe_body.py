@@ -17,10 +17,10 @@ from slipstick.errors import InputError
 from slipstick.fem.mesh import user_names
 
 if TYPE_CHECKING:
-    from slipstick.fem.contact_model import ContactModel
     from slipstick.fem.imported import ImportedModel
     from slipstick.fem.mesh import Mesh, Surface
     from slipstick.fem.model import ElasticModel
+    from slipstick.models.surface_model import ContactModel
     from slipstick.structure.reduction import Reduction
 
 
@@ -50,9 +50,9 @@ def _path(name: str, folder: Path) -> Path:
 
 def _imported(table: FeTable, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
-    from slipstick.io.mesh_files import MESH_SUFFIXES
-    from slipstick.io.model import ImportOptions, read_model
-    from slipstick.io.model_store import load_model
+    from slipstick.importers.import_model import ImportOptions, read_model
+    from slipstick.importers.mesh_files import MESH_SUFFIXES
+    from slipstick.io.model_file import load_model
 
     if path.suffix.lower() in MESH_SUFFIXES:
         material = None if table.material is None else material_of(table.material)
@@ -91,7 +91,7 @@ def _conducting(model: ImportedModel, material: MaterialTable | None) -> Importe
 
 
 def _with_contacts(table: FeTable, imported: ImportedModel, tell: Tell) -> ContactModel:
-    from slipstick.fem.contact_model import of_import, with_contacts
+    from slipstick.models.surface_model import of_import, with_contacts
 
     model = of_import(imported)
     mesh = model.mesh
@@ -143,7 +143,7 @@ def _contact_nodes(wanted: Any, mesh: Mesh) -> Any:
     """How many, node indices of labels, or positions."""
     import numpy as np
 
-    from slipstick.io.mesh_model import node_indices
+    from slipstick.importers.mesh_model import node_indices
 
     if wanted is None or isinstance(wanted, int):
         return 8 if wanted is None else wanted

@@ -122,8 +122,8 @@ def _influence(top: ThermalTable, names: list[str], folder: Path) -> Any:
 def _read(name: str, folder: Path) -> Any:
     import numpy as np
 
-    from slipstick.io.matrix_files import read_matrix
-    from slipstick.io.npz import array_shapes, read_arrays
+    from slipstick.importers.plain.matrix_file import read_matrix
+    from slipstick.structure.npz import array_shapes, read_arrays
 
     try:
         path = inside(folder, name)

@@ -19,7 +19,7 @@ _SUFFIXES = (".h5", ".hdf5")
 
 @dataclass(frozen=True, kw_only=True)
 class ImportRequest:
-    """What the command line says; see :class:`slipstick.io.model.ImportOptions`.
+    """What the command line says; see :class:`slipstick.importers.import_model.ImportOptions`.
 
     ``names`` are texts such as "K=KGG"; ``force`` allows an existing output to be replaced.
     """
@@ -50,7 +50,7 @@ def import_files(request: ImportRequest) -> None:
     InputError
         With all faults; the output is then as it was before.
     """
-    from slipstick.io.model import ImportOptions, import_model
+    from slipstick.importers.import_model import ImportOptions, import_model
 
     material, faults = _material(request)
     names, more = _names(request.names)

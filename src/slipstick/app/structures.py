@@ -95,7 +95,7 @@ def _matrices(table: Any, folder: Path) -> Structure:
 def _matrix(value: Any, folder: Path, key: str) -> Any:
     import numpy as np
 
-    from slipstick.io.matrix_files import read_matrix
+    from slipstick.importers.plain.matrix_file import read_matrix
 
     if value is None:
         return None
@@ -112,8 +112,8 @@ def _file(name: str, folder: Path, key: str) -> Path:
 
 
 def _modal(table: Any, folder: Path) -> Structure:
-    from slipstick.io.npz import read_arrays
     from slipstick.structure.modal import ModalStructure
+    from slipstick.structure.npz import read_arrays
 
     path = _file(table.file, folder, "file")
     arrays = read_arrays(path, _MODAL, (*_PRESSURE, *_DAMPING, "second_residual", "second_load_response"))

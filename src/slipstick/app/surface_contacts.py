@@ -26,7 +26,7 @@ def expanded(table: SurfaceContactTable, points: ContactPoints | None) -> dict[i
         If the structure has no contact points, a point is not there or given twice, or the rubbing direction is normal
         to the surface.
     """
-    from slipstick.fem.contact_model import cosines
+    from slipstick.models.surface_model import cosines
 
     if points is None:
         raise InputError(

@@ -1,1 +1,1 @@
-"""From a mesh to sparse matrices: solid elements, elasticity, heat conduction, surfaces, a turbine blade."""
+"""From a mesh to sparse matrices: solid elements, elasticity, heat conduction, surfaces."""

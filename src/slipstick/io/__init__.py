@@ -1,1 +1,1 @@
-"""Files in and out: results (netCDF-4), arrays and matrices."""
+"""Files in and out: results (netCDF-4), their journal, model files (HDF5)."""

@@ -1,0 +1,359 @@
+"""Input files of Abaqus and CalculiX (.inp): nodes, solid elements, sets, surfaces, materials, supports.
+
+Every keyword is read here, or has a verdict in abaqus_keywords.py, or is named as not understood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from slipstick.errors import InputError
+from slipstick.fem.elements import ELEMENTS
+from slipstick.importers.abaqus.blocks import Block, blocks
+from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, PARAMETERS, TABLE, solid_type
+from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
+
+_INSTANCES = (
+    'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
+)
+
+
+@dataclass(kw_only=True)
+class Section:
+    """A *SOLID SECTION: which elements, which material."""
+
+    elements: str
+    material: str
+    line: int
+
+
+@dataclass(kw_only=True)
+class Content:
+    """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
+
+    path: Path
+    findings: Findings
+    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
+    kinds: dict[int, str] = field(default_factory=dict)
+    variants: dict[str, dict[str, int]] = field(default_factory=dict)
+    skipped: dict[str, list[int]] = field(default_factory=dict)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    element_sets: dict[str, list[int]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
+    materials: dict[str, dict[str, float]] = field(default_factory=dict)
+    material_faults: dict[str, list[str]] = field(default_factory=dict)
+    sections: list[Section] = field(default_factory=list)
+    held: set[tuple[int, int]] = field(default_factory=set)
+    rotated: list[tuple[int, str]] = field(default_factory=list)
+    material: str = ""
+    parts: int = 0
+    instances: int = 0
+    steps: list[dict[str, str]] = field(default_factory=list)
+
+    def where(self, line: int) -> str:
+        """File and line, for messages."""
+        return f"{self.path.name}, line {line}"
+
+
+def read_content(path: Path) -> Content:
+    """The entries of an input file.
+
+    Raises
+    ------
+    InputError
+        For damaged lines, unknown sets, elements given twice (with their line), and whatever leaves the mesh
+        incomplete: includes, generated nodes, several parts, moved instances.
+    """
+    content = Content(path=path, findings=Findings(source=path.name))
+    late = []
+    for block in blocks(read_bytes(path).decode("latin-1")):
+        if block.keyword in _LATE:
+            late.append(block)
+        else:
+            _handle(content, block)
+    content.findings.refuse_incomplete()
+    for block in late:
+        _handle(content, block)
+    return content
+
+
+def _handle(content: Content, block: Block) -> None:
+    handler = _HANDLERS.get(block.keyword) or _LATE.get(block.keyword)
+    if handler is None and block.keyword in MATERIAL_FAULTS:
+        handler = _law
+    if handler is None:
+        content.findings.look_up(TABLE, block.keyword, block.shown, block.line, of_the_model=not content.steps)
+        return
+    _parameters(content, block)
+    try:
+        handler(content, block)
+    except InputError:
+        raise
+    except KeyError as error:
+        missing = str(error.args[0])
+        lacks = missing in PARAMETERS.get(block.keyword, ())
+        fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
+        raise InputError(f"{content.where(block.line)}: {block.shown} {fault}") from None
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{content.where(block.line)}: {block.shown} cannot be read ({error})") from None
+
+
+def _parameters(content: Content, block: Block) -> None:
+    """Parameters that nobody reads are named; data in other files are refused."""
+    if "INPUT" in block.parameters:
+        content.findings.add(
+            Verdict.INCOMPLETE, block.shown, "has its data in another file; merge the files into one", block.line
+        )
+    for name in block.parameters.keys() - PARAMETERS.get(block.keyword, block.parameters.keys()):
+        content.findings.add(
+            Verdict.APPROXIMATED, block.shown, f"has the parameter {name}, which is not understood", block.line
+        )
+
+
+def _part(content: Content, block: Block) -> None:
+    content.parts += 1
+    if content.parts > 1:
+        content.findings.add(
+            Verdict.INCOMPLETE, block.shown, f"begins a second part, whose labels are its own; {_INSTANCES}", block.line
+        )
+
+
+def _instance(content: Content, block: Block) -> None:
+    content.instances += 1
+    if content.instances > 1:
+        content.findings.add(Verdict.INCOMPLETE, block.shown, f"places a second instance; {_INSTANCES}", block.line)
+    elif any(fortran_real(word) for row in block.rows for word in row if word):
+        content.findings.add(Verdict.INCOMPLETE, block.shown, f"is an instance that is moved; {_INSTANCES}", block.line)
+
+
+def _node(content: Content, block: Block) -> None:
+    if block.parameters.get("SYSTEM", "R") != "R":
+        what = "gives cylindrical or spherical coordinates; write global rectangular ones"
+        content.findings.add(Verdict.INCOMPLETE, block.shown, what, block.line)
+    labels = []
+    for line, row in zip(block.lines, block.rows, strict=True):
+        x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
+        label = whole(row[0])
+        if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
+            raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
+        labels.append(label)
+    if "NSET" in block.parameters:
+        content.node_sets.setdefault(block.parameters["NSET"], []).extend(labels)
+
+
+def _element(content: Content, block: Block) -> None:
+    name = block.parameters["TYPE"]
+    found = solid_type(name)
+    labels = _skipped(content, block, name) if found is None else _solids(content, block, name, *found)
+    if "ELSET" in block.parameters:
+        content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
+
+
+def _skipped(content: Content, block: Block, name: str) -> list[int]:
+    labels = [whole(words[0]) for _, words in block.joined() if words]
+    content.skipped.setdefault(name, []).extend(labels)
+    return labels
+
+
+def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
+    words = [whole(word) for row in block.rows for word in row if word]
+    width = 1 + ELEMENTS[kind].n_nodes
+    if len(words) % width:
+        raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
+    table = content.elements.setdefault(kind, {})
+    labels = words[::width]
+    for at, label in enumerate(labels):
+        nodes = words[at * width + 1 : (at + 1) * width]
+        if content.kinds.setdefault(label, kind) != kind or table.setdefault(label, nodes) != nodes:
+            raise InputError(f"{content.where(block.line)}: element {label} is given twice; {_INSTANCES}")
+    if not same:
+        counts = content.variants.setdefault(kind, {})
+        counts[name] = counts.get(name, 0) + len(labels)
+    return labels
+
+
+def _nset(content: Content, block: Block) -> None:
+    members = _members(block, content.node_sets)
+    if "ELSET" in block.parameters:
+        chosen = set(content.element_sets[block.parameters["ELSET"]])
+        members = [n for table in content.elements.values() for e, row in table.items() if e in chosen for n in row]
+    content.node_sets.setdefault(block.parameters["NSET"], []).extend(members)
+
+
+def _elset(content: Content, block: Block) -> None:
+    content.element_sets.setdefault(block.parameters["ELSET"], []).extend(_members(block, content.element_sets))
+
+
+def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
+    if "GENERATE" in block.parameters:
+        members: list[int] = []
+        for row in block.rows:
+            first, last, step = whole(row[0]), whole(row[1]), whole(row[2]) if len(row) > 2 and row[2] else 1
+            if step <= 0 or (last - first) // step > 50_000_000:
+                raise ValueError(f"range {first}, {last}, {step}")
+            members += range(first, last + 1, step)
+        return members
+    return [label for row in block.rows for word in row if word for label in named(word, sets)]
+
+
+def named(word: str, sets: dict[str, list[int]]) -> list[int]:
+    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
+    word = word.strip('"').upper()
+    if word not in sets:
+        word = word.split(".")[-1]
+    return [whole(word)] if word.isdigit() else sets[word]
+
+
+def _surface(content: Content, block: Block) -> None:
+    name = block.parameters["NAME"]
+    kind = block.parameters.get("TYPE", "ELEMENT")
+    if kind == "NODE":
+        content.node_sets[name] = [n for row in block.rows for n in named(row[0], content.node_sets)]
+    elif kind == "ELEMENT" and block.rows:
+        content.surfaces[name] = [*zip(block.lines, block.rows, strict=True)]
+    else:
+        content.findings.add(Verdict.APPROXIMATED, block.shown, f"{name} of TYPE={kind} is left out", block.line)
+
+
+def _material(content: Content, block: Block) -> None:
+    content.material = block.parameters["NAME"]
+    content.materials[content.material] = {}
+
+
+def _property(content: Content, block: Block) -> None:
+    if not content.material:
+        raise ValueError("no *MATERIAL stands before it")
+    rows = [[fortran_real(word) if word else 0.0 for word in row] for row in block.rows]
+    table = content.materials[content.material]
+    width = 2 if block.keyword == "ELASTIC" else 1
+    isotropic = block.parameters.get("TYPE", "ISO") in ("ISO", "ISOTROPIC")
+    varies = any(row[:width] != rows[0][:width] for row in rows)
+    if block.keyword == "CONDUCTIVITY" and (varies or not isotropic):
+        what = "depends on temperature or direction and is not read; give conductivity in the case"
+        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+    elif not isotropic:
+        _law(content, block)
+    elif varies:
+        _fault(content, block, "depends on temperature or fields; keep the line that holds at your temperature")
+    elif block.keyword == "ELASTIC":
+        table["young"], table["poisson"] = rows[0][:2]
+    else:
+        table[block.keyword.lower()] = rows[0][0]
+
+
+def _law(content: Content, block: Block) -> None:
+    kind = f", TYPE={block.parameters['TYPE']}," if "TYPE" in block.parameters else ""
+    _fault(content, block, f"is not isotropic elasticity{kind}".rstrip(","))
+
+
+def _fault(content: Content, block: Block, what: str) -> None:
+    sentence = f"{content.where(block.line)}: {block.shown} of material {content.material} {what}"
+    content.material_faults.setdefault(content.material, []).append(sentence)
+
+
+def _section(content: Content, block: Block) -> None:
+    if "COMPOSITE" in block.parameters:
+        content.findings.add(Verdict.COUPLING, block.shown, "lays up layers of materials", block.line)
+    content.sections.append(
+        Section(
+            elements=block.parameters["ELSET"], material=block.parameters.get("MATERIAL", "(none)"), line=block.line
+        )
+    )
+
+
+def _step(content: Content, block: Block) -> None:
+    """A step about the loaded state of an earlier one is stiffened by its stress."""
+    if "PERTURBATION" in block.parameters and any(step.get("NLGEOM") != "NO" for step in content.steps):
+        what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+    content.steps.append(block.parameters)
+
+
+def _initial(content: Content, block: Block) -> None:
+    if block.parameters.get("TYPE") in ("STRESS", "HARDENING", "PLASTICSTRAIN"):
+        content.findings.add(Verdict.COUPLING, block.shown, "sets stresses that stiffen the structure", block.line)
+    else:
+        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _load(content: Content, block: Block) -> None:
+    """Loads come from the case; a rotation also stiffens, which is left out."""
+    if any(word.upper().startswith(("CENTRIF", "ROTA", "CORIO")) for row in block.rows for word in row[1:2]):
+        what = "rotates the structure: its stiffening and softening are left out"
+        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+    else:
+        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _transform(content: Content, block: Block) -> None:
+    content.node_sets[block.parameters["NSET"]]  # KeyError where there is none
+    content.rotated.append((block.line, block.parameters["NSET"]))
+
+
+def _boundary(content: Content, block: Block) -> None:
+    parameters = block.parameters
+    if parameters.get("OP") == "NEW" and content.held:
+        content.findings.add(Verdict.COUPLING, block.shown, "takes away the supports given before (OP=NEW)", block.line)
+    if parameters.keys() & {"USER", "SUBMODEL"} or parameters.get("TYPE", "DISPLACEMENT") != "DISPLACEMENT":
+        what = "moves nodes by a routine, another model, a velocity or an acceleration"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+    for line, row in zip(block.lines, block.rows, strict=True):
+        nodes = named(row[0], content.node_sets)
+        axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 3]
+        value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
+        if axes and value and "FIXED" not in parameters:
+            content.findings.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
+        content.held |= {(node, axis) for node in nodes for axis in axes}
+
+
+_NAMED = {
+    "ENCASTRE": (1, 2, 3),
+    "PINNED": (1, 2, 3),
+    "XSYMM": (1,),
+    "YSYMM": (2,),
+    "ZSYMM": (3,),
+    "XASYMM": (2, 3),
+    "YASYMM": (1, 3),
+    "ZASYMM": (1, 2),
+}
+
+
+def _directions(row: list[str]) -> tuple[int, ...]:
+    """Directions from 1 of a line "node, first, last, value" or "node, ENCASTRE".
+
+    >>> _directions(["TIP", "2", "3"]), _directions(["TIP", "XASYMM"])
+    ((2, 3), (2, 3))
+    """
+    if row[1].upper() in _NAMED:
+        return _NAMED[row[1].upper()]
+    first = whole(row[1])
+    last = whole(row[2]) if len(row) > 2 and row[2] else first
+    if last - first > 1000:
+        raise ValueError(f"directions {first} to {last}")
+    return tuple(range(first, last + 1))
+
+
+_Handler = Callable[[Content, Block], None]
+_HANDLERS: dict[str, _Handler] = {
+    "PART": _part,
+    "INSTANCE": _instance,
+    "NODE": _node,
+    "ELEMENT": _element,
+    "NSET": _nset,
+    "ELSET": _elset,
+    "SURFACE": _surface,
+    "MATERIAL": _material,
+    "ELASTIC": _property,
+    "DENSITY": _property,
+    "CONDUCTIVITY": _property,
+    "SOLIDSECTION": _section,
+    "STEP": _step,
+    "INITIALCONDITIONS": _initial,
+    "DLOAD": _load,
+}
+_LATE: dict[str, _Handler] = {"BOUNDARY": _boundary, "TRANSFORM": _transform}
+"""Read when all sets are known: they may name sets that stand further down."""

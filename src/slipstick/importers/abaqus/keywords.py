@@ -1,0 +1,137 @@
+"""What becomes of each keyword of an input file (.inp) and of each element type; keywords without their blanks.
+
+Keywords that are read have a handler in abaqus_input.py; every other one has a row here, or is named as not understood.
+"""
+
+from __future__ import annotations
+
+import re
+
+from slipstick.importers.findings import Row, Verdict, rows
+
+_WHOLE = "is not read: the mesh would be incomplete; write one flat input file with all nodes and elements"
+_TIES = "ties degrees of freedom to each other"
+_REFERENCE = "couples nodes to a reference node"
+_MEDIUM = "couples faces to a medium"
+_DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
+_LINEAR = "is left out: the structure is linear, its material elastic"
+
+
+def _gives(what: str) -> str:
+    return f"gives {what}, elements that are not read"
+
+
+_INCOMPLETE: dict[str, Row] = {
+    **rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
+    **rows("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
+    **rows(
+        "SYSTEM", Verdict.INCOMPLETE, "rotates the nodes that follow; write nodes in global rectangular coordinates"
+    ),
+    **rows("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
+    **rows("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
+}
+_COUPLING: dict[str, Row] = {
+    **rows("EQUATION MPC NETWORKMPC", Verdict.COUPLING, _TIES),
+    **rows("TIE TIEDCONTACT", Verdict.COUPLING, "glues surfaces together"),
+    **rows("CYCLICSYMMETRYMODEL", Verdict.COUPLING, "ties the two sides of a sector to each other"),
+    **rows("CONTACTPAIR CONTACT CLEARANCE", Verdict.COUPLING, "holds surfaces in contact"),
+    **rows("RIGIDBODY", Verdict.COUPLING, "makes nodes a rigid body"),
+    **rows("COUPLING KINEMATIC DISTRIBUTING KINEMATICCOUPLING DISTRIBUTINGCOUPLING", Verdict.COUPLING, _REFERENCE),
+    **rows("EMBEDDEDELEMENT SHELLTOSOLIDCOUPLING", Verdict.COUPLING, "ties elements into others"),
+    **rows("PRE-TENSIONSECTION PRETENSIONSECTION", Verdict.COUPLING, "cuts a bolt and couples its halves"),
+    **rows("FASTENER", Verdict.COUPLING, "joins surfaces by fasteners"),
+    **rows("RELEASE", Verdict.COUPLING, "releases rotations"),
+    **rows("INERTIARELIEF", Verdict.COUPLING, "balances loads by accelerations"),
+    **rows("MODELCHANGE", Verdict.COUPLING, "takes elements or contacts out or puts them in"),
+    **rows("SUBMODEL", Verdict.COUPLING, "moves nodes by the results of another model"),
+    **rows("FOUNDATION", Verdict.COUPLING, "supports faces by an elastic foundation"),
+    **rows("IMPEDANCE SIMPEDANCE", Verdict.COUPLING, _MEDIUM),
+    **rows("MASS ROTARYINERTIA NONSTRUCTURALMASS", Verdict.COUPLING, _gives("mass")),
+    **rows("SPRING JOINT CONNECTORSECTION GAP BUSHING", Verdict.COUPLING, _gives("stiffness to springs or connectors")),
+    **rows("DASHPOT", Verdict.COUPLING, _gives("damping to dashpots")),
+    **rows("SHELLSECTION SHELLGENERALSECTION", Verdict.COUPLING, _gives("stiffness and mass to shells")),
+    **rows("BEAMSECTION BEAMGENERALSECTION FRAMESECTION", Verdict.COUPLING, _gives("stiffness and mass to beams")),
+    **rows("MEMBRANESECTION SURFACESECTION", Verdict.COUPLING, _gives("stiffness and mass to membranes")),
+    **rows("REBAR REBARLAYER", Verdict.COUPLING, _gives("stiffness and mass to reinforcements")),
+    **rows("GASKETSECTION COHESIVESECTION", Verdict.COUPLING, _gives("stiffness to thin layers")),
+    **rows("ACOUSTICMEDIUM", Verdict.COUPLING, _gives("stiffness and mass to a fluid")),
+    **rows("USERELEMENT UELPROPERTY USERSECTION", Verdict.COUPLING, _gives("stiffness and mass to user elements")),
+    **rows("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures")),
+    **rows("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices"),
+}
+_APPROXIMATED: dict[str, Row] = {
+    **rows("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING),
+    **rows("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay"),
+    **rows("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay"),
+    **rows("COMPLEXFREQUENCY", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    **rows("PLASTIC CYCLICHARDENING DEFORMATIONPLASTICITY CREEP POTENTIAL", Verdict.APPROXIMATED, _LINEAR),
+    **rows("RATEDEPENDENT SWELLING ANNEALTEMPERATURE DAMAGEINITIATION DAMAGEEVOLUTION", Verdict.APPROXIMATED, _LINEAR),
+    **rows("DRUCKERPRAGER CAPPLASTICITY", Verdict.APPROXIMATED, _LINEAR),
+}
+_LAWS = """HYPERELASTIC HYPERFOAM USERMATERIAL VISCOELASTIC POROUSELASTIC LOWDENSITYFOAM HYPOELASTIC FABRIC
+    NOCOMPRESSION NOTENSION MOHRCOULOMB"""
+MATERIAL_FAULTS = frozenset(_LAWS.split())
+"""Laws that make a material unusable; refused where a section uses it."""
+
+_LOADS = """BOUNDARYF TRANSFORMF EQUATIONF VIEWFACTOR FLUIDSECTIONS
+    CLOAD DSLOAD DSFLUX TEMPERATURE FIELD CFLUX DFLUX FILM SFILM CFILM RADIATE SRADIATE CRADIATE
+    MASSFLOW BASEMOTION PRESSURESTRESS FILMPROPERTY AMPLITUDE TIMEPOINTS LOADCASE ENDLOADCASE PSD-DEFINITION
+    CORRELATION"""
+_DEFINITIONS = """HEADING PREPRINT ASSEMBLY ENDASSEMBLY ENDPART ENDINSTANCE ENDSTEP ORIENTATION DISTRIBUTION
+    DISTRIBUTIONTABLE EXPANSION SPECIFICHEAT LATENTHEAT HEATGENERATION DEPVAR USEROUTPUTVARIABLES
+    PHYSICALCONSTANTS  VALUESATINFINITY SURFACEINTERACTION SURFACEBEHAVIOR FRICTION CHANGEFRICTION
+    GAPCONDUCTANCE GAPHEATGENERATION CONTACTDAMPING CONTACTINCLUSIONS CONTACTPROPERTYASSIGNMENT
+    CONTACTCONTROLS CONTACTFORMULATION SURFACEPROPERTYASSIGNMENT CONTACTINITIALIZATIONASSIGNMENT
+    CONTACTINITIALIZATIONDATA CONTACTEXCLUSIONS CHANGESURFACEBEHAVIOR CHANGECONTACTTYPE FLUIDCONSTANTS
+    FLUIDSECTION SPECIFICGASCONSTANT ELECTRICALCONDUCTIVITY MAGNETICPERMEABILITY SECTIONCONTROLS
+    HOURGLASSSTIFFNESS NORMAL NODALTHICKNESS TRANSVERSESHEARSTIFFNESS CONNECTORBEHAVIOR CONNECTORELASTICITY
+    CONNECTORDAMPING CHANGEPLASTIC"""
+_PROCEDURES = """FREQUENCY STATIC DYNAMIC MODALDYNAMIC STEADYSTATEDYNAMICS BUCKLE VISCO GREEN HEATTRANSFER
+    COUPLEDTEMPERATURE-DISPLACEMENT UNCOUPLEDTEMPERATURE-DISPLACEMENT ELECTROMAGNETICS CFD SENSITIVITY
+    RANDOMRESPONSE RESPONSESPECTRUM SUBSTRUCTUREGENERATE RETAINEDNODALDOFS SUBSTRUCTUREMATRIXOUTPUT
+    MATRIXGENERATE MATRIXOUTPUT ELEMENTMATRIXOUTPUT SELECTEIGENMODES SELECTCYCLICSYMMETRYMODES DESIGNVARIABLES
+    DESIGNRESPONSE OBJECTIVE CONSTRAINT FEASIBLEDIRECTION FILTER ROBUSTDESIGN RANDOMFIELD CORRELATIONLENGTH
+    CRACKPROPAGATION REFINEMESH NOANALYSIS RESTART CONTROLS SOLUTIONTECHNIQUE"""
+_OUTPUT = """NODEPRINT NODEFILE NODEOUTPUT ELPRINT ELFILE ELEMENTOUTPUT OUTPUT CONTACTPRINT CONTACTFILE CONTACTOUTPUT
+    SECTIONPRINT SECTIONFILE FACEPRINT FILEFORMAT MONITOR MODALFILE MODALPRINT ENERGYPRINT ENERGYFILE
+    ENERGYOUTPUT PRINT FILEOUTPUT RADIATIONOUTPUT INTEGRATEDOUTPUTSECTION INTEGRATEDOUTPUT DIAGNOSTICS"""
+
+TABLE: dict[str, Row] = {
+    **_INCOMPLETE,
+    **_COUPLING,
+    **_APPROXIMATED,
+    **rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS),
+}
+
+PARAMETERS = {
+    "NODE": {"NSET", "SYSTEM", "INPUT"},
+    "ELEMENT": {"TYPE", "ELSET", "INPUT"},
+    "NSET": {"NSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "ELSET"},
+    "ELSET": {"ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"},
+    "SURFACE": {"NAME", "TYPE", "INTERNAL"},
+    "MATERIAL": {"NAME", "RTOL"},
+    "ELASTIC": {"TYPE"},
+    "DENSITY": set(),
+    "CONDUCTIVITY": {"TYPE"},
+    "SOLIDSECTION": {"ELSET", "MATERIAL", "ORIENTATION", "CONTROLS", "COMPOSITE", "NODALTHICKNESS"},
+    "BOUNDARY": {"OP", "AMPLITUDE", "TYPE", "FIXED", "USER", "SUBMODEL", "LOADCASE", "TIMEDELAY", "STEP", "REGIONTYPE"},
+    "TRANSFORM": {"NSET", "TYPE"},
+    "INITIALCONDITIONS": {"TYPE"},
+    "PART": {"NAME"},
+    "INSTANCE": {"NAME", "PART"},
+}
+"""Parameters that are understood; the others of these keywords are named."""
+
+_SOLIDS = {4: "tet4", 5: "pyramid5", 6: "wedge6", 8: "hex8", 10: "tet10", 15: "wedge15", 20: "hex20"}
+_SAME = {"C3D4", "C3D10", "C3D15", "C3D20"}
+
+
+def solid_type(name: str) -> tuple[str, bool] | None:
+    """Our element for an element type, and whether it is the same; None for what is no solid.
+
+    >>> solid_type("C3D20"), solid_type("C3D20R"), solid_type("DC3D8"), solid_type("S8R")
+    (('hex20', True), ('hex20', False), ('hex8', False), None)
+    """
+    found = re.fullmatch(r"D?C3D(\d+)[A-Z]*", name)
+    kind = _SOLIDS.get(int(found.group(1))) if found else None
+    return (kind, name in _SAME) if kind else None

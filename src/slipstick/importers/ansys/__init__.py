@@ -1,0 +1,1 @@
+"""Ansys: archives, .full files, HBMAT exports."""

@@ -1,0 +1,262 @@
+"""Meshes from Ansys archives (.cdb, CDWRITE): nodes, solid elements, components, linear materials, supports.
+
+Nodes, elements and components come from ``mapdl-archive``. Bricks may be degenerate: Ansys writes a wedge as a brick
+with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.mesh import Mesh
+from slipstick.importers.ansys.commands import classify
+from slipstick.importers.ansys.materials import read_materials
+from slipstick.importers.extras import require
+from slipstick.importers.findings import Coupling, Findings
+from slipstick.importers.mesh_checks import likely_units, unit_notes
+from slipstick.importers.mesh_model import MeshModel, node_indices, with_surfaces
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
+
+IntArray = NDArray[np.int64]
+
+_HEAD = 10
+"""Numbers of an EBLOCK row before its nodes: material, type, ..., element number, one more."""
+_SHAPES = {
+    8: {
+        "hex8": range(8),
+        "wedge6": (0, 1, 2, 4, 5, 6),
+        "pyramid5": range(5),
+        "tet4": (0, 1, 2, 4),
+    },
+    20: {
+        "hex20": range(20),
+        "wedge15": (0, 1, 2, 4, 5, 6, 8, 9, 11, 12, 13, 15, 16, 17, 18),
+        "pyramid13": (0, 1, 2, 3, 4, 8, 9, 10, 11, 16, 17, 18, 19),
+        "tet10": (0, 1, 2, 4, 8, 9, 11, 16, 17, 18),
+    },
+}
+_TETRAHEDRA = {4: "tet4", 10: "tet10"}
+_SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
+_MESH200_SOLID = {8, 9, 10, 11}
+_KINDS = {
+    45: "SOLID45", 64: "SOLID64", 65: "SOLID65", 73: "SOLID73", 92: "SOLID92", 95: "SOLID95", 185: "SOLID185",
+    186: "SOLID186", 187: "SOLID187", 285: "SOLID285", 14: "COMBIN14", 21: "MASS21", 27: "MATRIX27", 37: "COMBIN37",
+    39: "COMBIN39", 40: "COMBIN40", 50: "MATRIX50", 151: "SURF151", 152: "SURF152", 153: "SURF153", 154: "SURF154",
+    156: "SURF156", 169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173",
+    174: "CONTA174", 175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179",
+    180: "LINK180", 181: "SHELL181", 184: "MPC184", 188: "BEAM188", 189: "BEAM189", 190: "SOLSH190", 200: "MESH200",
+    214: "COMBI214", 281: "SHELL281",
+}  # fmt: skip
+_WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
+"""Load elements, the targets of contacts, and elements for meshing only."""
+_SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186 with KEYOPT(2) = 1"}
+_UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
+_UNITS |= {"MPA": "mm, tonne, s", "UMKS": "micrometre, kg, s"}
+
+
+def read_archive(path: Path) -> MeshModel:
+    """Mesh of a .cdb file with its node and element components; materials by element set "material <number>".
+
+    Raises
+    ------
+    InputError
+        If the extra is not installed, the file is damaged or has no solid element. What couples or holds otherwise is
+        in the model's ``couplings``.
+    """
+    reader = require("mapdl_archive", "mapdl-archive")
+    text = read_bytes(path).decode("latin-1")
+    _check_counts(text, path)
+    archive = _parse(reader, path)
+    nodes = np.asarray(archive.nodes, dtype=float).reshape(-1, 3)
+    labels = np.asarray(archive.nnum, dtype=np.int64)
+    blocks, numbers, sets, skipped, variants = _elements(archive, labels, path)
+    groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
+    mesh = Mesh(
+        nodes=nodes,
+        blocks=blocks,
+        node_sets={n: node_indices(labels, part, f"{path.name}: component {n}") for n, part in groups.items()},
+        element_sets={**sets, **_element_components(archive, numbers)},
+        node_labels=labels,
+        element_labels=numbers,
+    )
+    findings = Findings(source=path.name)
+    held = np.array(sorted(classify(findings, text)), dtype=np.int64).reshape(-1, 2)
+    found = read_materials(findings, text)
+    findings.refuse_incomplete()
+    used = {name: int(name.split()[1]) for name in sets}
+    materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
+    rotated = _rotated_nodes(text, path)
+    return MeshModel(
+        mesh=with_surfaces(mesh, groups),
+        materials=materials if len(materials) == len(sets) else {},
+        held=held,
+        units=_units(text) or likely_units(materials),
+        notes=(*_left_out(skipped, path), *findings.notes, *unit_notes(mesh, materials)),
+        warnings=findings.warnings,
+        couplings=(*findings.couplings, *_elements_that_matter(skipped, path), *_turned_supports(held, rotated, path)),
+        material_faults=tuple(fault for number in used.values() for fault in found.faults.get(number, ())),
+        variants=variants,
+        rotated=rotated,
+    )
+
+
+def _left_out(skipped: dict[int, int], path: Path) -> Iterator[str]:
+    for kind, count in skipped.items():
+        if kind in _WITHOUT_STIFFNESS:
+            yield f"{path.name}: {count} elements of type {_KINDS[kind]} are no solids and were left out"
+
+
+def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupling]:
+    for kind, count in skipped.items():
+        if kind not in _WITHOUT_STIFFNESS:
+            name = _KINDS.get(kind, str(kind))
+            what = "add stiffness, mass or constraints and are not read"
+            yield Coupling(where=f"{path.name}: {count} elements of type {name}", what=what)
+
+
+def _turned_supports(held: IntArray, rotated: IntArray, path: Path) -> Iterator[Coupling]:
+    """Nodes held along some of their own rotated directions; where all three are held, rotation does not matter."""
+    nodes, counts = np.unique(held[:, 0], return_counts=True)
+    turned = np.intersect1d(nodes[counts < 3], rotated)
+    if len(turned):
+        where = f"{path.name}: {len(turned)} nodes ({turned[0]}, ...)"
+        yield Coupling(where=where, what="are held along rotated directions")
+
+
+def _rotated_nodes(text: str, path: Path) -> IntArray:
+    """Labels of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
+    rotated: list[int] = []
+    for block in re.finditer(
+        r"^NBLOCK[^\r\n]*\r?\n\((\d+)i(\d+),\s*\d+[eEgG](\d+)[^\r\n]*\r?\n((?:[ \t]*\d[^\r\n]*\r?\n)*)",
+        text,
+        re.MULTILINE | re.IGNORECASE,
+    ):
+        integers, width, real = (int(block.group(i)) for i in (1, 2, 3))
+        start = integers * width + 3 * real
+        for line in block.group(4).splitlines():
+            angles = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
+            try:
+                if any(fortran_real(angle) for angle in angles if angle.strip()):
+                    rotated.append(whole(line[:width]))
+            except ValueError as error:
+                raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
+    return np.array(sorted(rotated), dtype=np.int64)
+
+
+def _parse(reader: Any, path: Path) -> Any:
+    try:
+        archive = reader.Archive(str(path), parse_vtk=False)
+        sound = len(archive.nodes) and len(archive.nnum) == len(archive.nodes) and archive.n_elem
+    except Exception:
+        sound = False
+    if not sound:
+        raise InputError(f"{path.name}: has no readable node and element block; write it with CDWRITE,DB")
+    return archive
+
+
+def _check_counts(text: str, path: Path) -> None:
+    """The compiled reader believes the counts of the blocks: they must fit the file, and blocks must end."""
+    for block in re.finditer(r"^([NE]BLOCK),([^\r\n]*)\r?\n\(([^)\r\n]*)\)\r?\n", text, re.MULTILINE | re.IGNORECASE):
+        words = [word.strip() for word in block.group(2).split("!")[0].split(",")]
+        numbers = [int(word) for word in words[2:] if word.isdigit()]
+        body = text[block.end() :]
+        if block.group(1).upper() == "EBLOCK":
+            end = re.search(r"^\s*-1\s*$", body, re.MULTILINE)
+        else:
+            end = re.search(r"^(?:N,R5\.\d,LOC,\s*-1|\s*-1\s*,?)", body, re.MULTILINE)
+        lines = body[: end.start()].count("\n") if end else 0
+        if end is None or (numbers and numbers[-1] > lines):
+            raise InputError(
+                f"{path.name}: its {block.group(1).upper()} claims {numbers[-1] if numbers else 0} entries, "
+                f"the file has {lines} lines there; it is damaged or truncated"
+            )
+    for block in re.finditer(
+        r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
+    ):
+        found = len(block.group(3).split())
+        if found != int(block.group(2)):
+            raise InputError(
+                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {found}"
+            )
+
+
+def _elements(archive: Any, labels: IntArray, path: Path) -> tuple[dict, dict, dict, dict, dict]:
+    """Blocks, numbers and sets "material <number>" by element type; how many of other types; types unlike ours."""
+    solid = dict(_solid_types(archive))
+    parts: dict[str, list[tuple[IntArray, int, int]]] = {}
+    skipped: dict[int, int] = {}
+    variants: dict[str, dict[str, int]] = {}
+    types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
+    for row in archive.elem:
+        row = np.asarray(row, dtype=np.int64)
+        if int(row[1]) not in solid:
+            kind = types.get(int(row[1]), 0)
+            skipped[kind] = skipped.get(kind, 0) + 1
+            continue
+        name, nodes = _shape(row[_HEAD:], int(row[8]), path)
+        parts.setdefault(name, []).append((nodes, int(row[8]), int(row[0])))
+        if (full := solid[int(row[1])]) not in _SAME:
+            variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
+    if not parts:
+        raise InputError(f"{path.name}: has no solid element (types {sorted(_SOLID)} or MESH200 solids)")
+    what = f"{path.name}: an element"
+    blocks = {k: node_indices(labels, np.array([n for n, _, _ in p]), what) for k, p in parts.items()}
+    numbers = {kind: np.array([number for _, number, _ in part]) for kind, part in parts.items()}
+    material = {kind: np.array([number for _, _, number in part]) for kind, part in parts.items()}
+    sets = {
+        f"material {number}": {kind: np.flatnonzero(part == number) for kind, part in material.items()}
+        for number in np.unique(np.concatenate(list(material.values()))).tolist()
+    }
+    return blocks, numbers, sets, skipped, variants
+
+
+def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
+    """Number of each solid element type, and its name with the options that change its integration.
+
+    Layered solids (KEYOPT(3) = 1 of 185 and 186) are none that we read.
+    """
+    for number, kind in np.asarray(archive.ekey).tolist():
+        options = dict(tuple(pair[:2]) for pair in archive.key_option.get(number, []))
+        layered = kind in (185, 186) and options.get(3) == 1
+        if (kind in _SOLID and not layered) or (kind == 200 and options.get(1) in _MESH200_SOLID):
+            key = {45: 1, 95: 11, 185: 2, 186: 2}.get(kind, 0)
+            yield number, f"{_KINDS[kind]}" + (f" with KEYOPT({key}) = {options[key]}" if options.get(key) else "")
+
+
+def _shape(nodes: IntArray, number: int, path: Path) -> tuple[str, IntArray]:
+    """Element type and its nodes from a row of an EBLOCK, degenerate bricks recognised."""
+    if len(nodes) in _TETRAHEDRA:
+        name = _TETRAHEDRA[len(nodes)]
+    elif len(nodes) in _SHAPES:
+        k, l, m, n, o, p = nodes[2:8].tolist()  # noqa: E741 - the names of Ansys' element pictures
+        flat, point = k == l, m == n == o == p
+        wedge = flat and o == p and not point
+        family = "tet" if flat and point else "pyramid" if point else "wedge" if wedge else "hex"
+        name, local = next((s, list(at)) for s, at in _SHAPES[len(nodes)].items() if s.startswith(family))
+        nodes = nodes[local]
+    else:
+        raise InputError(f"{path.name}: element {number} has {len(nodes)} nodes; expected a solid with 4, 8, 10 or 20")
+    if (nodes <= 0).any():
+        raise InputError(
+            f"{path.name}: element {number} lacks middle nodes; make its order whole (EMID) and export again"
+        )
+    return name, nodes
+
+
+def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str, dict[str, IntArray]]:
+    return {
+        name: {kind: np.flatnonzero(np.isin(part, members)) for kind, part in numbers.items()}
+        for name, members in archive.element_components.items()
+    }
+
+
+def _units(text: str) -> str:
+    found = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
+    return _UNITS.get(found.group(1).upper(), found.group(1)) if found else ""

@@ -1,0 +1,124 @@
+"""What becomes of each command of an Ansys archive (.cdb) that is neither node, element, component nor material."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from slipstick.errors import InputError
+from slipstick.importers.findings import Findings, Row, Verdict, rows
+from slipstick.importers.text_numbers import fortran_real, whole
+
+_TIES = "ties degrees of freedom to each other"
+_MISSING = "brings in data that are not in the file; write one archive with CDWRITE,DB"
+_ROTATES = "rotates the structure: its stiffening and softening are left out"
+_DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
+
+TABLE: dict[str, Row] = {
+    **rows("CE CEQN CEINTF CERIG CESGEN CECYC CYCLIC", Verdict.COUPLING, _TIES),
+    **rows("CP CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
+    "NROTAT": (Verdict.COUPLING, "rotates the directions of nodes"),
+    "NANG": (Verdict.COUPLING, "rotates the directions of nodes"),
+    "EKILL": (Verdict.COUPLING, "takes elements out"),
+    "DJ": (Verdict.COUPLING, "moves joints"),
+    "ISTRESS": (Verdict.COUPLING, "sets stresses that stiffen the structure"),
+    "INISTATE": (Verdict.COUPLING, "sets stresses that stiffen the structure"),
+    "DDELE": (Verdict.COUPLING, "takes supports away"),
+    "NUMMRG": (Verdict.COUPLING, "merges nodes"),
+    "CDREAD": (Verdict.INCOMPLETE, _MISSING),
+    "/INPUT": (Verdict.INCOMPLETE, _MISSING),
+    "*USE": (Verdict.INCOMPLETE, _MISSING),
+    "MPAMOD": (Verdict.APPROXIMATED, "is left out"),
+}
+_ZERO: dict[str, Row] = {
+    **rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING),
+    **rows("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES),
+    "CORIOLIS": (Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    "LUMPM": (Verdict.APPROXIMATED, "asks for lumped masses; consistent ones are used"),
+    "SSTIF": (Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out"),
+    "PSTRES": (Verdict.APPROXIMATED, "asks for stiffening by stress, which is left out"),
+    "IRLF": (Verdict.COUPLING, "balances loads by accelerations"),
+}
+"""Commands that matter with numbers other than 0 only."""
+
+_COMMANDS = "NBLOCK EBLOCK CMBLOCK N EN ET KEYOP KEYOPT MP MPDATA MPTEMP D TB /UNITS"
+_READ = set(_COMMANDS.split())
+_HARMLESS_WORDS = """
+    /COM /PREP7 /NOPR /GOPR /GO /TITLE /AUX15 /SOLU /POST1 /POST26 /BATCH /CONFIG /NERR /WB /DELETE /EOF
+    /VIEW
+    /STITLE /PBC /PSF /OUTPUT /SHOW /CLEAR /FILNAME /GRAPHICS /CPLANE /TYPE /FOC /AUTO /DIST /ANG /AN3D /FACET
+    FINISH FINI SAVE IOPTN NUMOFF DOF EXTOPT CM CMSEL CMEDIT ALLSEL NSEL ESEL CMGRP SHPP ERESX OUTRES OUTPR
+    OUTGEOM TREF BFUNIF TUNIF ACEL CGLOC DOMEGA DCGOMG DCMOMEGA CMDOMEGA KUSE TIME CRPLIM NCNV NEQIT CNVTOL
+    AUTOTS NSUBST DELTIM KBC NROPT EQSLV LNSRCH PRED RESCONTROL CUTCONTROL STABILIZE MONITOR ARCLEN OPNCONTROL
+    ANTYPE MODOPT MODCONTROL QRDOPT MXPAND HROPT HROUT HARFRQ TRNOPT BUCOPT NLGEOM MPCOPY DMPOPTION F FBLOCK
+    FCUM FJ SF SFE SFEBLOCK SFBEAM SFGRAD SFCUM BF BFE BFBLOCK BFEBLOCK BFCUM DCUM ICUM IC LDREAD LSWRITE
+    LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP R RMORE
+    RMODIF RLBLOCK SECTYPE SECDATA SECBLOCK SECOFFSET SECCONTROL SECREAD SECLOCK SECMODIF SECJOINT SECPLOT
+    SECSTOP TBDATA TBTEMP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP MPCHG KEYW PARSAV PARRES ESHAPE
+    MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
+_HARMLESS = set(_HARMLESS_WORDS.split())
+_GEOMETRY = re.compile(r".{72}[SGDPT] *\d+\s*$")
+
+
+def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
+    """Line, name and words of each command; the numbers of blocks and the geometry before them are passed over.
+
+    >>> list(commands("D,      1,UX  ,  0.0\\n     1     2\\n"))
+    [(1, 'D', ['1', 'UX', '0.0'])]
+    """
+    for number, line in enumerate(text.splitlines(), 1):
+        if line[:1].isalpha() or line[:1] in "/*":
+            if _GEOMETRY.match(line):
+                continue
+            head, *words = line.split("!")[0].split(",")
+            if head.split() and len(head.split()) == 1:
+                yield number, head.strip().upper(), [word.strip() for word in words]
+
+
+def classify(findings: Findings, text: str) -> set[tuple[int, int]]:
+    """Give each command its verdict; the supports (node, direction 0..2) are returned."""
+    held: set[tuple[int, int]] = set()
+    for line, name, words in commands(text):
+        if name == "D":
+            try:
+                held |= _support(findings, line, words)
+            except ValueError as error:
+                raise InputError(f"{findings.source}, line {line}: D cannot be read ({error})") from None
+        elif name in _ZERO:
+            verdict, what = _ZERO[name] if any(map(_value, words)) else (Verdict.HARMLESS, "")
+            findings.add(verdict, name, what, line)
+        elif name in _HARMLESS or (name.startswith("*") and name not in TABLE):
+            findings.add(Verdict.HARMLESS, name, "", line)
+        elif name not in _READ:
+            findings.look_up(TABLE, name, name, line)
+    return held
+
+
+def _value(word: str) -> float:
+    """A number, 0 for a blank or a word that says no; other words count as 1.
+
+    >>> [_value(word) for word in ("", "0.5D-3", "OFF", "%TABLE%")]
+    [0.0, 0.0005, 0.0, 1.0]
+    """
+    if word.upper() in ("", "OFF", "NO"):
+        return 0.0
+    try:
+        return fortran_real(word)
+    except ValueError:
+        return 1.0
+
+
+def _support(findings: Findings, line: int, words: list[str]) -> set[tuple[int, int]]:
+    """D, node, label, value, second value, last node, step, more labels."""
+    node, label, value, second, last, _, *more = [*words, *[""] * 6]
+    labels = [name.upper() for name in (label, *more) if name]
+    if "%" in value or _value(value) or _value(second):
+        findings.add(Verdict.COUPLING, "D", "prescribes a value that is not 0", line)
+        return set()
+    if not node.isdigit() or last not in ("", "0", node):
+        findings.add(Verdict.COUPLING, "D", "names its nodes otherwise than one on a line, which is not read", line)
+        return set()
+    return {(whole(node), axis) for name in labels for axis in _AXES.get(name, ())}
+
+
+_AXES: Mapping[str, tuple[int, ...]] = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}

@@ -1,0 +1,143 @@
+"""Ansys' binary file of assembled matrices, .full (symbolic assembly, symmetric, consistent mass).
+
+The layout is the documented one (fdfull.inc of Ansys' customisation files): records ``length, flags, data, length`` of
+4-byte words; a standard header, the header of the file, the directions used, the nodes in equation order; then, where
+the header points, for each equation the columns of the upper half (diagonal last) and their values. The reader kept by
+others, ansys-mapdl-reader, agrees (a test) but ends the process on a damaged file; here every length is checked first.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+
+Words = NDArray[np.int32]
+IntArray = NDArray[np.int64]
+
+_DAMAGED = "the file is damaged or truncated, or not an Ansys .full file"
+_SYMBOLIC = -4
+_PLAIN_INTEGERS = -(2**31)
+_EQUATIONS, _LUMPED, _UNSYMMETRIC, _CONSTRAINT_EQUATIONS = 1, 10, 13, 20
+_STIFFNESS, _MASS, _DAMPING, _DIRECTIONS = (18, 19), (26, 27), (28, 29), (35, 36)
+_COMPONENTS = {1: 0, 2: 1, 3: 2, 4: 3, 5: 4, 6: 5}
+
+
+class _Damaged(Exception):
+    """The records do not fit together."""
+
+
+def read_full(path: Path) -> RawModel:
+    """Stiffness, mass, map and held degrees of freedom of a .full file from a modal analysis.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged, compressed, lumped, unsymmetric, without mass or not structural.
+    """
+    try:
+        words = _words(path)
+        return _read(words, path)
+    except _Damaged:
+        raise InputError(f"{path.name}: {_DAMAGED}") from None
+
+
+def _read(words: Words, path: Path) -> RawModel:
+    _, at = _record(words, 0)
+    header, at = _record(words, at)
+    directions, at = _record(words, at)
+    nodes, _ = _record(words, at)
+    _refuse(header, directions, path)
+    equations = int(header[_EQUATIONS])
+    if not 0 < equations <= len(words):
+        raise _Damaged
+    dof_map, free = _dofs(words, header, directions, nodes)
+    matrices = {}
+    for name, pointer, what in (("K", _STIFFNESS, "stiffness"), ("M", _MASS, "mass")):
+        start = _pointer(header, pointer)
+        if start <= 0:
+            raise InputError(f"{path.name}: holds no {what} matrix; write it from a modal analysis")
+        matrices[name] = _matrix(words, start, equations)
+    notes = ("the damping matrix in the file was left out",) if _pointer(header, _DAMPING) > 0 else ()
+    held = np.stack([dof_map.nodes[~free], dof_map.components[~free]], axis=1)
+    return RawModel(matrices=matrices, dof_map=dof_map, nodes=Nodes(held=held), notes=notes)
+
+
+def _words(path: Path) -> Words:
+    if path.stat().st_size < 4 * 206:
+        raise _Damaged
+    return np.memmap(path, dtype="<i4", mode="r", shape=(path.stat().st_size // 4,))
+
+
+def _record(words: Words, at: int, *, plain: bool = True) -> tuple[Words, int]:
+    """Data of the record at a position, and the position after it; ``plain``: integers, not compressed."""
+    if not 0 <= at < len(words) - 2:
+        raise _Damaged
+    length, end = int(words[at]), at + int(words[at]) + 3
+    if length < 0 or end > len(words) or int(words[end - 1]) != length:
+        raise _Damaged
+    if plain and int(words[at + 1]) != _PLAIN_INTEGERS:
+        raise _Damaged
+    return np.asarray(words[at + 2 : end - 1]), end
+
+
+def _pointer(header: Words, low_high: tuple[int, int]) -> int:
+    low, high = (int(header[i]) for i in low_high)
+    return (low & 0xFFFFFFFF) + (high << 32)
+
+
+def _refuse(header: Words, directions: Words, path: Path) -> None:
+    if len(header) < 40 or int(header[0]) != _SYMBOLIC:
+        raise InputError(f"{path.name}: {_DAMAGED}, or of an old frontal solver: export with HBMAT instead")
+    if header[_LUMPED] or header[_UNSYMMETRIC]:
+        what = "a lumped mass matrix" if header[_LUMPED] else "unsymmetric matrices"
+        raise InputError(f"{path.name}: holds {what}; solve a modal analysis with LUMPM,OFF and symmetric matrices")
+    if header[_CONSTRAINT_EQUATIONS] > 0:
+        raise InputError(
+            f"{path.name}: keeps {header[_CONSTRAINT_EQUATIONS]} constraint equations (CE, CP, MPC contacts) apart "
+            "from its matrices; join the parts by shared nodes, or export a superelement with HBMAT"
+        )
+    strange = sorted(set(directions.tolist()) - set(_COMPONENTS))
+    if strange:
+        raise InputError(f"{path.name}: has dofs {strange}, no motions; export a structural model")
+
+
+def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple[DofMap, NDArray[np.bool_]]:
+    """Map of the equations, and which of them are free: a held one carries its direction with a minus sign."""
+    per_node, at = _record(words, _pointer(header, _DIRECTIONS))
+    signed, _ = _record(words, at)
+    equations = int(header[_EQUATIONS])
+    if len(nodes) != len(per_node) or per_node.min(initial=0) < 0 or len(signed) < equations:
+        raise _Damaged
+    if int(per_node.sum(dtype=np.int64)) != equations:
+        raise _Damaged
+    signed = signed[:equations].astype(np.int64)
+    if not np.isin(np.abs(signed), list(_COMPONENTS)).all():
+        raise _Damaged
+    labels = np.repeat(nodes.astype(np.int64), per_node)
+    return DofMap(nodes=labels, components=np.abs(signed) - 1), signed > 0
+
+
+def _matrix(words: Words, at: int, equations: int) -> Any:
+    """Upper half: for each equation its columns from 1, then as many values of 8 bytes."""
+    from scipy.sparse import csr_array
+
+    columns: list[Words] = []
+    values: list[NDArray[np.float64]] = []
+    for _ in range(equations):
+        row, at = _record(words, at)
+        data, at = _record(words, at, plain=False)
+        if len(data) != 2 * len(row):
+            raise _Damaged
+        columns.append(row)
+        values.append(data.view("<f8"))
+    starts = np.concatenate([[0], np.cumsum([len(row) for row in columns])])
+    indices = np.concatenate(columns).astype(np.int64) - 1
+    if len(indices) and not 0 <= indices.min() <= indices.max() < equations:
+        raise _Damaged
+    return csr_array((np.concatenate(values), indices, starts), shape=(equations, equations))

@@ -1,0 +1,113 @@
+"""Materials of an Ansys archive (.cdb): isotropic and constant ones, and why others cannot be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from slipstick.errors import InputError
+from slipstick.fem.materials import Material
+from slipstick.importers.ansys.commands import commands
+from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.text_numbers import fortran_real
+
+_PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
+_OTHER_AXES = {"EY": "EX", "EZ": "EX", "NUYZ": "NUXY", "NUXZ": "NUXY", "PRYZ": "PRXY", "PRXZ": "PRXY"}
+_DAMPING = {"DAMP", "ALPD", "BETD", "DMPR", "DMPS"}
+_LAWS = {"ELAS", "ANEL", "HYPE", "AHYPER", "USER", "DENS", "PRONY", "SMA", "GASKET", "CONCR", "MPLANE"}
+_UNUSED = {"CTE", "THERM", "FRIC", "FLUID", "PIEZ", "DPER", "SDAMP", "PERF", "FCON", "CGCR", "FATI", "STATE"}
+
+Values = dict[tuple[int, str], list[float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundMaterials:
+    """Materials by number, and for others the sentences that say what is wrong."""
+
+    materials: Mapping[int, Material] = field(default_factory=dict)
+    faults: Mapping[int, list[str]] = field(default_factory=dict)
+
+
+def read_materials(findings: Findings, text: str) -> FoundMaterials:
+    """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
+    values: Values = {}
+    faults: dict[int, list[str]] = {}
+    for line, name, words in commands(text):
+        where = f"{findings.source}, line {line}: {name}"
+        try:
+            if name == "MP":
+                _property(findings, line, values, faults, where, words[0], words[1], words[2:])
+            elif name == "MPDATA":
+                at = 1 if words[0][:1].isalpha() else 0  # a release such as R5.0, or UNBL
+                _property(
+                    findings, line, values, faults, where, words[at + 1], words[at + 2], words[at + 4 :], table=True
+                )
+            elif name == "TB":
+                _table(findings, line, faults, where, words)
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{where} cannot be read ({error})") from None
+    materials: dict[int, Material] = {}
+    for number in sorted({number for number, _ in values}):
+        known = _constant(findings.source, values, number, faults)
+        try:
+            if {"young", "poisson"} <= known.keys():
+                materials[number] = Material(**known)
+        except InputError as error:
+            faults.setdefault(number, []).extend(f"{findings.source}: material {number}: {p}" for p in error.problems)
+    return FoundMaterials(materials=materials, faults=faults)
+
+
+def _property(
+    findings: Findings,
+    line: int,
+    values: Values,
+    faults: dict[int, list[str]],
+    where: str,
+    label: str,
+    number: str,
+    words: list[str],
+    *,
+    table: bool = False,
+) -> None:
+    label, material = label.upper(), int(number)
+    if label in _DAMPING:
+        what = "damping is not read; give the structure's loss_factor or damping_ratio"
+        findings.add(Verdict.APPROXIMATED, f"{label} of material {material}:", what, line)
+    if label not in (*_PROPERTIES, *_OTHER_AXES, "GXY", "GYZ", "GXZ"):
+        return
+    numbers = [fortran_real(word) for word in words if word]
+    if not table and any(numbers[1:]):
+        faults.setdefault(material, []).append(f"{where} of material {material}: {label} depends on temperature")
+    values.setdefault((material, label), []).extend(numbers if table else numbers[:1])
+
+
+def _table(findings: Findings, line: int, faults: dict[int, list[str]], where: str, words: list[str]) -> None:
+    law = words[0].upper()
+    if any(law.startswith(name) for name in _LAWS):
+        sentence = f"{where}, {law} of material {words[1]} is not isotropic elasticity by MP"
+        faults.setdefault(int(words[1]), []).append(sentence)
+    elif not any(law.startswith(name) for name in _UNUSED):
+        what = "is left out: the structure is linear, its material elastic"
+        findings.add(Verdict.APPROXIMATED, f"TB, {law} of material {words[1]}", what, line)
+
+
+def _constant(source: str, values: Values, number: int, faults: dict[int, list[str]]) -> dict[str, float]:
+    """The properties of one material where they are the same at every temperature and along every axis."""
+    own = {label: found for (material, label), found in values.items() if material == number and found}
+    known: dict[str, float] = {}
+    wrong: list[str] = []
+    for label, found in own.items():
+        if len(set(found)) > 1:
+            wrong.append(f"{label} depends on temperature ({found[0]:.6g} to {found[-1]:.6g})")
+        first = own.get(_OTHER_AXES.get(label, label), found)
+        if first[0] != found[0]:
+            wrong.append(f"{label} is {found[0]:.6g}, along x {first[0]:.6g}: not isotropic")
+        if label in _PROPERTIES:
+            known[_PROPERTIES[label]] = found[0]
+    if {"young", "poisson"} <= known.keys():
+        shear = known["young"] / (2.0 * (1.0 + known["poisson"]))
+        for label in ("GXY", "GYZ", "GXZ"):
+            if label in own and abs(own[label][0] - shear) > 1e-3 * abs(shear):
+                wrong.append(f"{label} is {own[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
+    faults.setdefault(number, []).extend(f"{source}: material {number}: {sentence}" for sentence in wrong)
+    return known

@@ -1,0 +1,208 @@
+"""A mesh from another code with its materials and supports, and its assembly with our own elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.fem.boundary import boundary
+from slipstick.fem.elements import FACES
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.refine import linear_warnings, quadratic
+from slipstick.importers.findings import Coupling
+from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
+from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshModel:
+    """A mesh as a file has it.
+
+    Attributes
+    ----------
+    mesh, materials, held, units
+        Materials by element set (empty where the file has none); held dofs as (node label, direction 0..2).
+    notes, warnings
+        What was left out without effect; what is approximated or not understood. One sentence each.
+    couplings
+        What an assembly of the mesh would leave out: refused there.
+    material_faults
+        Why the file's own materials cannot be used: refused where no other is given.
+    variants
+        Foreign element types that integrate otherwise than ours, with their counts, by our element.
+    rotated
+        Labels of the nodes whose directions are their own, not the global ones.
+    """
+
+    mesh: Mesh
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    held: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    units: str = "not stated"
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    material_faults: tuple[str, ...] = ()
+    variants: Variants = field(default_factory=dict)
+    rotated: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+
+def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
+    """Indices of node labels.
+
+    Raises
+    ------
+    InputError
+        If a label is not there; ``what`` says who asks for it.
+    """
+    order = np.argsort(labels, kind="stable")
+    place = np.searchsorted(labels, wanted, sorter=order).clip(max=len(labels) - 1)
+    found = order[place]
+    missing = labels[found] != wanted
+    if missing.any():
+        raise InputError(f"{what} uses node {np.asarray(wanted)[missing][0]}, which is not in the file")
+    return found
+
+
+def with_surfaces(mesh: Mesh, names: Iterable[str]) -> Mesh:
+    """The mesh with a surface for each of these node sets that holds whole boundary faces."""
+    skin = boundary(mesh).faces
+    surfaces = dict(mesh.surfaces)
+    for name in names:
+        marked = np.zeros(mesh.n_nodes, dtype=bool)
+        marked[mesh.node_sets[name]] = True
+        faces = {kind: part[marked[part[:, : FACES[kind].n_corners]].all(axis=1)] for kind, part in skin.items()}
+        faces = {kind: part for kind, part in faces.items() if len(part)}
+        if faces:
+            surfaces[name] = Surface(faces=faces)
+    return replace(mesh, surfaces=surfaces)
+
+
+def matching_surface(mesh: Mesh, corners: Sequence[IntArray]) -> Surface:
+    """Boundary faces with the same corners as these faces, each (n, 3) or (n, 4), outward whatever their order."""
+    wanted = {tuple(sorted(face)) for part in corners for face in part.tolist()}
+    faces = {}
+    for kind, part in boundary(mesh).faces.items():
+        keys = np.sort(part[:, : FACES[kind].n_corners], axis=1).tolist()
+        chosen = np.fromiter((tuple(key) in wanted for key in keys), dtype=bool, count=len(keys))
+        if chosen.any():
+            faces[kind] = part[chosen]
+    return Surface(faces=faces)
+
+
+def assemble_mesh(
+    imported: MeshModel,
+    *,
+    source: str,
+    material: Material | None = None,
+    fixed: Sequence[str] = (),
+    to_quadratic: bool = False,
+    units: str | None = None,
+) -> ImportedModel:
+    """Stiffness and mass of an imported mesh by our own elements, supports taken out.
+
+    Parameters
+    ----------
+    imported
+        The mesh as read.
+    source
+        Name for messages.
+    material
+        One material for the whole mesh instead of those in the file.
+    fixed
+        Node sets or surfaces held in x, y and z, besides what the file holds.
+    to_quadratic
+        Put a node in the middle of every edge first: linear elements are far too stiff in bending.
+    units
+        What the numbers are in, where the file does not say.
+
+    Raises
+    ------
+    InputError
+        If the file couples or holds what we do not apply, no material is known, a set is unknown, or an element is
+        inside out.
+    """
+    from slipstick.fem.assembly import assemble
+
+    faults = [coupling.refused for coupling in imported.couplings]
+    faults += imported.material_faults if material is None else ()
+    if faults:
+        raise InputError(faults)
+    materials = _materials(imported, material, source)
+    for name in fixed:
+        imported.mesh.node_set(name)
+    mesh = _with_held_sets(imported)
+    if to_quadratic:
+        mesh = quadratic(mesh)
+    whole = assemble(mesh, materials)
+    count = np.arange(3 * mesh.n_nodes)
+    held = _held(mesh, fixed)
+    mesh = replace(mesh, node_sets={name: nodes for name, nodes in mesh.node_sets.items() if name not in _HELD})
+    nodes = Nodes(
+        ids=mesh.labels,
+        coordinates=mesh.nodes,
+        sets={name: mesh.labels[part] for name, part in _all_sets(mesh).items()},
+        held=held,
+    )
+    raw = RawModel(
+        matrices={"K": whole.stiffness, "M": whole.mass},
+        dof_map=DofMap(nodes=mesh.labels[count // 3], components=count % 3),
+        nodes=nodes,
+        notes=imported.notes,
+        warnings=(
+            *imported.warnings,
+            *linear_warnings(mesh, source),
+            *variant_warnings(mesh, imported.variants, source),
+            *material_warnings(imported.materials, material, source),
+        ),
+    )
+    model = build_model(raw, source=source, units=units or imported.units)
+    if isinstance(materials, Material):
+        everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
+        mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
+        materials = {"all": materials}
+    return replace(model, mesh=mesh, materials=dict(materials))
+
+
+_HELD = tuple(f"(held {axis})" for axis in "xyz")
+
+
+def _with_held_sets(imported: MeshModel) -> Mesh:
+    """Held directions as node sets, so that they follow the mesh when it becomes quadratic."""
+    mesh = imported.mesh
+    sets = dict(mesh.node_sets)
+    for axis, name in enumerate(_HELD):
+        labels = imported.held[imported.held[:, 1] == axis, 0]
+        sets[name] = node_indices(mesh.labels, labels, "a constraint") if len(labels) else np.empty(0, dtype=np.int64)
+    return replace(mesh, node_sets=sets)
+
+
+def _held(mesh: Mesh, fixed: Sequence[str]) -> IntArray:
+    parts = [(mesh.node_set(name), axis) for name in fixed for axis in range(3)]
+    parts += [(mesh.node_sets[name], axis) for axis, name in enumerate(_HELD)]
+    pairs = [np.stack([mesh.labels[nodes], np.full(len(nodes), axis)], axis=1) for nodes, axis in parts]
+    return np.unique(np.concatenate(pairs), axis=0).astype(np.int64)
+
+
+def _all_sets(mesh: Mesh) -> dict[str, IntArray]:
+    return {**{name: surface.nodes for name, surface in mesh.surfaces.items()}, **mesh.node_sets}
+
+
+def _materials(imported: MeshModel, material: Material | None, source: str) -> Material | Mapping[str, Material]:
+    if material is not None:
+        return material
+    if not imported.materials:
+        raise InputError(f"{source}: is a mesh without material; give young, poisson and density")
+    without = [name for name, known in imported.materials.items() if not known.density > 0.0]
+    if without:
+        raise InputError(f"{source}: {', '.join(without)} has no density; give young, poisson and density")
+    if len(imported.materials) == 1 and next(iter(imported.materials)) not in imported.mesh.element_sets:
+        return next(iter(imported.materials.values()))
+    return imported.materials

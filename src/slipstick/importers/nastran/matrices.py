@@ -1,0 +1,152 @@
+"""Nastran models: OUTPUT4 matrices with the bulk data that says what their rows are, and DMIG punch files."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.importers.dof_map import read_dof_map
+from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
+from slipstick.importers.nastran.op4 import read_op4
+from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+
+_INITIAL = {"K": "K", "M": "M", "C": "B"}
+_WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
+
+
+def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Which of the matrices in a file is K, M, C: as told, else the only name that starts with K, M, B.
+
+    >>> choose(["KAAX", "MAAX", "PAX"], "job.pch")
+    {'K': 'KAAX', 'M': 'MAAX'}
+
+    Raises
+    ------
+    InputError
+        If a name told is not there, or several would do.
+    """
+    chosen, problems = {}, []
+    for role, initial in _INITIAL.items():
+        told = (wanted or {}).get(role)
+        found = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
+        if told and told not in names:
+            problems.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
+        elif len(found) == 1:
+            chosen[role] = found[0]
+        elif found:
+            problems.append(
+                f"{source}: several {_WORD[role]} matrices ({', '.join(found)}); say which, as {role}={found[0]}"
+            )
+    if problems:
+        raise InputError(problems)
+    return chosen
+
+
+def read_op4_model(
+    files: Collection[Path],
+    bulk: Path | None,
+    *,
+    names: Mapping[str, str] | None = None,
+    dof_map: Path | None = None,
+    constraints: int | None = None,
+) -> RawModel:
+    """Matrices from op4 files; rows told by a map file, or by bulk data when the size shows which set they are.
+
+    ``constraints`` is the SPC set in force; not needed where the bulk data has one set only.
+
+    Raises
+    ------
+    InputError
+        If the size fits none of g-set, free set and analysis set.
+    """
+    source = ", ".join(path.name for path in files)
+    found: dict[str, Any] = {}
+    for path in files:
+        found |= read_op4(path)
+    matrices = {role: found[name] for role, name in choose(list(found), source, names).items()}
+    if dof_map is not None:
+        rows, nodes = read_dof_map(dof_map)
+        return RawModel(matrices=matrices, dof_map=rows, nodes=nodes)
+    if bulk is None or "K" not in matrices:
+        return RawModel(matrices=matrices)
+    data = read_bulk(bulk)
+    return RawModel(matrices=matrices, **_rows(data, matrices["K"].shape[0], f"{source}: K", bulk, constraints))
+
+
+def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | None) -> dict[str, Any]:
+    """Map and nodes for a matrix of this size."""
+    pairs = [(node, component) for node in data.nodes.ids.tolist() for component in range(6)]
+    every = sorted(pairs + [(point, 6) for point in data.scalar_points.tolist()])
+    held = _held(data, constraints, bulk)
+    free = [pair for pair in every if pair not in held]
+    sets = {"g-set": every, "free set": free, "analysis set": sorted(data.analysis_set)}
+    fitting = next((pairs for pairs in sets.values() if len(pairs) == size), None)
+    if fitting is None:
+        sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
+        raise InputError(
+            f"{what} has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints): "
+            "export KGG and MGG, or give a map file"
+        )
+    couplings = data.findings.couplings
+    if couplings and fitting is not sets["analysis set"]:
+        raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
+    nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
+    return {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data)}
+
+
+def told(data: BulkData) -> dict[str, Any]:
+    """Notes and warnings of bulk data whose constraints are in the matrices."""
+    findings = data.findings
+    beside = tuple(coupling.beside_matrices for coupling in findings.couplings)
+    return {"notes": findings.notes, "warnings": (*findings.warnings, *beside)}
+
+
+def _held(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
+    chosen = sorted(number for number in data.held if number and number not in data.combined)
+    if constraints is None and len(chosen) > 1:
+        raise InputError(
+            f"{bulk.name}: holds the constraint sets {chosen}; say which one is in force (constraints=...)"
+        )
+    if constraints is not None and constraints not in data.held:
+        raise InputError(f"{bulk.name}: has no constraint set {constraints}; it has {chosen or 'none'}")
+    number = constraints if constraints is not None else (chosen[0] if chosen else 0)
+    return data.held.get(0, set()) | data.held.get(number, set())
+
+
+def _table(pairs: Collection[tuple[int, int]]) -> Any:
+    return np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
+
+
+def _dof_map(pairs: Collection[tuple[int, int]]) -> DofMap:
+    table = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
+    return DofMap(nodes=table[:, 0], components=table[:, 1])
+
+
+def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mapping[str, str] | None = None) -> RawModel:
+    """DMIG matrices of punch files; the map is in their entries, positions in GRID cards there or in ``bulk``.
+
+    Raises
+    ------
+    InputError
+        If no DMIG is there, or a symmetric one holds both halves of an entry with different values.
+    """
+    data = [read_bulk(path) for path in files]
+    points = read_bulk(bulk) if bulk else next((part for part in data if len(part.nodes.ids)), data[0])
+    found: dict[str, DirectMatrix] = {}
+    for part in data:
+        found |= part.matrices
+    source = ", ".join(path.name for path in files)
+    if not found:
+        raise InputError(f"{source}: holds no DMIG matrix; punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)")
+    chosen = {role: found[name] for role, name in choose(list(found), source, names).items()}
+    keys = sorted({pair for matrix in chosen.values() for pair in (*matrix.rows, *matrix.columns)})
+    return RawModel(
+        matrices={role: sparse(matrix, keys) for role, matrix in chosen.items()},
+        dof_map=_dof_map(keys),
+        nodes=points.nodes,
+        **told(points),
+    )

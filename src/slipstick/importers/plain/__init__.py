@@ -1,0 +1,1 @@
+"""Plain matrices: MatrixMarket, Harwell-Boeing, npz."""

@@ -1,0 +1,61 @@
+"""Matrices in MatrixMarket or npz files, with a map file; or one npz bundle that holds K, M and the map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.importers.dof_map import direction, read_dof_map
+from slipstick.importers.plain.matrix_file import read_matrix
+from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.structure.npz import array_shapes, readable
+
+
+def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> RawModel:
+    """Matrices by name from .mtx (MatrixMarket) or .npz files; the map must be given."""
+    matrices = {name: read_matrix(path) for name, path in files.items()}
+    if dof_map is None:
+        return RawModel(matrices=matrices)
+    rows, nodes = read_dof_map(dof_map)
+    return RawModel(matrices=matrices, dof_map=rows, nodes=nodes)
+
+
+def is_bundle(path: Path) -> bool:
+    """Whether an npz file holds K and M together."""
+    return path.suffix.lower() == ".npz" and {"K", "M"} <= set(array_shapes(path))
+
+
+def read_bundle(path: Path) -> RawModel:
+    """npz with dense ``K``, ``M``, ``dof_nodes``, ``dof_components``; optional ``C``, ``nodes``, ``coordinates``.
+
+    Raises
+    ------
+    InputError
+        If a shape is wrong, or the map is missing.
+    """
+    shapes = array_shapes(path)
+    problems = [
+        f"{path.name}: '{n}' has shape {shapes[n]}; expected a square matrix"
+        for n in "KMC"
+        if n in shapes and len(shapes[n]) != 2
+    ]
+    missing = [name for name in ("dof_nodes", "dof_components") if name not in shapes]
+    if missing:
+        problems.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
+    if problems:
+        raise InputError(problems)
+    with readable(path), np.load(path, allow_pickle=False) as data:
+        arrays = {name: data[name] for name in shapes}
+    try:
+        components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
+        nodes = arrays["dof_nodes"].astype(np.int64)
+    except (ValueError, TypeError, OverflowError) as error:
+        raise InputError(f"{path.name}: {error}") from None
+    positions = Nodes()
+    if {"nodes", "coordinates"} <= set(shapes):
+        positions = Nodes(ids=arrays["nodes"].astype(np.int64), coordinates=arrays["coordinates"].astype(float))
+    matrices = {name: arrays[name] for name in "KMC" if name in arrays}
+    return RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), nodes=positions)

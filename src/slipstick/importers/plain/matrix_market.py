@@ -1,0 +1,89 @@
+"""MatrixMarket files (R. F. Boisvert, R. Pozo, K. A. Remington, NISTIR 5935, 1996): real, dense or by coordinates.
+
+scipy's compiled reader ends the process on some damaged files; this one checks what it reads.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
+from slipstick.structure.checks import DAMPING_ELSEWHERE
+
+Array = NDArray[np.float64]
+
+
+def read_matrix_market(path: Path) -> Any:
+    """The matrix with both halves: (rows, columns), a dense array or a scipy sparse array.
+
+    Raises
+    ------
+    InputError
+        If the file is not a real MatrixMarket matrix, or is damaged or truncated.
+    """
+    data = read_bytes(path)
+    head, _, rest = data.partition(b"\n")
+    words = head.decode("latin-1").lower().split()
+    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"] or words[2] not in ("coordinate", "array"):
+        raise InputError(f"{path.name}: not a readable MatrixMarket file; its first line names no matrix")
+    if words[3] not in ("real", "integer", "double"):
+        raise InputError(f"{path.name}: holds {words[3]} values; expected real numbers: {DAMPING_ELSEWHERE}")
+    if words[4] not in ("general", "symmetric"):
+        raise InputError(f"{path.name}: holds a {words[4]} matrix; expected a general or symmetric one")
+    while rest.startswith((b"%", b"\n", b"\r")):
+        rest = rest.partition(b"\n")[2]
+    sizes, _, body = rest.partition(b"\n")
+    reader = _coordinates if words[2] == "coordinate" else _dense
+    return reader(sizes, body, words[4] == "symmetric", path)
+
+
+def _sizes(line: bytes, count: int, path: Path) -> list[int]:
+    words = line.split()
+    if len(words) != count or not all(word.isdigit() for word in words):
+        raise InputError(f"{path.name}: its line of sizes cannot be read; the MatrixMarket file is damaged")
+    return [int(word) for word in words]
+
+
+def _coordinates(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Any:
+    from scipy.sparse import coo_array, csr_array
+
+    rows, columns, entries = _sizes(sizes, 3, path)
+    require_plausible(rows, entries, path)
+    require_plausible(columns, entries, path)
+    table = number_table(body, 3, path) if entries else np.empty((0, 3))
+    if len(table) != entries:
+        raise InputError(f"{path.name}: claims {entries} entries, holds {len(table)}; it is damaged or truncated")
+    i, j = (whole_numbers(table[:, k], "row and column numbers", path) - 1 for k in (0, 1))
+    if entries and (i.max() >= rows or j.max() >= columns):
+        raise InputError(f"{path.name}: has an entry outside its {rows} x {columns}; the file is damaged")
+    matrix = csr_array(coo_array((table[:, 2], (i, j)), shape=(rows, columns)))
+    if not symmetric:
+        return matrix
+    off = i != j
+    mirror = coo_array((table[off, 2], (j[off], i[off])), shape=(_square(rows, columns, path),) * 2)
+    return matrix + csr_array(mirror)
+
+
+def _dense(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Array:
+    rows, columns = _sizes(sizes, 2, path)
+    expected = rows * (rows + 1) // 2 if symmetric else rows * columns
+    require_plausible(max(rows, columns), expected, path)
+    values = number_table(body, 1, path).ravel()
+    if len(values) != expected:
+        raise InputError(f"{path.name}: claims {expected} values, holds {len(values)}; it is damaged or truncated")
+    if not symmetric:
+        return values.reshape(columns, rows).T.copy()
+    full = np.zeros((_square(rows, columns, path),) * 2)
+    full[np.triu_indices(rows)] = values  # the lower half by columns is the upper half by rows
+    return full + np.triu(full, 1).T
+
+
+def _square(rows: int, columns: int, path: Path) -> int:
+    if rows != columns:
+        raise InputError(f"{path.name}: says symmetric but is {rows} x {columns}; the file is damaged")
+    return rows

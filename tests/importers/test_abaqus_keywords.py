@@ -1,0 +1,263 @@
+"""Input files whose keywords couple, add, rotate or hold: refused by name; approximated: warned; the rest is listed."""
+
+from pathlib import Path
+
+import pytest
+
+from slipstick.errors import InputError, SlipstickWarning
+from slipstick.fem.materials import Material
+from slipstick.importers.abaqus.input_file import _HANDLERS, _LATE
+from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, TABLE
+from slipstick.importers.import_model import ImportOptions, read_model
+from slipstick.importers.mesh_files import read_mesh
+
+CUBE = """\
+*NODE, NSET=NALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 0., 1., 0.
+4, 0., 0., 1.
+5, .5, 0., 0.
+6, .5, .5, 0.
+7, 0., .5, 0.
+8, 0., 0., .5
+9, .5, 0., .5
+10, 0., .5, .5
+*ELEMENT, TYPE=C3D10, ELSET=EALL
+1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+*NSET, NSET=ROOT
+1, 3, 4, 7, 8, 10
+*MATERIAL, NAME=STEEL
+*ELASTIC
+2.1e5, 0.3
+*DENSITY
+7.8e-9
+*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL
+"""
+"""One quadratic tetrahedron, held nowhere."""
+HELD = "*BOUNDARY\nROOT, 1, 3\n"
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "m.inp"
+    path.write_text(text)
+    return path
+
+
+def test_the_plain_file_says_nothing(tmp_path):
+    model = read_model(write(tmp_path, CUBE + HELD))
+    assert model.n_dofs == 12
+    assert model.warnings == ()
+
+
+COUPLED = [
+    "*EQUATION\n2\n2, 1, 1., 5, 1, -1.",
+    "*MPC\nBEAM, 2, 5",
+    "*TIE, NAME=GLUE\nS1, S2",
+    "*CYCLIC SYMMETRY MODEL, N=12, NGRAPH=1, TIE=T",
+    "*CONTACT PAIR, INTERACTION=I\nS1, S2",
+    "*CONTACT",
+    "*RIGID BODY, NSET=ROOT, REF NODE=2",
+    "*COUPLING, REF NODE=2, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3",
+    "*DISTRIBUTING COUPLING, ELSET=EALL\n2, 1.",
+    "*EMBEDDED ELEMENT\nEALL",
+    "*PRE-TENSION SECTION, SURFACE=S, NODE=2",
+    "*ELEMENT, TYPE=MASS, ELSET=POINT\n9, 2\n*MASS, ELSET=POINT\n1.",
+    "*ELEMENT, TYPE=SPRINGA, ELSET=SP\n9, 2, 3\n*SPRING, ELSET=SP\n\n1.",
+    "*ELEMENT, TYPE=DASHPOTA, ELSET=DP\n9, 2, 3\n*DASHPOT, ELSET=DP\n\n1.",
+    "*ELEMENT, TYPE=S3, ELSET=SH\n9, 2, 3, 4\n*SHELL SECTION, ELSET=SH, MATERIAL=STEEL\n0.1",
+    "*ELEMENT, TYPE=B31, ELSET=B\n9, 2, 3\n*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=RECT\n1., 1.",
+    "*ELEMENT, TYPE=M3D3, ELSET=SK\n9, 2, 3, 4\n*MEMBRANE SECTION, ELSET=SK, MATERIAL=STEEL\n0.1",
+    "*FOUNDATION\nEALL, F1, 1e3",
+    "*INITIAL CONDITIONS, TYPE=STRESS\nEALL, 1., 0., 0., 0., 0., 0.",
+    "*BOUNDARY\n2, 1, 1, 0.5",
+    "*BOUNDARY, TYPE=VELOCITY\n2, 1, 1, 0.",
+    "*STEP\n*STATIC\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP",
+    "*STEP\n*FREQUENCY\n3\n*BOUNDARY, OP=NEW\n2, 1, 3\n*END STEP",
+    "*STEP\n*STATIC\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nEALL\n*END STEP",
+    "*TRANSFORM, NSET=TIP\n1., 1., 0., -1., 1., 0.\n*NSET, NSET=TIP\n2\n*BOUNDARY\n2, 1",
+]
+
+
+@pytest.mark.parametrize("more", COUPLED, ids=lambda more: more.split(",")[0].split("\n")[0][1:])
+def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
+    name = [line.split(",")[0] for line in more.split("\n") if line.split(",")[0].replace(" ", "")[1:] in TABLE]
+    refused = [n for n in name if TABLE[n.replace(" ", "")[1:]][0].name == "COUPLING"]
+    with pytest.raises(InputError) as caught:
+        read_model(write(tmp_path, CUBE + HELD + more + "\n"))
+    for problem in caught.value.problems:
+        assert problem.startswith("m.inp, line ")
+        assert "export the assembled matrices" in problem
+    for keyword in refused:
+        assert keyword in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("*INCLUDE, INPUT=more.inp", "line 24: *INCLUDE is not read; merge the included files"),
+        ("*NODE, INPUT=nodes.txt", "*NODE has its data in another file"),
+        ("*NODE, SYSTEM=C\n11, 1., 90., 0.", "*NODE gives cylindrical or spherical coordinates"),
+        ("*NODE, NSET=N2\n2, 1.5, 0., 0.", "node 2 is given again at another place"),
+        ("*ELEMENT, TYPE=C3D10\n1, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10", "element 1 is given twice"),
+        ("*NGEN\n1, 5, 1", "*NGEN is not read: the mesh would be incomplete"),
+        ("*PART, NAME=A\n*END PART\n*PART, NAME=B\n*END PART", "*PART begins a second part"),
+        ("*INSTANCE, NAME=A-1, PART=A\n0., 0., 1.\n*END INSTANCE", "*INSTANCE is an instance that is moved"),
+        (
+            "*INSTANCE, NAME=A, PART=A\n*END INSTANCE\n*INSTANCE, NAME=B, PART=A\n*END INSTANCE",
+            "*INSTANCE places a second instance",
+        ),
+        (
+            "*SURFACE, NAME=S, TYPE=ELEMENT\nNOWHERE, S1",
+            "line 25: *SURFACE names NOWHERE, which the file does not have",
+        ),
+        ("*SURFACE, NAME=S, TYPE=ELEMENT\nEALL, S9", "line 25: *SURFACE: found face S9; expected S1 to S4"),
+        ("*SURFACE, NAME=S, TYPE=NODE\nNOWHERE", "*SURFACE names NOWHERE, which the file does not have"),
+        ("*BOUNDARY\nNOWHERE, 1, 3", "*BOUNDARY names NOWHERE, which the file does not have"),
+        ("*TRANSFORM, NSET=NOWHERE\n1., 1., 0., -1., 1., 0.", "*TRANSFORM names NOWHERE"),
+        ("*SOLID SECTION, ELSET=NOWHERE, MATERIAL=STEEL", "*SOLID SECTION names the element set NOWHERE"),
+        ("*SOLID SECTION, ELSET=EALL, MATERIAL=WOOD", "names material WOOD, which has no *ELASTIC"),
+        ("*ELEMENT\n5, 1, 2", "*ELEMENT lacks TYPE="),
+        ("*NODE\n99999999999999999999, 0., 0., 0.", "99999999999999999999... is too long for a label"),
+        (
+            "*ELEMENT, TYPE=T3D2, ELSET=BAR\n9, 2, 3\n*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL",
+            "1 elements of type T3D2",
+        ),
+    ],
+)
+def test_what_leaves_the_mesh_unclear_is_refused(tmp_path, more, said):
+    with pytest.raises(InputError) as caught:
+        read_model(write(tmp_path, CUBE + HELD + more + "\n"))
+    assert said in str(caught.value)
+    assert "m.inp" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "*ELASTIC\n2.1e5, 0.3",
+            "*ELASTIC\n2.1e5, 0.3, 20.\n1.8e5, 0.3, 600.",
+            "*ELASTIC of material STEEL depends on temp",
+        ),
+        ("*ELASTIC", "*ELASTIC, TYPE=ORTHO", "is not isotropic elasticity, TYPE=ORTHO"),
+        ("*ELASTIC", "*USER MATERIAL, CONSTANTS=2", "*USER MATERIAL of material STEEL is not isotropic elasticity"),
+        ("7.8e-9", "7.8e-9, 20.\n7e-9, 600.", "*DENSITY of material STEEL depends on temperature"),
+        ("*DENSITY\n7.8e-9\n", "", "has no density; give young, poisson and density"),
+    ],
+)
+def test_materials_that_cannot_be_used(tmp_path, old, new, said):
+    """Refused, unless a material is given for the whole mesh: then it is said which wins."""
+    path = write(tmp_path, (CUBE + HELD).replace(old, new))
+    with pytest.raises(InputError, match=r"STEEL|EALL") as caught:
+        read_model(path)
+    assert said in str(caught.value)
+    given = Material(young=1e5, poisson=0.2, density=1e-9)
+    assert read_model(path, ImportOptions(material=given), quiet=True).n_dofs == 12
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("*STRANGE THING, A=1\n1, 2", "m.inp, line 24: *STRANGE THING is not understood: it has no effect here"),
+        ("*NSET, NSET=Q, ODD=3\n1", "m.inp, line 24: *NSET has the parameter ODD, which is not understood"),
+        ("*DAMPING, ALPHA=1.", "*DAMPING is not read; give the structure's loss_factor or damping_ratio"),
+        (
+            "*STEP\n*STATIC\n*DLOAD\nEALL, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n*END STEP",
+            "*DLOAD rotates the structure",
+        ),
+        (
+            "*ELEMENT, TYPE=S3, ELSET=SK\n9, 2, 3, 4\n*SURFACE, NAME=SKIN\nSK, SPOS",
+            "*SURFACE SKIN lies on no solid element and is left out",
+        ),
+    ],
+)
+def test_what_is_approximated_or_not_understood_is_warned_of(tmp_path, more, said):
+    with pytest.warns(SlipstickWarning) as caught:
+        model = read_model(write(tmp_path, CUBE + HELD + more + "\n"))
+    assert [str(warning.message) for warning in caught] == list(model.warnings)
+    assert any(said in warning for warning in model.warnings)
+
+
+@pytest.mark.parametrize("kind", ["C3D10M", "C3D10T", "DC3D10"])
+def test_other_formulations_are_named(tmp_path, kind):
+    with pytest.warns(SlipstickWarning, match=f"1 elements of type {kind} are computed as fully integrated tet10"):
+        read_model(write(tmp_path, (CUBE + HELD).replace("C3D10", kind)))
+
+
+def test_a_material_given_wins_and_says_so(tmp_path):
+    path = write(tmp_path, CUBE + HELD)
+    same = Material(young=2.1e5, poisson=0.3, density=7.8e-9)
+    assert read_model(path, ImportOptions(material=same)).warnings == ()
+    with pytest.warns(SlipstickWarning, match=r"given \(E = 100000, .*not the file's own: EALL \(E = 210000") as caught:
+        read_model(path, ImportOptions(material=Material(young=1e5, poisson=0.2, density=1e-9)))
+    assert len(caught) == 1
+
+
+def test_the_rest_is_listed_with_its_count(tmp_path):
+    more = "*ELEMENT, TYPE=S3, ELSET=SK\n9, 2, 3, 4\n10, 1, 2, 3\n*ORIENTATION, NAME=O\n1., 0., 0., 0., 1., 0.\n"
+    more += "*STEP\n*FREQUENCY\n3\n*NODE FILE\nU\n*NODE FILE\nV\n*ODD REQUEST\n*END STEP\n"
+    notes = read_mesh(write(tmp_path, CUBE + HELD + more)).notes
+    assert "m.inp: 2 elements of type S3 are no solids and were left out" in notes
+    assert "m.inp: without effect here: *ORIENTATION, *FREQUENCY, *NODE FILE (2), *END STEP" in notes
+    assert "m.inp: not understood, without effect here: *ODD REQUEST" in notes
+
+
+def test_no_keyword_has_two_fates():
+    read = {*_HANDLERS, *_LATE}
+    assert not read & set(TABLE)
+    assert not MATERIAL_FAULTS & {*TABLE, *read}
+
+
+def test_rotated_nodes_that_are_free_or_wholly_held_do_not_matter(tmp_path):
+    axes = "1., 1., 0., -1., 1., 0.\n"
+    more = f"*TRANSFORM, NSET=ROOT\n{axes}*TRANSFORM, NSET=TIP\n{axes}*NSET, NSET=TIP\n2\n"
+    assert read_model(write(tmp_path, CUBE + HELD + more)).n_dofs == 12
+
+
+def test_keywords_and_sets_as_other_programs_write_them(tmp_path):
+    """Lower case, blanks before the star, a keyword over two lines, sets of an instance, sets defined later."""
+    text = CUBE.replace("*ELEMENT, TYPE=C3D10, ELSET=EALL", "  *Element, type=C3D10,\n   elset=Eall")
+    more = "*boundary\npart-1-1.later, encastre\n*NSET, NSET=LATER, ELSET=EALL\n*BOUNDARY\n2, 1, 6, 0.\n"
+    mesh = read_mesh(write(tmp_path, text + more))
+    assert len(mesh.held) == 30
+    assert mesh.warnings == ()
+
+
+def test_a_surface_without_face_numbers_is_the_outside(tmp_path):
+    mesh = read_mesh(write(tmp_path, CUBE + HELD + "*SURFACE, NAME=SKIN\nEALL,\n")).mesh
+    assert mesh.surface("SKIN").n_faces == 4
+
+
+def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
+    """A mesh that only tells positions may couple: the matrices hold it, and the user is told."""
+    from scipy.sparse import csr_array, save_npz
+
+    own = read_model(write(tmp_path, CUBE + HELD))
+    for name in "KM":
+        save_npz(tmp_path / f"{name}.npz", csr_array(getattr(own, name)))
+    (tmp_path / "dofs.map").write_text(
+        "\n".join(f"{n} {c + 1}" for n, c in zip(own.dof_nodes, own.dof_components, strict=True))
+    )
+    path = write(tmp_path, CUBE + HELD + "*EQUATION\n2\n2, 1, 1., 5, 1, -1.\n")
+    files = [tmp_path / "K.npz", tmp_path / "M.npz", tmp_path / "dofs.map", path]
+    with pytest.warns(SlipstickWarning, match=r"\*EQUATION ties .*: the matrices must hold it"):
+        model = read_model(files)
+    assert model.n_dofs == 12
+    path.write_text(CUBE + HELD + "*TRANSFORM, NSET=TIP\n1., 1., 0., -1., 1., 0.\n*NSET, NSET=TIP\n2\n")
+    with pytest.raises(InputError, match=r"1 nodes \(2, ...\) have rotated directions"):
+        read_model(files)
+    heavy, wrong = CUBE.replace("7.8e-9", "7.9e-9"), CUBE.replace("7.8e-9", "7800.")
+    path.write_text(heavy + HELD)
+    with pytest.warns(SlipstickWarning, match=r"the mesh beside them .*, 1\.28 % apart"):
+        read_model(files)
+    path.write_text(wrong + HELD)
+    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*same units"):
+        read_model(files)
+    path.write_text(CUBE + HELD + "*ELSET, ELSET=TWICE\n1\n*SOLID SECTION, ELSET=TWICE, MATERIAL=STEEL\n")
+    with pytest.warns(SlipstickWarning, match=r"is not compared .* element 1 has more than one material"):
+        read_model(files)
+    path.write_text(CUBE + HELD + "*DAMPING, ALPHA=1.\n")
+    model = read_model(files)
+    assert model.warnings == ()  # of an assembly here; the matrices are theirs
+    assert any("not the matrices: m.inp, line 24: *DAMPING" in note for note in model.notes)

@@ -1,0 +1,274 @@
+"""CalculiX runs here and writes matrices, frequencies and a substructure; Abaqus files are written by hand."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import coo_array
+
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh
+from slipstick.fem.refine import quadratic
+from slipstick.importers.import_model import ImportOptions, read_model
+from slipstick.importers.mesh_files import read_mesh
+
+CCX = shutil.which("ccx")
+needs_ccx = pytest.mark.skipif(CCX is None, reason="CalculiX (Debian: calculix-ccx) is not installed")
+TYPES = {"hex8": "C3D8", "hex20": "C3D20", "tet10": "C3D10", "wedge15": "C3D15", "wedge6": "C3D6", "tet4": "C3D4"}
+STEEL = Material(young=210000.0, poisson=0.3, density=7.8e-9)
+
+
+def skewed(kind: str) -> Mesh:
+    """A box of one element type, sheared and twisted so that no entry of its matrices vanishes by symmetry."""
+    linear = {"hex20": "hex8", "tet10": "tet4", "wedge15": "wedge6"}.get(kind, kind)
+    mesh = box((40.0, 10.0, 8.0), (3, 2, 1), linear)
+    x, y, z = mesh.nodes.T
+    nodes = np.stack([x + 0.1 * y, y + 0.02 * x * z / 8, z + 0.1 * x], axis=1)
+    moved = Mesh(nodes=nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
+    return quadratic(moved) if kind != linear else moved
+
+
+def write_input(path: Path, mesh: Mesh, *, step: str, label=lambda i: 3 * i + 5) -> None:
+    """Labels with gaps, in falling order: nothing may rely on 1, 2, 3."""
+    lines = ["** a comment", "*Heading", "text, that is = no keyword", "*NODE, NSET=Nall"]
+    lines += [f"{label(i)}, {x:.17g}, {y:.17g}, {z:.17g}" for i, (x, y, z) in reversed(list(enumerate(mesh.nodes)))]
+    for kind, block in mesh.blocks.items():
+        lines.append(f"*ELEMENT, TYPE={TYPES[kind]}, ELSET=solid")
+        for number, row in enumerate(block.tolist(), 1):
+            words = [str(number), *(str(label(n)) for n in row)]
+            lines += [
+                ", ".join(words[at : at + 10]) + ("," if at + 10 < len(words) else "")
+                for at in range(0, len(words), 10)
+            ]
+    lines += ["*NSET, NSET=Root", *(f"{label(n)}," for n in mesh.node_set("ROOT").tolist())]
+    lines += ["*NSET, NSET=ends", "Root, Root", "*ELSET, ELSET=first, GENERATE", "1, 2, 1"]
+    lines += ["*SURFACE, NAME=face, TYPE=ELEMENT", "first, S1"]
+    lines += ["*MATERIAL, NAME=steel", "*ELASTIC", "210000., 0.3", "*DENSITY", "7.8e-9,"]
+    lines += ["*SOLID SECTION, ELSET=solid, MATERIAL=steel"]
+    lines += ["*BOUNDARY", "Root, 1, 3", f"{label(mesh.n_nodes - 1)}, 2"]
+    path.write_text("\n".join([*lines, "*STEP", step, "*END STEP", ""]))
+
+
+def run(path: Path) -> None:
+    subprocess.run(
+        [str(CCX), path.stem],
+        cwd=path.parent,
+        check=True,
+        capture_output=True,
+        timeout=120,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+
+
+def printed_eigenvalues(path: Path) -> np.ndarray:
+    rows = (line.split() for line in path.read_text().splitlines())
+    return np.array([float(row[1]) for row in rows if len(row) == 5 and row[0].isdigit()])
+
+
+@needs_ccx
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10", "wedge15"])
+def test_frequencies_are_those_calculix_prints(tmp_path, kind):
+    mesh = skewed(kind)
+    write_input(tmp_path / "job.inp", mesh, step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    write_input(tmp_path / "modes.inp", mesh, step="*FREQUENCY\n6")
+    run(tmp_path / "job.inp")
+    run(tmp_path / "modes.inp")
+    model = read_model([tmp_path / "job.sti", tmp_path / "job.inp"])
+    ours = eigh(model.K.toarray(), model.M.toarray(), eigvals_only=True)[:6]
+    # the print has 7 digits: 1e-6 in the eigenvalue is 5e-7 in the frequency
+    np.testing.assert_allclose(ours, printed_eigenvalues(tmp_path / "modes.dat"), rtol=1e-6)
+    assert model.n_dofs == 3 * mesh.n_nodes - 3 * len(mesh.node_set("ROOT")) - 1
+    np.testing.assert_allclose(model.positions(model.dof_nodes[:5]), mesh.nodes[(model.dof_nodes[:5] - 5) // 3])
+
+
+@needs_ccx
+@pytest.mark.parametrize("kind", ["hex20", "tet10", "wedge15", "tet4"])
+def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
+    """Same elements, same integration of the stiffness: equal to the 14 digits of the file, dof by dof."""
+    write_input(tmp_path / "job.inp", skewed(kind), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    run(tmp_path / "job.inp")
+    theirs, ours = read_model(tmp_path / "job.sti"), read_model(tmp_path / "job.inp", quiet=True)
+    assert sorted(ours.dofs) == sorted(theirs.dofs)
+    rows = [ours.index(dof) for dof in theirs.dofs]
+    assert abs(ours.K[rows][:, rows] - theirs.K).max() < 1e-12 * abs(theirs.K).max()
+
+
+@needs_ccx
+def test_matrices_with_their_mesh_take_contacts_on_a_surface(tmp_path):
+    """The model of the files .sti, .mas, .dof and .inp is the same elastic model as the mesh alone gives."""
+    from slipstick.models.surface_model import of_import
+
+    write_input(tmp_path / "job.inp", skewed("hex20"), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    run(tmp_path / "job.inp")
+    theirs = of_import(read_model([tmp_path / "job.sti", tmp_path / "job.inp"]))
+    ours = of_import(read_model(tmp_path / "job.inp"))
+    order = np.argsort(theirs.free)
+    np.testing.assert_array_equal(theirs.free[order], ours.free)
+    assert abs(theirs.K[order][:, order] - ours.K).max() < 1e-12 * abs(ours.K).max()
+    assert theirs.mesh.surface("FACE").n_faces == ours.mesh.surface("FACE").n_faces == 2
+
+
+@needs_ccx
+def test_substructure_in_the_user_element_form(tmp_path):
+    """The block of the retained dofs (2.20 writes it uncondensed) or its Schur complement, dof by dof."""
+    mesh = skewed("hex8")
+    free = np.setdiff1d(np.arange(mesh.n_nodes - 1), mesh.node_set("ROOT"))
+    kept = [(3 * free[-1] + 5, 1), (3 * free[-1] + 5, 3), (3 * free[2] + 5, 2)]
+    retained = "\n".join(f"{node}, {d}, {d}" for node, d in kept)
+    write_input(tmp_path / "job.inp", mesh, step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    step = f"*SUBSTRUCTURE GENERATE\n*RETAINED NODAL DOFS, SORTED=NO\n{retained}\n"
+    step += "*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED, FILE NAME=sub"
+    write_input(tmp_path / "sub.inp", mesh, step=step)
+    run(tmp_path / "job.inp")
+    run(tmp_path / "sub.inp")
+    full = read_model(tmp_path / "job.sti")
+    from slipstick.importers.abaqus.calculix import read_abaqus_matrices
+
+    raw = read_abaqus_matrices({"K": tmp_path / "sub.mtx"})
+    pairs = list(zip(raw.dof_map.nodes.tolist(), (raw.dof_map.components + 1).tolist(), strict=True))
+    assert pairs == kept
+    a = [full.index(f"n{node}{'xyz'[d - 1]}") for node, d in pairs]
+    b = np.setdiff1d(np.arange(full.n_dofs), a)
+    K = full.K.toarray()
+    schur = K[np.ix_(a, a)] - K[np.ix_(a, b)] @ np.linalg.solve(K[np.ix_(b, b)], K[np.ix_(b, a)])
+    found = np.tril(raw.matrices["K"].toarray())
+    assert any(np.allclose(found, np.tril(block), rtol=1e-10, atol=0.0) for block in (K[np.ix_(a, a)], schur))
+
+
+def test_input_file_sets_surfaces_materials(tmp_path):
+    mesh = skewed("hex20")
+    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
+    found = read_mesh(tmp_path / "m.inp")
+    assert found.mesh.n_nodes == mesh.n_nodes
+    assert found.materials == {"SOLID": STEEL}
+    assert set(found.mesh.node_sets) == {"NALL", "ROOT", "ENDS"}
+    assert {k: len(v) for k, v in found.mesh.element_sets["FIRST"].items()} == {"hex20": 2}
+    assert found.mesh.surface("FACE").n_faces == 2
+    assert found.mesh.surface("ROOT").n_faces == 2
+    assert "N, mm, tonne" in found.units
+    labels = {3 * i + 5 for i in mesh.node_set("ROOT").tolist()}
+    assert set(found.held[found.held[:, 1] == 0, 0].tolist()) == labels
+    order = np.argsort(found.mesh.labels)
+    np.testing.assert_array_equal(found.mesh.nodes[order], mesh.nodes)
+
+
+def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
+    write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
+    model = read_model(tmp_path / "m.inp", ImportOptions(to_quadratic=True))
+    reference = skewed("hex20")
+    # every middle of an edge between held nodes is held too; the lone y support stays alone
+    assert len(model.constrained) == 3 * len(reference.node_set("ROOT")) + 1
+    assert model.n_dofs == 3 * reference.n_nodes - len(model.constrained)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("*Heading", "*INCLUDE, INPUT=other.inp\n*Heading", "line 2: \\*INCLUDE is not read"),
+        ("210000., 0.3", "high, 0.3", "line .*: \\*ELASTIC cannot be read"),
+        ("TYPE=C3D8", "TYPE=S4", "no solid element"),
+        ("\n1, ", "\n1, 999999, ", "cannot be read"),
+        ("\n38, ", "\n7777, ", "uses node 38"),
+        ("Root, Root", "Stem", r"line .*: \*NSET names STEM, which the file does not have"),
+        ("first, GENERATE", "first, GENERATE\n1, 100000000000, 1", "range 1"),
+    ],
+)
+def test_faults_of_input_files(tmp_path, old, new, sentence):
+    mesh = box((2.0, 1.0, 1.0), (2, 1, 1), "hex8")
+    mesh = Mesh(nodes=mesh.nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
+    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
+    text = (tmp_path / "m.inp").read_text()
+    assert old in text
+    (tmp_path / "m.inp").write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match=sentence):
+        read_mesh(tmp_path / "m.inp")
+
+
+@pytest.fixture
+def storage(tmp_path):
+    """What MATRIXSTORAGE writes, by hand: the upper half, 3 dofs."""
+    (tmp_path / "job.sti").write_text("1 1  4.0000000000000e+00\n1 2 -1.0e+00\n2 2  3.0e+00\n3 3  2.0e+00\n")
+    (tmp_path / "job.mas").write_text("1 1  1.0e+00\n2 2  1.0e+00\n3 3  1.0e+00\n")
+    (tmp_path / "job.dof").write_text("10.1\n10.3\n2.2\n")
+    return tmp_path
+
+
+def test_storage_by_hand(storage):
+    model = read_model(storage / "job.sti")
+    assert model.dofs == ("n10x", "n10z", "n2y")
+    assert model.K.toarray().tolist() == [[4, -1, 0], [-1, 3, 0], [0, 0, 2]]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("job.mas", None, "the mass matrix, job.mas, is not beside it"),
+        ("job.dof", None, "the map of its rows, job.dof, is not beside it"),
+        ("job.sti", "", "job.sti: the file is empty"),
+        ("job.sti", "1 1 4.0\n2 2", "expected rows of 3"),
+        ("job.sti", "1 1 4.0\nerror in matrix\n", "something else than numbers"),
+        ("job.sti", "1 1 4.0\n1 1000000000000 2.0\n", "row or column 1000000000000, the dof map has 3 entries"),
+        ("job.sti", "1 1 4.0\n0 2 2.0\n", "whole numbers from 1 up"),
+        ("job.sti", "1 1 4.0\n1.5 2 2.0\n", "whole numbers from 1 up"),
+        ("job.dof", "10.1\n10.9\n2.2\n", "line 2: '9' is not a direction"),
+        ("job.dof", "10.1\n10.1\n2.2\n", "names node 10, direction 1, more than once"),
+        ("job.dof", "10.1\n10.3\n", "the dof map has 2 entries"),
+    ],
+)
+def test_faults_of_storage(storage, name, content, sentence):
+    if content is None:
+        (storage / name).unlink()
+    else:
+        (storage / name).write_text(content)
+    with pytest.raises(InputError, match=sentence) as caught:
+        read_model(storage / "job.sti")
+    assert len(caught.value.problems) == 1
+
+
+def write_abaqus(path: Path, matrix: np.ndarray, dofs: list[tuple[int, int]], *, half: bool) -> None:
+    rows = ["** MATRIX OUTPUT", "*MATRIX INPUT"] if half else []
+    for i, (node, d) in enumerate(dofs):
+        for j, (other, e) in enumerate(dofs[: i + 1] if half else dofs):
+            if matrix[i, j]:
+                rows.append(f"{node},{d}, {other},{e}, {matrix[i, j]:.16e}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_abaqus_matrix_input_with_held_dofs(tmp_path, half):
+    a = np.random.default_rng(2).normal(size=(6, 6))
+    K, M = a @ a.T + 6 * np.eye(6), np.diag(np.arange(1.0, 7.0))
+    K[3, 3] = 1e36  # how Abaqus marks a held dof
+    dofs = [(12, 1), (12, 2), (12, 3), (3, 1), (3, 2), (3, 6)]
+    write_abaqus(tmp_path / "job_STIF1.mtx", K, dofs, half=half)
+    write_abaqus(tmp_path / "job_MASS1.mtx", M, dofs, half=half)
+    model = read_model([tmp_path / "job_STIF1.mtx", tmp_path / "job_MASS1.mtx"])
+    assert model.constrained.tolist() == [[3, 0]]
+    assert model.dofs == ("n3y", "n3rz", "n12x", "n12y", "n12z")
+    order = [4, 5, 0, 1, 2]
+    np.testing.assert_allclose(model.K.toarray(), K[np.ix_(order, order)], rtol=1e-15)
+    np.testing.assert_allclose(model.M.toarray(), M[np.ix_(order, order)], rtol=1e-15)
+
+
+def test_abaqus_coordinate_format_needs_a_map(tmp_path):
+    K = coo_array(np.array([[4.0, 1.0], [1.0, 3.0]]))
+    for name, factor in (("j_STIF1.mtx", 1.0), ("j_MASS1.mtx", 0.5)):
+        rows = zip(*K.coords, K.data, strict=True)
+        (tmp_path / name).write_text("".join(f"{i + 1} {j + 1} {factor * v:.15e}\n" for i, j, v in rows))
+    files = [tmp_path / "j_STIF1.mtx", tmp_path / "j_MASS1.mtx"]
+    with pytest.raises(InputError, match="no map from rows"):
+        read_model(files)
+    (tmp_path / "map.txt").write_text("# node direction x y z\n4 1 0.5 0 0\n4 UY 0.5 0 0\n")
+    model = read_model([*files, tmp_path / "map.txt"])
+    assert model.dofs == ("n4x", "n4y")
+    assert model.positions(np.array([4])).tolist() == [[0.5, 0.0, 0.0]]
+    shutil.copy(files[1], tmp_path / "other.mtx")
+    with pytest.raises(InputError, match=r"both look like the matrix K.*say which is the mass"):
+        read_model([files[0], tmp_path / "other.mtx"])
+    assert read_model(files[0], ImportOptions(mass=tmp_path / "other.mtx", dof_map=tmp_path / "map.txt")).n_dofs == 2

@@ -1,0 +1,171 @@
+"""Bodies with contacts, and the reduced rubbing blade."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipstick.errors import InputError
+from slipstick.fem.assembly import assemble, conduction
+from slipstick.fem.boundary import surface_towards
+from slipstick.fem.box import box
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material
+from slipstick.fem.model import elastic_model
+from slipstick.models.blade import BLADE_STEEL, INCONEL_718, BladeModel, finite_element_blade, rubbing_blade
+from slipstick.models.blade_mesh import blade_shape
+from slipstick.models.surface_model import contact_model, of_import, with_contacts
+from slipstick.solve.factorisation import factorise
+
+SMALL = BladeModel(shape=blade_shape("small"), modes=24)
+METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
+
+
+@pytest.fixture(scope="module")
+def full():
+    return finite_element_blade(SMALL)
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return rubbing_blade(SMALL, loss_factor=0.002)
+
+
+def test_contact_model_of_a_block():
+    mesh = box((1.0, 1.0, 0.5), (4, 4, 2), "hex20")
+    body = contact_model(
+        mesh,
+        METAL,
+        fixed="z0",
+        surface="z1",
+        contacts=4,
+        pressures={"push": "x0"},
+        films={"x1": 3.0},
+    )
+    assert body.contacts == ("c1", "c2", "c3", "c4")
+    assert body.names[:4] == ("c1x", "c1y", "c1z", "c2x")
+    assert body.directions.shape == (len(body.model.free), 12)
+    rigid = np.tile([1.0, 2.0, 3.0], mesh.n_nodes)[body.model.free]
+    np.testing.assert_allclose(body.directions.T @ rigid, np.tile([1.0, 2.0, 3.0], 4), rtol=1e-12)
+    assert body.loads["push"].reshape(-1, 3).sum(axis=0)[0] == pytest.approx(0.5, rel=0.2)  # the fixed edge takes some
+    assert body.influence.shape == (4, 4)
+    assert contact_model(mesh, METAL, fixed="z0", surface="z1", contacts=2).influence is None
+    with pytest.raises(InputError, match="no material has a conductivity"):
+        contact_model(mesh, replace(METAL, conductivity=0.0), fixed="z0", surface="z1", films={"x1": 3.0})
+    with pytest.raises(InputError, match="surface 'top' is not in the mesh"):
+        contact_model(mesh, METAL, fixed="z0", surface="top")
+
+
+def test_reduced_blade_against_direct_solution(full, reduced):
+    """24 modes with both residual terms; receptance and pressure response up to twice the first resonance."""
+    loads = np.column_stack([full.directions.toarray(), full.loads["pressure"]])
+    structure = reduced.structure
+    eye = np.eye(24)
+    receptance = structure.project(eye, eye, ["pressure"])
+    assert structure.dofs == full.names
+    np.testing.assert_allclose(
+        receptance.static, full.directions.T @ factorise(full.model.K).solve(loads), rtol=1e-7, atol=1e-16
+    )
+    for ratio in (0.6, 2.0):
+        w = ratio * structure.omega[0]
+        direct = full.directions.T @ factorise(full.model.K - w**2 * full.model.M).solve(loads)
+        found = receptance.at(np.array([w]))[0][0]
+        lossless = found.real  # the loss factor moves it by about its square off resonance
+        assert np.linalg.norm(lossless - direct) < 3e-5 * np.linalg.norm(direct)
+
+
+def test_blade_directions_areas_and_influence(full, reduced):
+    assert sum(reduced.areas) == pytest.approx(5.96e-4, rel=1e-2)
+    np.testing.assert_allclose(reduced.normals, np.tile([0, 0, 1.0], (8, 1)), atol=1e-12)
+    assert reduced.tangential((0.0, 2.0, 1.0))[2] == {"c3y": 1.0}
+    assert reduced.normal[0] == {"c1z": pytest.approx(1.0)}
+    assert np.all(np.diag(reduced.influence) > 3.0)
+    assert np.linalg.eigvalsh(reduced.influence).min() > 0.0
+    np.testing.assert_array_equal(reduced.influence, full.influence)
+    with pytest.raises(InputError, match="normal to the surface"):
+        reduced.tangential((0.0, 0.0, 1.0))
+
+
+def test_a_stored_blade_is_reused_and_a_changed_one_is_not(tmp_path, reduced):
+    setup = replace(SMALL, modes=8)
+    first = rubbing_blade(setup, cache=tmp_path)
+    again = rubbing_blade(setup, cache=tmp_path, loss_factor=0.01)
+    other = rubbing_blade(replace(setup, material=INCONEL_718), cache=tmp_path)
+    assert not first.reused
+    assert again.reused
+    assert not other.reused
+    assert len(list(tmp_path.iterdir())) == 2
+    np.testing.assert_array_equal(first.structure.omega, again.structure.omega)
+    np.testing.assert_array_equal(first.influence, again.influence)
+    assert again.structure.loss_factor[0] == 0.01
+    ratio = np.sqrt(208 / 200 * BLADE_STEEL.density / INCONEL_718.density)
+    assert other.structure.omega[0] / first.structure.omega[0] == pytest.approx(ratio, rel=2e-3)
+    next(tmp_path.iterdir()).write_bytes(b"broken")
+    assert len({rubbing_blade(s, cache=tmp_path).reused for s in (setup, replace(setup, material=INCONEL_718))}) == 2
+    np.testing.assert_allclose(first.structure.omega, reduced.structure.omega[:8], rtol=1e-9)
+
+
+@pytest.mark.verify
+def test_blade_converges_with_the_mesh():
+    """Same contacts on three meshes: frequency, contact compliance and influence settle."""
+    places = tuple(map(tuple, finite_element_blade(BladeModel(shape=blade_shape("medium"))).patches.positions.tolist()))
+    found = []
+    for size in ("small", "medium", "large"):
+        setup = BladeModel(shape=blade_shape(size), contacts=places, radius=4e-3, modes=4)
+        result = rubbing_blade(setup)
+        compliance = np.diag(result.structure.static_compliance)
+        found.append(np.array([result.structure.omega[0], *compliance[1:3], *np.diag(result.influence)[:2]]))
+    change = [np.abs(found[k + 1] / found[k] - 1.0) for k in (0, 1)]
+    assert change[1][0] < 2e-3
+    assert change[1].max() < 0.03
+    assert np.all(change[1] < np.maximum(change[0], 2e-3))
+
+
+def imported_block(mesh):
+    """A block as if it came from another code: shuffled rows, labels of its own."""
+    mesh = replace(mesh, node_labels=np.arange(mesh.n_nodes)[::-1] * 7 + 3)
+    model = elastic_model(mesh, METAL, "z0")
+    order = np.random.default_rng(1).permutation(len(model.free))
+    return model, ImportedModel(
+        K=model.K[order][:, order],
+        M=model.M[order][:, order],
+        dof_nodes=mesh.labels[model.free[order] // 3],
+        dof_components=model.free[order] % 3,
+        mesh=mesh,
+        materials={"all": METAL},
+        source="block.full",
+    )
+
+
+def test_contacts_on_an_imported_model():
+    mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "hex20")
+    model, imported = imported_block(mesh)
+    options = {"surface": "z1", "contacts": 2, "films": {"boundary": 1.0}, "pressures": {"push": "z1"}}
+    ours, theirs = with_contacts(model, **options), with_contacts(of_import(imported), **options)
+    compliance = [
+        np.asarray(body.directions.T @ factorise(body.model.K).solve(body.directions.toarray()))
+        for body in (ours, theirs)
+    ]
+    np.testing.assert_allclose(compliance[1], compliance[0], rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(theirs.influence, ours.influence, rtol=1e-12)
+    assert theirs.loads["push"].sum() == pytest.approx(ours.loads["push"].sum())
+    with pytest.raises(InputError, match="need the mesh"):
+        of_import(replace(imported, mesh=None))
+    with pytest.raises(InputError, match="is not in the mesh"):
+        of_import(replace(imported, mesh=replace(imported.mesh, node_labels=imported.mesh.labels + 1)))
+    bare = of_import(replace(imported, materials={}))
+    with pytest.raises(InputError, match="no material has a conductivity"):
+        with_contacts(bare, **options)
+
+
+def test_conduction_alone_and_faces_towards():
+    mesh = box((1.0, 1.0, 0.5), (3, 3, 2), "wedge15")
+    np.testing.assert_allclose(
+        conduction(mesh, {"all": METAL}).toarray(), assemble(mesh, METAL).conduction.toarray(), atol=1e-13
+    )
+    tip = surface_towards(mesh, [0.1, 0.0, 1.0], depth=0.2)
+    assert set(tip.nodes) == set(mesh.surface("z1").nodes)
+    with pytest.raises(InputError, match="no boundary face looks"):
+        surface_towards(mesh, [1.0, 1.0, 1.0])
+    with pytest.raises(InputError, match="not zero"):
+        surface_towards(mesh, [0.0, 0.0, 0.0])
