@@ -40,6 +40,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "tangential_stiffness": (("contact",), "force/length", "tangential contact stiffness"),
     "normal_stiffness": (("contact",), "force/length", "normal contact stiffness"),
     "gap": (("contact",), "length", "gap, negative for interference"),
+    "truncation": ((), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"),
     "residual": (
         (),
         "1",
@@ -116,7 +117,7 @@ class Outputs:
         wanted = balance.problem.direction_matrix({name: 1.0} for name in names)
         self._ports = [_same_direction(balance.directions, column) for column in wanted.T]
         self._far = [i for i, port in enumerate(self._ports) if port is None]
-        self._receptance = balance.rows_to(wanted[:, self._far]) if self._far else None
+        self.receptance = balance.rows_to(wanted[:, self._far]) if self._far else None
 
     def __len__(self) -> int:
         return len(self.names)
@@ -146,7 +147,7 @@ class Outputs:
             rate = float(tangent[-1])
             G = b.excitation(detail.forces.Fx, detail.forces.Fy, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
-            at = Compliance(self._receptance, b.orders, detail.omega)
+            at = Compliance(self.receptance, b.orders, detail.omega)
             moved = np.add.reduce(at.value * dG[:, None, :], axis=0)
             if isinstance(system, FrequencySystem):
                 moved += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
@@ -155,20 +156,10 @@ class Outputs:
         return motion, change
 
     def _answer(self, G: Array, omega: Array) -> Array:
-        """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L), in slices of limited memory."""
-        b, receptance = self.balance, self._receptance
-        assert receptance is not None
-        out = np.empty((len(G), len(self._far), b.L))
-        out[:, :, 0] = -(G[:, :, 0] @ receptance.static.T)
-        n = b.orders.size
-        slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
-        for first in range(0, len(G) if n else 0, slices):
-            w, g = omega[first : first + slices], G[first : first + slices]
-            A, _ = receptance.at((w[:, None] * b.orders).ravel())
-            hat = (g[:, :, 1::2] - 1j * g[:, :, 2::2]).transpose(0, 2, 1).reshape(len(A), -1, 1)
-            moved = (A @ hat)[..., 0].reshape(len(g), n, -1).transpose(0, 2, 1)
-            out[first : first + slices, :, 1::2] = -moved.real
-            out[first : first + slices, :, 2::2] = moved.imag
+        """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L)."""
+        assert self.receptance is not None
+        out = moved(self.receptance, self.balance.orders, G[:, :, 1:], omega)
+        out[:, :, 0] = -(G[:, :, 0] @ self.receptance.static.T)
         return out
 
 
@@ -254,6 +245,7 @@ class Recorder:
             "tangential_stiffness": given["kt"],
             "normal_stiffness": given["kn"],
             "gap": given["gap"],
+            "truncation": self._truncation(x, motion, of_inputs),
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=float),
             "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),

@@ -1,0 +1,105 @@
+"""What the harmonics left out would add: one element call with more of them at the points found.
+
+The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
+the balance leaves out. Orders taken: all that are missing below the highest one kept (a set of odd harmonics under
+rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none of these orders.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.contact.forces import element_forces
+from slipstick.results.measures import largest_deviation
+from slipstick.trig.harmonics import Harmonics
+
+if TYPE_CHECKING:
+    from slipstick.balance.residual import Balance
+    from slipstick.results.record import Outputs
+
+Array = NDArray[np.float64]
+
+WARNED = 1e-2
+"""From here on results are warned of."""
+
+
+def with_further(harmonics: Harmonics) -> Harmonics:
+    """The set with the orders that are looked at besides.
+
+    >>> with_further(Harmonics([0, 1, 3, 5])).orders
+    (0, 1, 2, 3, 4, 5, 6, 7, 8)
+    """
+    return Harmonics(range(harmonics.highest + max(2, ceil(harmonics.highest / 2)) + 1))
+
+
+def truncation(
+    outputs: Outputs, x: Array, motion: Array, *, U: Array, v: Array, omega: Array, **parameters: Array
+) -> Array:
+    """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
+
+    Both are the largest over the period, without the zero harmonic, among all relative motions of the contacts and all
+    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance, ``U``
+    (n, n_contacts, L) the periodic rubbing motion, ``v`` and the parameters kt, mu, kn, gap (n, n_contacts).
+    """
+    balance = outputs.balance
+    h, wide = balance.harmonics, with_further(balance.harmonics)
+    X, Y = balance.split(x)
+    given = {"v": v, **parameters}
+    forces = element_forces(
+        wide, _spread(X + U, h, wide), _spread(Y, h, wide), **{name: value.reshape(-1) for name, value in given.items()}
+    )
+    further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
+    kept = [wide.index(m, part) for m in further.orders[1:] for part in ("c", "s")]
+    Fx, Fy = (F.reshape(*X.shape[:2], -1)[:, :, kept] for F in (forces.Fx, forces.Fy))
+    added = _added(outputs, np.concatenate([Fx, Fy[:, balance.with_normal]], axis=1), omega, further.m.astype(float))
+    ports = x.reshape(len(x), balance.n_ports, balance.L)
+    size = largest_deviation(h, np.concatenate([ports, motion], axis=1)).max(axis=1, initial=0.0)
+    more = largest_deviation(further, added).max(axis=1, initial=0.0)
+    return np.asarray(np.divide(more, size, out=np.zeros_like(size), where=size > 0))
+
+
+def truncation_sentence(name: str, values: Array, estimate: Array) -> str | None:
+    """A warning where harmonics are missing, None where they are not; ``name`` is what ``values`` (n,) are of."""
+    if not estimate.size or not np.nanmax(estimate) > WARNED:
+        return None
+    worst = int(np.nanargmax(estimate))
+    where = f"{name} = {values[worst]:.6g}" + (" rad/s" if name == "omega" else "")
+    return (
+        f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "
+        f"than {100.0 * WARNED:g} % at {int(np.sum(estimate > WARNED))} of {estimate.size} points): keep more harmonics"
+    )
+
+
+def _spread(X: Array, h: Harmonics, wide: Harmonics) -> Array:
+    """Coefficients (n, k, L) in the wider set, (n k, L')."""
+    out = np.zeros((X.shape[0] * X.shape[1], wide.size))
+    out[:, [wide.index(0), *(wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]] = X.reshape(-1, h.size)
+    return out
+
+
+def _added(outputs: Outputs, F: Array, omega: Array, orders: Array) -> Array:
+    """Motion of contact ports and far outputs (n, rows, 1 + 2 k) by forces (n, n_ports, 2 k) of the orders (k,)."""
+    balance = outputs.balance
+    loads = balance.columns.shape[1] + len(balance.shapes) - balance.n_ports
+    G = np.concatenate([F, np.zeros((len(F), loads, F.shape[2]))], axis=1)
+    receptances: list[Any] = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
+    return np.concatenate([moved(receptance, orders, G, omega) for receptance in receptances], axis=1)
+
+
+def moved(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
+    """``-A G`` (n, n_rows, 1 + 2 k), zero harmonic zero, for forces (n, n_columns, 2 k), in slices of limited memory."""
+    n = orders.size
+    out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
+    slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
+    for first in range(0, len(G) if n else 0, slices):
+        w, g = omega[first : first + slices], G[first : first + slices]
+        A, _ = receptance.at((w[:, None] * orders).ravel())
+        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1).reshape(len(A), -1, 1)
+        answer = (A @ hat)[..., 0].reshape(len(g), n, -1).transpose(0, 2, 1)
+        out[first : first + slices, :, 1::2] = -answer.real
+        out[first : first + slices, :, 2::2] = answer.imag
+    return out
