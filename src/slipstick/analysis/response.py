@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -29,9 +30,10 @@ from slipstick.balance.residual import (
 )
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import InputError, Outcome
+from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.results.branch import Branch, attributes_of, make_dataset
 from slipstick.results.record import Point, Recorder
+from slipstick.results.truncation import truncation_sentence
 from slipstick.solve.continuation import ContinuationOptions, Step
 from slipstick.solve.newton import norm
 
@@ -108,6 +110,11 @@ def forced_response(
     ------
     InputError
         For a range, dof or frequency that cannot be used.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where the harmonics left out would add more than 1 % of the amplitude (``truncation`` in the dataset).
 
     Examples
     --------
@@ -394,7 +401,11 @@ def _collect(task: _Task) -> Branch:
     points.extend(_walk(task))
     end = last[-1]
     recorder = Recorder(task.balance, parameter=task.parameter)
-    return Branch(lambda: make_dataset(recorder, points, dict(end.attributes)), end.outcome, task.problem)
+    values, followed = recorder.values(points), task.parameter or "omega"
+    at = values["parameter" if task.parameter else "omega"]
+    if sentence := truncation_sentence(followed, at, values["truncation"]):
+        warnings.warn(sentence, SlipstickWarning, stacklevel=3)
+    return Branch(lambda: make_dataset(recorder, values, dict(end.attributes)), end.outcome, task.problem)
 
 
 __all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]

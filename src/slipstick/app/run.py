@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -101,7 +102,9 @@ class _Run:
 
     def _follow(self, listener: _Listener) -> None:
         try:
-            branch = self.case.run(listeners=(listener,))
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "the harmonics left out")  # said in the summary
+                branch = self.case.run(listeners=(listener,))
             self.outcome = branch.outcome
             self.message = str(branch.dataset.attrs.get("outcome_text", ""))
         except KeyboardInterrupt:
@@ -188,6 +191,8 @@ class _Run:
             iterations = int(data["newton_iterations"].sum())
             for line in peak_lines(data):
                 self.tell(line)
+            if sentence := truncation_of(data):
+                complain(f"warning: {sentence}")
             self.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
         if not self.failures:
             say(self.text)
@@ -236,6 +241,15 @@ def states_text(forces: Any) -> str:
     names = ("stick", "slip", "separation")
     parts = [(name, float(np.mean(v)) if np.size(v := getattr(forces, f"{name}_fraction")) else 0.0) for name in names]
     return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
+
+
+def truncation_of(data: xarray.Dataset) -> str | None:
+    """The warning of missing harmonics that the results of a branch call for, or None."""
+    from slipstick.results.truncation import truncation_sentence
+
+    parameter = str(data.attrs.get("parameter", ""))
+    at = data["parameter" if parameter else "omega"].to_numpy()
+    return truncation_sentence(parameter or "omega", at, data["truncation"].to_numpy())
 
 
 def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,7 @@ from slipstick.balance.reduction import reduction_attributes, worst_error
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.errors import InputError, Outcome
 from slipstick.results.measures import friction_force
-from slipstick.results.record import KINDS, Point, Recorder
+from slipstick.results.record import KINDS, Recorder
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
@@ -248,15 +249,14 @@ def _kinds(codes: Array) -> NDArray[np.str_]:
     return np.array([KINDS[int(code)] for code in codes], dtype=np.str_).reshape(len(codes))
 
 
-def make_dataset(recorder: Recorder, points: list[Point], attributes: dict[str, Any]) -> xarray.Dataset:
-    """The dataset of a branch."""
+def make_dataset(recorder: Recorder, values: Mapping[str, Array], attributes: dict[str, Any]) -> xarray.Dataset:
+    """The dataset of a branch from the values of its points, as ``recorder`` gives them."""
     import xarray
 
     meanings, variables = recorder.meanings, recorder.variables
     describe = {name: {"units": units, "long_name": text} for name, (units, text) in meanings.items()}
     coords: dict[str, Any] = {dim: (dim, list(names), describe[dim]) for dim, names in recorder.labels.items()}
-    coords["point"] = ("point", np.arange(len(points)), describe["point"])
-    values = recorder.values(points)
+    coords["point"] = ("point", np.arange(len(values["omega"])), describe["point"])
     data: dict[str, Any] = {
         name: (("point", *variables[name]), value, describe[name]) for name, value in values.items()
     }

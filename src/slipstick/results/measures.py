@@ -85,6 +85,13 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
     )
 
 
+def largest_deviation(harmonics: Harmonics, X: Array) -> Array:
+    """``amplitude`` to about a percent, from a grid of times: X (..., L) to (...)."""
+    if harmonics.n == 0:
+        return np.zeros(X.shape[:-1])
+    return np.asarray(np.abs(X[..., 1:] @ _grid(harmonics.orders).basis).max(axis=-1))
+
+
 def _candidates(harmonics: Harmonics, flat: Array) -> tuple[NDArray[np.intp], Array]:
     """Grid times next to an extreme that can be the largest: row and time of each, at least one for each row."""
     grid = _grid(harmonics.orders)

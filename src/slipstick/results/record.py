@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipstick.balance.residual import Balance, Compliance, Detail, FrequencySystem, Inputs, ParameterSystem
 from slipstick.contact.forces import ContactForces
 from slipstick.results.measures import amplitude
+from slipstick.results.truncation import moved, truncation
 
 Array = NDArray[np.float64]
 
@@ -148,11 +149,11 @@ class Outputs:
             G = b.excitation(detail.forces.Fx, detail.forces.Fy, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
             at = Compliance(self.receptance, b.orders, detail.omega)
-            moved = np.add.reduce(at.value * dG[:, None, :], axis=0)
+            rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
             if isinstance(system, FrequencySystem):
-                moved += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
+                rates += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
             motion[self._far] = -b.real(np.add.reduce(at.value * G[:, None, :], axis=0)).reshape(-1, b.L)
-            change[self._far] = -b.real(moved).reshape(-1, b.L)
+            change[self._far] = -b.real(rates).reshape(-1, b.L)
         return motion, change
 
     def _answer(self, G: Array, omega: Array) -> Array:
@@ -245,7 +246,7 @@ class Recorder:
             "tangential_stiffness": given["kt"],
             "normal_stiffness": given["kn"],
             "gap": given["gap"],
-            "truncation": self._truncation(x, motion, of_inputs),
+            "truncation": truncation(self.outputs, x, motion, omega, U, given),
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=float),
             "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),

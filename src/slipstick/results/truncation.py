@@ -2,11 +2,12 @@
 
 The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
 the balance leaves out. Orders taken: all that are missing below the highest one kept (a set of odd harmonics under
-rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none of these orders.
+rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none of them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ from slipstick.results.measures import largest_deviation
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
-    from slipstick.balance.residual import Balance
     from slipstick.results.record import Outputs
 
 Array = NDArray[np.float64]
@@ -36,22 +36,19 @@ def with_further(harmonics: Harmonics) -> Harmonics:
     return Harmonics(range(harmonics.highest + max(2, ceil(harmonics.highest / 2)) + 1))
 
 
-def truncation(
-    outputs: Outputs, x: Array, motion: Array, *, U: Array, v: Array, omega: Array, **parameters: Array
-) -> Array:
+def truncation(outputs: Outputs, x: Array, motion: Array, omega: Array, U: Array, given: Mapping[str, Array]) -> Array:
     """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
 
     Both are the largest over the period, without the zero harmonic, among all relative motions of the contacts and all
     outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance, ``U``
-    (n, n_contacts, L) the periodic rubbing motion, ``v`` and the parameters kt, mu, kn, gap (n, n_contacts).
+    (n, n_contacts, L) the periodic rubbing motion; ``given`` holds velocity, kt, mu, kn, gap (n, n_contacts).
     """
     balance = outputs.balance
     h, wide = balance.harmonics, with_further(balance.harmonics)
     X, Y = balance.split(x)
-    given = {"v": v, **parameters}
-    forces = element_forces(
-        wide, _spread(X + U, h, wide), _spread(Y, h, wide), **{name: value.reshape(-1) for name, value in given.items()}
-    )
+    parameters = {name: given[name].reshape(-1) for name in ("kt", "mu", "kn", "gap")}
+    v = (given["velocity"] / omega[:, None]).reshape(-1)
+    forces = element_forces(wide, _spread(X + U, h, wide), _spread(Y, h, wide), v=v, **parameters)
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [wide.index(m, part) for m in further.orders[1:] for part in ("c", "s")]
     Fx, Fy = (F.reshape(*X.shape[:2], -1)[:, :, kept] for F in (forces.Fx, forces.Fy))
@@ -91,7 +88,7 @@ def _added(outputs: Outputs, F: Array, omega: Array, orders: Array) -> Array:
 
 
 def moved(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
-    """``-A G`` (n, n_rows, 1 + 2 k), zero harmonic zero, for forces (n, n_columns, 2 k), in slices of limited memory."""
+    """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), zero harmonic 0; in slices of limited memory."""
     n = orders.size
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
