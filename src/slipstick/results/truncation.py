@@ -51,7 +51,7 @@ def truncation(outputs: Outputs, x: Array, motion: Array, omega: Array, U: Array
     forces = element_forces(wide, _spread(X + U, h, wide), _spread(Y, h, wide), v=v, **parameters)
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [wide.index(m, part) for m in further.orders[1:] for part in ("c", "s")]
-    Fx, Fy = (F.reshape(*X.shape[:2], -1)[:, :, kept] for F in (forces.Fx, forces.Fy))
+    Fx, Fy = (F.reshape(*X.shape[:2], wide.size)[:, :, kept] for F in (forces.Fx, forces.Fy))
     added = _added(outputs, np.concatenate([Fx, Fy[:, balance.with_normal]], axis=1), omega, further.m.astype(float))
     ports = x.reshape(len(x), balance.n_ports, balance.L)
     size = largest_deviation(h, np.concatenate([ports, motion], axis=1)).max(axis=1, initial=0.0)
