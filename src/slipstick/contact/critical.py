@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from slipstick.contact.states import NONE, merge, segment_signs
-from slipstick.trig.compiled import compiled
-from slipstick.trig.roots import isolate
+from slipstick.trig.compiled import compiled, inlined
+from slipstick.trig.roots import FULL, isolate, rounding_floor
 
 
 @compiled
@@ -66,22 +66,47 @@ def separated_cells(Y: Any, orders: Any, g: Any, skip: Any) -> None:
         skip[i] = g[0, i] + abs(g[1, i]) * h + 0.5 * curvature * h * h < 0.0
 
 
+@inlined
+def peak(y: Any) -> float:
+    """The largest of some values, not below zero."""
+    top = 0.0
+    for i in range(y.size):
+        top = max(top, y[i])
+    return top
+
+
 @compiled
-def fill_polynomials(XU: Any, Y: Any, kt: float, mukn: float, orders: Any, p: Any) -> None:
-    """Cosines and sines of ``y - g``, of ``phi_+'`` and of ``phi_-'`` in the rows of ``p`` (6, n4)."""
+def fill_polynomials(
+    XU: Any, Y: Any, v: float, kt: float, mukn: float, orders: Any, p: Any
+) -> tuple[float, float, float]:  # fmt: skip
+    """Cosines and sines of ``y - g``, of ``phi_+'`` and of ``phi_-'`` in the rows of ``p`` (6, n4).
+
+    Returns the rounding floors of the first and of the other two, and the largest rate ``kt w'`` the motion can have.
+    """
+    size, slope, wx, wy, sx, sy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(orders.size):
+        m, x = orders[j], np.sqrt(XU[1][j] * XU[1][j] + XU[2][j] * XU[2][j])
+        y = np.sqrt(Y[1][j] * Y[1][j] + Y[2][j] * Y[2][j])
+        size += y
+        slope += m * y
+        wx += m * x
+        sx += m * m * x
+        sy += m * m * y
         p[0, j], p[1, j] = Y[1][j], Y[2][j]
         a, b = kt * orders[j] * XU[2][j], mukn * orders[j] * Y[2][j]
         p[2, j], p[4, j] = a - b, a + b
         a, b = -kt * orders[j] * XU[1][j], -mukn * orders[j] * Y[1][j]
         p[3, j], p[5, j] = a - b, a + b
+    rate = kt * (wx + abs(v))
+    floor = rounding_floor(size + abs(Y[0]), slope, orders.size)
+    return floor, rounding_floor(rate + mukn * slope, kt * sx + mukn * sy, orders.size), rate
 
 
 @compiled
 def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: Any, k: Any) -> int:
     """Critical times of one element, merged, with contact and signs of the segments after them; returns their number.
 
-    Without any, one segment begins at time 0.
+    Without any, one segment begins at time 0. ``FULL`` where there would be more than there can be.
     """
     orders, cos, sin, consecutive = tables
     varying = False
@@ -89,7 +114,8 @@ def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: An
         if Y[1][j] != 0.0 or Y[2][j] != 0.0:
             varying = True
     tabulate(XU, Y, v, kt, mukn, orders, cos, sin, varying, k.g)
-    fill_polynomials(XU, Y, kt, mukn, orders, k.p)
+    floor_y, floor, k.scale[0] = fill_polynomials(XU, Y, v, kt, mukn, orders, k.p)
+    k.scale[1] = mukn * peak(k.g[0])
     k.skip[:] = False
     counts, signs = k.counts, k.signs
     counts[:], signs[:] = 0, 0
@@ -105,9 +131,12 @@ def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: An
             signs[2] = signs[1]
             break
         counts[r], signs[r] = isolate(
-            Y[0] if r == 0 else kt * v, k.p[2 * r], k.p[2 * r + 1], k.g[3 * r], k.g[3 * r + 1], k.g[3 * r + 2], k.skip,
-            k.margin, orders, consecutive, k.c, k.s, k.stack, k.lists[r], k.rising[r],
+            Y[0] if r == 0 else kt * v, k.p[2 * r], k.p[2 * r + 1], floor_y if r == 0 else floor, k.g[3 * r],
+            k.g[3 * r + 1], k.g[3 * r + 2], k.skip, k.margin, orders, consecutive, k.c, k.s, k.stack, k.lists[r],
+            k.rising[r],
         )  # fmt: skip
+        if counts[r] == FULL:
+            return FULL
     count = merge(k.lists, k.rising, counts, not varying, k.time, k.kind, k.up)
     if count == 0:
         k.time[0], k.kind[0], count = 0.0, NONE, 1
@@ -116,10 +145,10 @@ def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: An
 
 
 @compiled
-def triple(X: Any, shift: float, parts: Any) -> tuple[float, Any, Any]:
-    """Split coefficients (L,) into constant, cosines and sines, padded by zeros."""
+def triple(X: Any, constant: float, parts: Any) -> tuple[float, Any, Any]:
+    """A given constant with the cosines and sines of coefficients (L,), padded by zeros."""
     for j in range(parts.shape[1]):
         parts[0, j], parts[1, j] = 0.0, 0.0
     for j in range((X.size - 1) // 2):
         parts[0, j], parts[1, j] = X[2 * j + 1], X[2 * j + 2]
-    return X[0] + shift, parts[0], parts[1]
+    return constant, parts[0], parts[1]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickError
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ class ContactForces:
 
 
 def _tables(harmonics: Harmonics) -> tuple[Any, Any, Any, bool, int, int]:
-    from slipstick.trig.roots import grid
+    from slipstick.trig.basis import grid
 
     t = grid(harmonics)
     return t.orders, t.cos, t.sin, t.consecutive, harmonics.n, 2 * max(harmonics.highest, 1)
@@ -129,7 +129,8 @@ def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[I
 
 
 def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False) -> tuple[Any, ...]:
-    from slipstick.contact.kernel import chunk, most_intervals
+    from slipstick.contact.kernel import DONE, chunk, most_intervals
+    from slipstick.trig.roots import TOO_MANY
 
     count, L = X.shape
     tables = _tables(harmonics)
@@ -140,10 +141,13 @@ def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool
     )  # fmt: skip
     parts = 1 if count < SERIAL else _threads()
     if parts == 1:
-        chunk(0, count, X, Y, par, *tables, *out)
+        ended = [chunk(0, count, X, Y, par, *tables, *out)]
     else:
         ends = [i * count // parts for i in range(parts + 1)]
-        list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
+        ended = list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
+    for e in ended:
+        if e != DONE:
+            raise SlipstickError(f"contact element {e}: " + TOO_MANY.format(orders=list(harmonics.orders)))
     return out
 
 

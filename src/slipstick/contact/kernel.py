@@ -21,9 +21,11 @@ from slipstick.contact.states import (
     motion,
     periodic_start,
 )
+from slipstick.contact.steep import STEEP, steep_stick
+from slipstick.trig.basis import TWO_PI, basis, powers, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import add_boundary, fill_matrix, fill_vectors
-from slipstick.trig.roots import STACK, TWO_PI, basis, powers, values
+from slipstick.trig.roots import FULL, STACK
 
 V_FX, V_FY, V_DV, V_DMU, V_DKT, V_DKN, V_YKN = range(7)
 """Rows of the vector output: Fx, Fy, dFx/dv, dFx/dmu, dFx/dkt, dFx/dkn, dFy/dkn."""
@@ -34,31 +36,36 @@ S_WORK, S_STICK, S_SLIP, S_SEPARATION, S_LOW, S_HIGH = range(6)
 P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 """Columns of the parameter input."""
 
+DONE = -1
+"""What a run returns when every element was computed."""
+
 
 @compiled
-def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, Any, Any]:
-    """Intervals of one element in ``k.at``, ``k.code``; returns their number and the two triples of the motion.
+def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, bool, Any, Any]:
+    """Intervals of one element in ``k.at``, ``k.code``; returns their number (or ``FULL``), whether the contact is
+    steep (see ``contact.steep``) and the two triples of the motion, the tangential one without its mean, which does
+    not matter to the law and would cost digits.
 
     Rows of ``k.info`` receive, for the clamps behind ``lo`` and ``hi``: time (-1 where the motion is constant), bound
     with sign, periodic tangential motion there, and the constant ``f - kt w`` of the stick they lead to.
     """
     v, kt, mukn = par[P_V], par[P_KT], par[P_MU] * par[P_KN]
-    XU, Y = triple(X, 0.0, k.parts[:2]), triple(Yin, -par[P_GAP], k.parts[2:])
+    XU, Y = triple(X, 0.0, k.parts[:2]), triple(Yin, Yin[0] - par[P_GAP], k.parts[2:])
     orders, _cos, _sin, consecutive = tables
     count = critical_times(XU, Y, v, kt, mukn, tables, k)
-    motion(count, v, mukn, k.time, k.kind, XU, Y, orders, consecutive, k.c, k.s, k.w, k.b)
-    start, side, _lo, lo_at, lo_side, _hi, hi_at, hi_side = periodic_start(count, kt, v, k.w, k.b, k.contact)
-    total = march(
-        start, side, count, kt, v, mukn, k.time, k.w, k.b, k.contact, k.plus, k.minus, XU, Y, orders, consecutive,
-        k.c, k.s, k.at, k.code,
-    )  # fmt: skip
+    steep = k.scale[0] > STEEP * k.scale[1]
+    if count == FULL:
+        return FULL, steep, XU, Y
+    motion(count, v, mukn, XU, Y, orders, consecutive, steep, k)
+    start, side, _lo, lo_at, lo_side, _hi, hi_at, hi_side = periodic_start(count, kt, v, k.dw, k.b, k.contact)
+    total = march(start, side, count, kt, v, mukn, XU, Y, orders, consecutive, steep, k)
     for r in range(2):
         i, sign = (lo_at, lo_side) if r == 0 else (hi_at, hi_side)
         k.info[r, 0] = -1.0 if k.kind[0] == NONE else k.time[i]
         k.info[r, 1] = sign * k.b[i]
         k.info[r, 2] = k.w[i] - v * (k.time[i] - k.time[0])
         k.info[r, 3] = k.info[r, 1] - kt * k.info[r, 2]
-    return total, XU, Y
+    return total, steep, XU, Y
 
 
 @compiled
@@ -179,7 +186,9 @@ def stuck(par: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> 
 
 
 @compiled
-def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any) -> None:
+def sum_sticks(
+    total: int, steep: bool, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: Any, vec: Any, dX: Any, dY: Any
+) -> None:  # fmt: skip
     """Add all stick intervals that begin within the period (THEORY.md section 5, table)."""
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
     orders = tables[0]
@@ -191,7 +200,6 @@ def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: An
             continue
         after = i + 1 if i + 1 < total else 0
         start, end = k.edge[i], k.edge[after]
-        fill_vectors(k.at[i, 1] - k.at[i, 0], start[0], start[1], end[0], end[1], orders, n, h, hv)
         for j in range(n):
             m = int(orders[j]) - 1
             k.c[j], k.s[j] = start[0, m], start[1, m]
@@ -203,6 +211,12 @@ def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: An
             slope = kt * (x1 + v) / y1 if y1 > 0.0 else 0.0
         else:
             slope = mu * kn if k.code[i, 1] == SLIP_PLUS else -mu * kn
+        if steep:
+            steep_stick(k.at[i], par, XU, Y, tables, n, k, h, vec, dX)
+            hv[:] = 0.0
+            add_stick(h, hv, 0.0, 0.0, f, 0.0, slope, H, kt, mu, kn, v, vec, dX, dY)
+            continue
+        fill_vectors(k.at[i, 1] - k.at[i, 0], start[0], start[1], end[0], end[1], orders, n, h, hv)
         add_stick(h, hv, f - kt * x, -x, f, -kt, slope, H, kt, mu, kn, v, vec, dX, dY)
 
 
@@ -210,20 +224,27 @@ def sum_sticks(total: int, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: An
 def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> int:
     """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,).
 
-    Returns the number of its intervals.
+    Returns the number of its intervals, or ``FULL`` where they cannot be found.
     """
     orders = tables[0]
-    total, XU, Yg = find_states(X, Y, par, tables, k)
+    total, steep, XU, Yg = find_states(X, Y, par, tables, k)
+    if total == FULL:
+        return FULL
     accumulate(total, k.at, k.code, top, k.edge, k.sums, k.lengths, k.ends)
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
-    L = 2 * n + 1
-    y, q, r, z = k.rows[3, :L], k.rows[4, :L], k.rows[5, :L], k.rows[6, :L]
+    L, stick = 2 * n + 1, k.lengths[0]
+    x, y, q, r, z = k.rows[3, :L], k.rows[4, :L], k.rows[5, :L], k.rows[6, :L], k.rows[7, :L]
     for i in range(L):
-        y[i] = Y[i]
+        x[i], y[i] = X[i], Y[i]
+    x[0] = 0.0
     y[0] -= par[P_GAP]
+    whole = total == 1 and k.code[0, 0] == STICK
+    steep = steep and not whole
+    if steep:
+        k.lengths[0], k.ends[0] = 0.0, 0  # integrated piece by piece instead
     for i in range(3):
         integral(i, orders, n, k, mat[i])
-    product(mat[0], X, q)
+    product(mat[0], x, q)
     product(mat[1], y, r)
     product(mat[2], y, z)
     for i in range(L):
@@ -238,21 +259,20 @@ def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec
             mat[0, i, j] *= kt
             mat[1, i, j] *= mu * kn
             mat[2, i, j] *= kn
-    whole = total == 1 and k.code[0, 0] == STICK
     if whole:
         stuck(par, tables, n, k, vec, mat[0], mat[1])
-    elif k.lengths[0] > 0.0:
-        sum_sticks(total, par, XU, Yg, tables, n, k, vec, mat[0], mat[1])
+    elif stick > 0.0:
+        sum_sticks(total, steep, par, XU, Yg, tables, n, k, vec, mat[0], mat[1])
     work = v * vec[V_FX, 0]
     for j in range(n):
         work += 0.5 * orders[j] * (X[2 * j + 2] * vec[V_FX, 2 * j + 1] - X[2 * j + 1] * vec[V_FX, 2 * j + 2])
     scalar[S_WORK] = work
-    scalar[S_STICK] = k.lengths[0] / TWO_PI
-    scalar[S_SLIP] = max(k.lengths[2] - k.lengths[0], 0.0) / TWO_PI
+    scalar[S_STICK] = stick / TWO_PI
+    scalar[S_SLIP] = max(k.lengths[2] - stick, 0.0) / TWO_PI
     scalar[S_SEPARATION] = max(1.0 - k.lengths[2] / TWO_PI, 0.0)
     scalar[S_LOW], scalar[S_HIGH] = vec[V_FX, 0], vec[V_FX, 0]
     if whole and v == 0.0:
-        scalar[S_LOW], scalar[S_HIGH] = k.info[0, 3] + kt * X[0], k.info[1, 3] + kt * X[0]
+        scalar[S_LOW], scalar[S_HIGH] = k.info[0, 3], k.info[1, 3]
     return total
 
 
@@ -262,8 +282,11 @@ class Work(NamedTuple):
     g: Any
     p: Any
     parts: Any
+    scale: Any
     c: Any
     s: Any
+    half: Any
+    middle: Any
     stack: Any
     lists: Any
     rising: Any
@@ -275,6 +298,7 @@ class Work(NamedTuple):
     kind: Any
     up: Any
     w: Any
+    dw: Any
     b: Any
     contact: Any
     plus: Any
@@ -295,13 +319,14 @@ def workspace(padded: int, cells: int, n: int, top: int) -> Any:
     room = top + 2
     many = 3 * room + 1
     return Work(
-        np.empty((9, cells)), np.empty((6, padded)), np.empty((4, padded)), np.empty(padded), np.empty(padded),
+        np.empty((9, cells)), np.empty((6, padded)), np.empty((4, padded)), np.empty(2), np.empty(padded),
+        np.empty(padded), np.empty((2, padded)), np.empty((2, padded)),
         np.empty((STACK, 2)), np.empty((3, room)), np.empty((3, room), np.bool_),
         np.empty(3, np.int64), np.empty(3, np.int64), np.empty(cells, np.bool_), np.empty(cells),
         np.empty(many), np.empty(many, np.int64), np.empty(many, np.bool_), np.empty(many), np.empty(many),
-        np.empty(many, np.bool_), np.empty(many), np.empty(many), np.empty((2 * many, 3)),
+        np.empty(many), np.empty(many, np.bool_), np.empty(many), np.empty(many), np.empty((2 * many, 3)),
         np.empty((2 * many, 2), np.int64), np.empty((2, 4)), np.empty((2 * many, 2, top + 4)), np.empty((6, top + 4)),
-        np.empty(3), np.empty(3, np.int64), np.empty((7, 2 * n + 1)),
+        np.empty(3), np.empty(3, np.int64), np.empty((8, 2 * n + 1)),
     )  # fmt: skip
 
 
@@ -309,21 +334,26 @@ def workspace(padded: int, cells: int, n: int, top: int) -> Any:
 def chunk(
     first: int, last: int, X: Any, Y: Any, par: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int,
     top: int, vec: Any, mat: Any, scalar: Any, totals: Any, at: Any, code: Any,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """A run of elements with one workspace; other threads may run theirs at the same time.
 
     Where ``totals`` (elements,) is not empty, ``at`` (elements, room, 3) receives the intervals (start, end, force at
     start) of each element, ``code`` (elements, room, 2) their state and origin, and ``totals`` their number.
+
+    Returns ``DONE``, or the number of an element that cannot be computed, where the run ends.
     """
     k = workspace(orders.size, cos.shape[1], n, top)
     tables = (orders, cos, sin, consecutive)
     for e in range(first, last):
         total = element(X[e], Y[e], par[e], tables, n, top, k, vec[e], mat[e], scalar[e])
+        if total == FULL:
+            return e
         if totals.size:
             totals[e] = total
             for i in range(total):
                 at[e, i, 0], at[e, i, 1], at[e, i, 2] = k.at[i, 0], k.at[i, 1], k.at[i, 2]
                 code[e, i, 0], code[e, i, 1] = k.code[i, 0], k.code[i, 1]
+    return DONE
 
 
 def most_intervals(top: int) -> int:

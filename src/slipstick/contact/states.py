@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from slipstick.trig.basis import TWO_PI, basis, rise, value, values
 from slipstick.trig.compiled import compiled, inlined
-from slipstick.trig.roots import TWO_PI, basis, value, values
 
 SEPARATION, STICK, SLIP_PLUS, SLIP_MINUS = 0, 1, 2, 3
 """State codes of an interval."""
@@ -64,14 +64,14 @@ def segment_signs(count: int, kind: Any, up: Any, first: Any, contact: Any, plus
 
 
 @inlined
-def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, contact: Any) -> tuple[float, int, int]:
+def send_round(f: float, side: int, count: int, kt: float, dw: Any, b: Any, contact: Any) -> tuple[float, int, int]:
     """Send a start value at a bound once round the period: the end value, where and at which bound it clamped last."""
     where = 0
     for i in range(count):
         if not contact[i]:
             f, where, side = 0.0, i + 1, 0
             continue
-        f += kt * (w[i + 1] - w[i])
+        f += kt * dw[i]
         bound = b[i + 1]
         if f >= bound:
             f, where, side = bound, i + 1, 1
@@ -82,20 +82,22 @@ def send_round(f: float, side: int, count: int, kt: float, w: Any, b: Any, conta
 
 @inlined
 def slip_time(
-    left: float, right: float, xi: float, f: float, w_left: float, kt: float, v: float, mukn: float, origin: float,
-    XU: Any, Y: Any, m: Any, consecutive: bool, c: Any, s: Any,
+    i: int, xi: float, f: float, kt: float, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool,
+    steep: bool, k: Any,
 ) -> float:  # fmt: skip
-    """The stick-to-slip time of a segment, the only root of a monotone function [Eq. 12], by safeguarded Newton.
+    """The stick-to-slip time of segment ``i``, the only root of a monotone function [Eq. 12], by safeguarded Newton.
 
     ``XU`` and ``Y`` are triples (constant, cosines, sines); the constant of ``Y`` is less the gap.
     """
-    offset = xi * (f - kt * w_left)
+    start, left, right = k.time[i], k.time[i], k.time[i + 1]
+    offset = v * (left - k.time[0]) - k.w[i]
     t = 0.5 * (left + right)
     for _ in range(100):
-        basis(t, m, consecutive, c, s)
-        w, w1, w2 = values(XU[0] + v * (t - origin), XU[1], XU[2], m, c, s)
-        y, y1, y2 = values(Y[0], Y[1], Y[2], m, c, s)
-        g = offset + xi * kt * w - mukn * y
+        basis(t, m, consecutive, k.c, k.s)
+        w, w1, w2 = values(XU[0] + v * (t - start), XU[1], XU[2], m, k.c, k.s)
+        y, y1, y2 = values(Y[0], Y[1], Y[2], m, k.c, k.s)
+        gain = rise(start, t, v, XU, m, consecutive, k.half, k.middle) if steep else offset + w
+        g = xi * (f + kt * gain) - mukn * y
         slope = xi * kt * (w1 + v) - mukn * y1
         if g < 0.0:
             left = t
@@ -119,7 +121,12 @@ def slip_time(
 
 @inlined
 def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: Any, code: Any) -> int:
-    """Append an interval, joining it to an equal neighbour; ``at`` rows are (start, end, force at start)."""
+    """Append an interval, unless it has no length, joining it to an equal neighbour.
+
+    ``at`` rows are (start, end, force at start).
+    """
+    if b <= a:
+        return total
     if total > 0 and code[total - 1, 0] == state:
         at[total - 1, 1] = b
         return total
@@ -130,13 +137,14 @@ def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: 
 
 @compiled
 def march(
-    f: float, side: int, count: int, kt: float, v: float, mukn: float, time: Any, w: Any, b: Any, contact: Any,
-    plus: Any, minus: Any, XU: Any, Y: Any, m: Any, consecutive: bool, c: Any, s: Any, at: Any, code: Any,
+    f: float, side: int, count: int, kt: float, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool,
+    steep: bool, k: Any,
 ) -> int:  # fmt: skip
     """March once round the period from the periodic start value, recording the intervals; returns their number.
 
     ``side`` says at which bound the march starts: +1, -1, 0 for both (zero load), 2 for neither.
     """
+    time, b, contact, plus, minus, at, code = k.time, k.b, k.contact, k.plus, k.minus, k.at, k.code
     total = 0
     previous = SEPARATION if side == 0 else (SLIP_PLUS if side == 1 else SLIP_MINUS)
     for i in range(count):
@@ -156,14 +164,14 @@ def march(
             total = push(total, left, right, SLIP_MINUS, 0, f, at, code)
             f, side, previous = -bound, -1, SLIP_MINUS
             continue
-        new = f + kt * (w[i + 1] - w[i])
+        new = f + kt * k.dw[i]
         xi = 1.0 if new > bound else (-1.0 if new < -bound else 0.0)
         if xi == 0.0:
             total = push(total, left, right, STICK, previous, f, at, code)
             side = 1 if new == bound else (-1 if new == -bound else 2)
             f, previous = new, STICK
             continue
-        t = slip_time(left, right, xi, f, w[i], kt, v, mukn, time[0], XU, Y, m, consecutive, c, s)
+        t = slip_time(i, xi, f, kt, v, mukn, XU, Y, m, consecutive, steep, k)
         total = push(total, left, t, STICK, previous, f, at, code)
         previous = SLIP_PLUS if xi > 0.0 else SLIP_MINUS
         total = push(total, t, right, previous, 0, xi * bound, at, code)
@@ -179,32 +187,38 @@ def march(
 
 @compiled
 def motion(
-    count: int, v: float, mukn: float, time: Any, kind: Any, XU: Any, Y: Any, m: Any, consecutive: bool,
-    c: Any, s: Any, w: Any, b: Any,
+    count: int, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool, steep: bool, k: Any
 ) -> None:  # fmt: skip
-    """Total tangential motion and friction limit at every critical time and, one period on, at the first again.
+    """Total tangential motion and friction limit at every critical time and, one period on, at the first again, and
+    the motion gained over each segment.
 
     The linear part of the motion is counted from the first critical time.
     """
+    time, w, b = k.time, k.w, k.b
     for i in range(count):
-        basis(time[i], m, consecutive, c, s)
-        w[i] = value(XU[0] + v * (time[i] - time[0]), XU[1], XU[2], c, s)
-        b[i] = 0.0 if kind[i] == NORMAL else mukn * max(value(Y[0], Y[1], Y[2], c, s), 0.0)
+        basis(time[i], m, consecutive, k.c, k.s)
+        w[i] = value(XU[0] + v * (time[i] - time[0]), XU[1], XU[2], k.c, k.s)
+        b[i] = 0.0 if k.kind[i] == NORMAL else mukn * max(value(Y[0], Y[1], Y[2], k.c, k.s), 0.0)
     time[count] = time[0] + TWO_PI
     w[count] = w[0] + v * TWO_PI
     b[count] = b[0]
+    for i in range(count):
+        if steep:
+            k.dw[i] = rise(time[i], time[i + 1], v, XU, m, consecutive, k.half, k.middle)
+        else:
+            k.dw[i] = w[i + 1] - w[i]
 
 
 @compiled
 def periodic_start(
-    count: int, kt: float, v: float, w: Any, b: Any, contact: Any
+    count: int, kt: float, v: float, dw: Any, b: Any, contact: Any
 ) -> tuple[float, int, float, int, int, float, int, int]:
     """The periodic start value by the period map (THEORY.md section 3, table).
 
     Returns the start value and its side, then ``(lo, where, side)`` and ``(hi, where, side)``.
     """
-    lo, lo_at, lo_side = send_round(-b[0], -1 if b[0] > 0.0 else 0, count, kt, w, b, contact)
-    hi, hi_at, hi_side = send_round(b[0], 1 if b[0] > 0.0 else 0, count, kt, w, b, contact)
+    lo, lo_at, lo_side = send_round(-b[0], -1 if b[0] > 0.0 else 0, count, kt, dw, b, contact)
+    hi, hi_at, hi_side = send_round(b[0], 1 if b[0] > 0.0 else 0, count, kt, dw, b, contact)
     if v > 0.0:
         return hi, hi_side if hi_at == count else 2, lo, lo_at, lo_side, hi, hi_at, hi_side
     if v < 0.0 or lo == hi:

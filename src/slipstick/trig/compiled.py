@@ -23,8 +23,8 @@ FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Floating-point freedoms: sums may be reordered; infinities and NaN stay honest."""
 
 SOURCES = (
-    *(f"trig/{name}.py" for name in ("compiled", "roots", "integrals")),
-    *(f"contact/{name}.py" for name in ("states", "critical", "kernel")),
+    *(f"trig/{name}.py" for name in ("compiled", "basis", "roots", "integrals")),
+    *(f"contact/{name}.py" for name in ("states", "critical", "steep", "kernel")),
 )
 
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.trig.basis import grid, powers
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-from slipstick.trig.roots import grid, powers
 
 Array = NDArray[np.float64]
 

@@ -7,146 +7,67 @@ A cell of half-width ``h`` with middle values ``p, p', p''`` and ``B3 = sum m^3 
 - is halved otherwise.
 
 Only crossings are reported: a touching double root changes no sign.
+
+A root is reported between two neighbouring *certain* signs that differ; the times of certain signs ascend, so the roots
+ascend. A sign is certain where ``|p|`` computed exceeds a floor that is proved to be above its error. Then ``p`` itself
+alternates at these times, which it can do ``2 m_n`` times at most, and neither a duplicate nor a root too many can be.
+
+**The floor.** ``u = 2^-53``, ``n`` orders, ``S = |p0| + sum |c_m|``, ``B1 = sum m |c_m|``, where ``|c_m|`` is the sum of
+the amplitudes before any cancellation, if ``p`` is a difference of two polynomials. All bounds to first order in u.
+
+- Tables (``turns``): one angle below pi/4, wrong by 1.9 u, and the functions by one unit each: 3.5 u in the complex
+  plane, whatever the order, since the multiple of the turn is an integer.
+- ``circle``: table, series and its reduced angle, last subtraction: 3.5 u + 0.3 u + 1.4 u = 5.2 u.
+- ``powers``: errors add in a product, which adds 2.3 u by its rounding; ``z_k = z_(k-4) z_4`` is made of k factors
+  ``z_1`` and k - 1 products: 7.5 k u. Orders that are not consecutive: ``fl(m t)`` is off by ``2 pi m u``, then ``circle``.
+  So a basis is wrong by ``7.5 m u`` or ``(6.3 m + 5.2) u``, and ``p`` by ``(7.5 B1 + 5.2 S) u``.
+- Coefficients and sums, in any order: ``(n + 6) u S`` on the cell middles, ``(n + 3) u S`` elsewhere.
+- A decided cell: ``p`` is off by (n + 10) u S, ``p' h`` and ``p'' h^2/2`` by 0.32 and 0.05 of it (``m h <= pi/10``), the
+  comparison by 6 u S; the cell's ends in floating point are within 16 u of the true ones, worth ``16 u B1``. In all
+  ``((1.4 n + 20) S + 16 B1) u``. Halved pieces need less: ``((1.2 n + 12) S + 14 B1) u``.
+- Two roots never fall on one number: next to a certain time, one unit (8 u) away, the computed sign is the same if the
+  floor exceeds twice the error of a value and 8 u B1, that is ``((2 n + 17) S + 23 B1) u``.
+
+``floor = u ((2 n + 20) S + 24 B1)`` is above all of these.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-from math import pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.errors import SlipstickError
+from slipstick.trig.basis import TWO_PI, Array, basis, grid, third, value, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 
-Array = NDArray[np.float64]
-
-TWO_PI = 2.0 * pi
-_PIECES = 256
-_COS, _SIN = np.cos(np.arange(_PIECES) * (TWO_PI / _PIECES)), np.sin(np.arange(_PIECES) * (TWO_PI / _PIECES))
-# 2 pi / 256 in two parts, the first short enough for exact products
-_STEP_HIGH = float(np.float32(TWO_PI / _PIECES))
-_STEP_LOW = TWO_PI / _PIECES - _STEP_HIGH + 2.4492935982947064e-16 / _PIECES
-CELLS_PER_ORDER = 10
 STACK = 128
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Tables of one harmonic set: cell middles of the root search and padded orders."""
-
-    orders: Array
-    """Nonzero orders as floats, padded by zeros to a multiple of four, (n4,)."""
-    cos: Array
-    """``cos(m_j t_i)`` at the cell middles, (n4, cells)."""
-    sin: Array
-    consecutive: bool
-    """Whether the orders are 1, 2, ..., n, so that powers of ``exp(i t)`` serve."""
-
-    @property
-    def cells(self) -> int:
-        """Number of cells in the period."""
-        return int(self.cos.shape[1])
-
-
-@lru_cache(maxsize=64)
-def grid(harmonics: Harmonics) -> Grid:
-    """Tables for a harmonic set, computed once."""
-    n = harmonics.n
-    padded = -(-max(n, 1) // 4) * 4
-    orders = np.zeros(padded)
-    orders[:n] = harmonics.m
-    cells = CELLS_PER_ORDER * max(harmonics.highest, 1)
-    middle = (np.arange(cells) + 0.5) * (TWO_PI / cells)
-    angle = orders[:, None] * middle
-    return Grid(orders, np.cos(angle), np.sin(angle), harmonics.orders == tuple(range(n + 1)))
-
-
-@compiled(forceinline=True, fastmath=False)
-def circle(t: float) -> tuple[float, float]:
-    """``cos t, sin t`` to rounding for ``|t| < 100``: a table and a short series, several times quicker than calls."""
-    i = int(np.floor(t * (_PIECES / TWO_PI) + 0.5))
-    d = (t - i * _STEP_HIGH) - i * _STEP_LOW
-    c, s = _COS[i & 255], _SIN[i & 255]
-    q = d * d
-    sd = d * (1.0 - q * (1.0 / 6.0 - q * (1.0 / 120.0)))
-    cd = q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0)))
-    return c - (c * cd + s * sd), s - (s * cd - c * sd)
+FULL = -1
+"""Number of roots returned when there is no room for another: more than a polynomial of that degree can have."""
+TOO_MANY = (
+    "found more roots than the harmonics {orders} allow: the coefficients are not those of a motion, or this is a fault "
+    "of slipstick; please report it with them"
+)
+_UNIT = 2.0**-53
 
 
 @inlined
-def powers(t: float, n: int, c: Any, s: Any) -> None:
-    """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
-    c1, s1 = circle(t)
-    c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
-    c4, s4 = c2 * c2 - s2 * s2, 2.0 * c2 * s2
-    c[0], s[0] = c1, s1
-    c[1], s[1] = c2, s2
-    c[2], s[2] = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
-    c[3], s[3] = c4, s4
-    for k in range(4, n, 4):
-        for i in range(k, k + 4):
-            a, b = c[i - 4], s[i - 4]
-            c[i] = a * c4 - b * s4
-            s[i] = b * c4 + a * s4
+def rounding_floor(size: float, slope: float, n: int) -> float:
+    """What the computed ``|p|`` must exceed for its sign to be certain: ``size`` is S, ``slope`` is B1 (see above)."""
+    return _UNIT * ((2.0 * n + 20.0) * size + 24.0 * slope)
 
 
 @inlined
-def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
-    """``cos m_j t`` and ``sin m_j t`` of every kept order."""
-    if consecutive:
-        powers(t, orders.size, c, s)
-    else:
-        for j in range(orders.size):
-            c[j] = np.cos(orders[j] * t)
-            s[j] = np.sin(orders[j] * t)
-
-
-@inlined
-def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
-    """``p`` at the time whose basis is ``c, s``."""
-    total = 0.0
+def bounds(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
+    """``B3 = sum m^3 |c_m|`` and ``B4 = sum m^4 |c_m|``."""
+    bound, next_bound = 0.0, 0.0
     for j in range(pc.size):
-        total += pc[j] * c[j] + ps[j] * s[j]
-    return p0 + total
-
-
-@inlined
-def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
-    """``p, p', p''`` at the time whose basis is ``c, s``."""
-    v0, v1, v2 = 0.0, 0.0, 0.0
-    for j in range(pc.size):
-        a = pc[j] * c[j] + ps[j] * s[j]
-        b = ps[j] * c[j] - pc[j] * s[j]
-        v0 += a
-        v1 += m[j] * b
-        v2 += m[j] * m[j] * a
-    return p0 + v0, v1, -v2
-
-
-@inlined
-def third(pc: Any, ps: Any, m: Any, c: Any, s: Any) -> float:
-    """``p'''`` at the time whose basis is ``c, s``."""
-    total = 0.0
-    for j in range(pc.size):
-        total += m[j] * m[j] * m[j] * (pc[j] * s[j] - ps[j] * c[j])
-    return total
-
-
-@inlined
-def bounds(pc: Any, ps: Any, m: Any) -> tuple[float, float, float]:
-    """``B3 = sum m^3 |c_m|``, ``B4 = sum m^4 |c_m|`` and ``sum |c_m|``."""
-    bound, next_bound, size = 0.0, 0.0, 0.0
-    for j in range(pc.size):
-        amplitude = np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
-        cube = m[j] * m[j] * m[j] * amplitude
-        size += amplitude
+        cube = m[j] * m[j] * m[j] * np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
         bound += cube
         next_bound += m[j] * cube
-    return bound, next_bound, size
+    return bound, next_bound
 
 
 @inlined
@@ -181,7 +102,7 @@ def polish(
             inside = left <= t + d <= right
         if not inside:
             d, error = 0.5 * (left + right) - t, 1.0
-        t += d
+        t = min(max(t + d, left), right)
         if error < 1e-16 or right - left < 1e-15:
             return t
         basis(t, m, consecutive, c, s)
@@ -205,7 +126,7 @@ def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m
 @inlined
 def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
     consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
-    """Sign of ``p`` at a cell edge, 0 where it is zero to rounding; ``taylor`` is right within ``doubt``."""
+    """Sign of ``p`` at the edge of a piece, 0 where it is not certain; ``taylor`` is right within ``doubt``."""
     if abs(taylor) <= doubt + floor:
         basis(t, m, consecutive, c, s)
         taylor = value(p0, pc, ps, c, s)
@@ -222,11 +143,11 @@ def search_cell(
     """Append the crossings in one cell, halving it until each piece is decided.
 
     ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle; ``limits`` is (B3, B4);
-    ``before`` is the last certain sign and its time. A crossing lies between two neighbouring certain signs that
-    differ, so values at rounding level make no roots.
-    Returns the new count, the last certain sign and its time, and the first certain sign met here and its time.
+    ``before`` is the last certain sign, its time, and whether the left edge has been looked at (an edge belongs to two
+    pieces and is judged once). Pieces that stay within rounding make no roots.
+    Returns the new count, or ``FULL``, the last certain sign and its time, and the first met here and its time.
     """
-    sign, since = before
+    sign, since, seen = before
     first, first_time = 0, 0.0
     top = 0
     known = True
@@ -250,22 +171,29 @@ def search_cell(
             top += 1
             right = t
             continue
-        for end in range(2):
-            d = h if end else -h
-            new = edge_sign(t + d, v0 + d * (v1 + 0.5 * d * v2), rest, floor, p0, pc, ps, m, consecutive, c, s)
-            if new != 0:
-                if sign != 0 and new != sign and count < roots.size:
-                    if end:
-                        roots[count] = polish(
-                            left, right, new > 0, t, (v0, v1, v2, v3), p0, pc, ps, m, consecutive, next_bound, c, s
-                        )
-                    else:
-                        roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, next_bound, c, s)
-                    rising[count] = new > 0
-                    count += 1
-                if first == 0:
-                    first, first_time = new, t + d
-                sign, since = new, t + d
+        for end in range(1 if seen and not none else 0, 2):
+            at, d = (right, h) if end else (left, -h)
+            if none:
+                new = 1 if v0 > 0.0 else -1
+            else:
+                new = edge_sign(at, v0 + d * (v1 + 0.5 * d * v2), rest, floor, p0, pc, ps, m, consecutive, c, s)
+            if new == 0:
+                continue
+            if sign != 0 and new != sign:
+                if count == roots.size:
+                    return FULL, sign, since, first, first_time
+                if end and monotone:
+                    roots[count] = polish(
+                        left, right, new > 0, t, (v0, v1, v2, v3), p0, pc, ps, m, consecutive, next_bound, c, s
+                    )
+                else:
+                    roots[count] = between(since, at, new, p0, pc, ps, m, consecutive, next_bound, c, s)
+                rising[count] = new > 0
+                count += 1
+            if first == 0:
+                first, first_time = new, at
+            sign, since = new, at
+        seen = True
         if top == 0:
             return count, sign, since, first, first_time
         top -= 1
@@ -278,8 +206,10 @@ def close_period(
     consecutive: bool, bound: float, c: Any, s: Any, roots: Any, rising: Any,
 ) -> int:  # fmt: skip
     """Add the crossing between the last certain sign of the period and the first one of the next, if they differ."""
-    if sign == first or count >= roots.size:
+    if sign == first:
         return count
+    if count == roots.size:
+        return FULL
     t = between(since, first_time + TWO_PI, first, p0, pc, ps, m, consecutive, bound, c, s)
     at = count
     if t >= TWO_PI:
@@ -293,49 +223,56 @@ def close_period(
 
 @compiled
 def isolate(
-    p0: float, pc: Any, ps: Any, g0: Any, g1: Any, g2: Any, skip: Any, margin: Any, m: Any, consecutive: bool,
-    c: Any, s: Any, stack: Any, roots: Any, rising: Any,
+    p0: float, pc: Any, ps: Any, floor: float, g0: Any, g1: Any, g2: Any, skip: Any, margin: Any, m: Any,
+    consecutive: bool, c: Any, s: Any, stack: Any, roots: Any, rising: Any,
 ) -> tuple[int, int]:  # fmt: skip
-    """All crossings of one polynomial, ascending; returns their number and the first certain sign.
+    """All crossings of one polynomial, ascending; returns their number, or ``FULL``, and the first certain sign.
 
-    ``g0, g1, g2`` hold ``p, p', p''`` at the cell middles. Crossings in cells with ``skip`` are not all found, but
-    where their number is odd one of them is, so that the directions of the others are right.
+    ``g0, g1, g2`` hold ``p, p', p''`` at the cell middles, ``floor`` is ``rounding_floor``. Crossings in cells with
+    ``skip`` are not all found, but where their number is odd one of them is, so that the directions of the others are
+    right.
     """
-    bound, next_bound, size = bounds(pc, ps, m)
-    floor = 2e-15 * (size + abs(p0))
-    if not size > floor or not next_bound < 1e300:  # also where it is not a number, or overflows
+    bound, next_bound = bounds(pc, ps, m)
+    if not next_bound > 0.0 or not next_bound < 1e300:  # also where it is not a number, or overflows
         return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
     cells = g0.size
     h = 0.5 * TWO_PI / cells
     half, rest = 0.5 * h * h, bound * h * h * h / 6.0 + floor
     count, sign, since, first, first_time = 0, 0, 0.0, 0, 0.0
-    decided = -1
+    decided, seen = -1, False
     for i in range(cells):
         margin[i] = abs(g0[i]) - abs(g1[i]) * h - abs(g2[i]) * half - rest
     for i in range(cells):
         if skip[i]:
+            seen = False
             continue
+        left = 2.0 * h * i
         if margin[i] > 0.0:
             if decided != i - 1 or i == 0:
-                new, t = (1 if g0[i] > 0.0 else -1), 2.0 * h * (i + 0.5)
+                new = 1 if g0[i] > 0.0 else -1
                 if first == 0:
-                    first, first_time = new, t
-                if sign != 0 and new != sign and count < roots.size:
-                    roots[count] = between(since, t, new, p0, pc, ps, m, consecutive, next_bound, c, s)
+                    first, first_time = new, left
+                if sign != 0 and new != sign:
+                    if count == roots.size:
+                        return FULL, first
+                    roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, next_bound, c, s)
                     rising[count] = new > 0
                     count += 1
-                sign, since = new, t
+                sign, since = new, left
             decided = i
             continue
         if decided == i - 1 and i > 0:
-            sign, since = (1 if g0[i - 1] > 0.0 else -1), 2.0 * h * i
+            sign, since, seen = (1 if g0[i - 1] > 0.0 else -1), left, True
         v3 = (g2[i + 1 if i + 1 < cells else 0] - g2[i - 1]) / (4.0 * h)
         count, sign, since, new, new_time = search_cell(
-            2.0 * h * i, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since), p0, pc, ps, m, consecutive,
+            left, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since, seen), p0, pc, ps, m, consecutive,
             (bound, next_bound), floor, c, s, stack, roots, rising, count,
         )  # fmt: skip
+        if count == FULL:
+            return FULL, first
         if first == 0:
             first, first_time = new, new_time
+        seen = True
     if decided == cells - 1:
         sign, since = (1 if g0[decided] > 0.0 else -1), TWO_PI
     count = close_period(
@@ -345,19 +282,26 @@ def isolate(
 
 
 @compiled(allocates=True)
-def _roots(p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool) -> tuple[Any, Any]:
+def _roots(
+    p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool, room: int
+) -> tuple[int, Any, Any]:
     cells, n = cos.shape[1], m.size
     g = np.zeros((3, cells))
     for i in range(cells):
         g[0, i], g[1, i], g[2, i] = values(p0, pc, ps, m, cos[:, i], sin[:, i])
+    size, slope = abs(p0), 0.0
+    for j in range(n):
+        amplitude = np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
+        size += amplitude
+        slope += m[j] * amplitude
     c, s = np.empty(n), np.empty(n)
-    highest = int(m.max())
-    found, rising = np.empty(2 * highest + 2), np.empty(2 * highest + 2, np.bool_)
+    found, rising = np.empty(room), np.empty(room, np.bool_)
     skip = np.zeros(cells, np.bool_)
     count, _ = isolate(
-        p0, pc, ps, g[0], g[1], g[2], skip, np.empty(cells), m, consecutive, c, s, np.empty((STACK, 2)), found, rising
-    )
-    return found[:count], rising[:count]
+        p0, pc, ps, rounding_floor(size, slope, n), g[0], g[1], g[2], skip, np.empty(cells), m, consecutive, c, s,
+        np.empty((STACK, 2)), found, rising,
+    )  # fmt: skip
+    return count, found, rising
 
 
 def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
@@ -375,6 +319,11 @@ def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray
     times, rising
         Ascending times (k,) in rad, and whether the sign goes from minus to plus there (k,).
 
+    Raises
+    ------
+    SlipstickError
+        If more roots are found than there can be; the list is never cut short.
+
     Examples
     --------
     >>> times, rising = roots(Harmonics([0, 1]), [0.0, 1.0, 0.0])      # cos tau
@@ -385,5 +334,8 @@ def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray
     table = grid(harmonics)
     pc, ps = np.zeros(table.orders.size), np.zeros(table.orders.size)
     pc[: harmonics.n], ps[: harmonics.n] = p[1::2], p[2::2]
-    times, rising = _roots(p[0], pc, ps, table.orders, table.cos, table.sin, table.consecutive)
-    return np.asarray(times), np.asarray(rising)
+    room = 2 * harmonics.highest
+    count, times, rising = _roots(p[0], pc, ps, table.orders, table.cos, table.sin, table.consecutive, room)
+    if count == FULL:
+        raise SlipstickError(TOO_MANY.format(orders=list(harmonics.orders)))
+    return np.asarray(times)[:count], np.asarray(rising)[:count]
