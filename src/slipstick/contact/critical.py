@@ -102,7 +102,7 @@ def fill_polynomials(
     return floor, rounding_floor(rate + mukn * slope, kt * sx + mukn * sy, orders.size), rate
 
 
-@compiled
+@inlined
 def critical_times(XU: Any, Y: Any, v: float, kt: float, mukn: float, tables: Any, k: Any) -> int:
     """Critical times of one element, merged, with contact and signs of the segments after them; returns their number.
 

@@ -40,7 +40,7 @@ DONE = -1
 """What a run returns when every element was computed."""
 
 
-@compiled
+@inlined
 def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, bool, Any, Any]:
     """Intervals of one element in ``k.at``, ``k.code``; returns their number (or ``FULL``), whether the contact is
     steep (see ``contact.steep``) and the two triples of the motion, the tangential one without its mean, which does
@@ -56,9 +56,14 @@ def find_states(X: Any, Yin: Any, par: Any, tables: Any, k: Any) -> tuple[int, b
     steep = k.scale[0] > STEEP * k.scale[1]
     if count == FULL:
         return FULL, steep, XU, Y
-    motion(count, v, mukn, XU, Y, orders, consecutive, steep, k)
+    motion(
+        count, v, mukn, k.time, k.kind, XU, Y, orders, consecutive, steep, k.c, k.s, k.half, k.middle, k.w, k.dw, k.b
+    )  # fmt: skip
     start, side, _lo, lo_at, lo_side, _hi, hi_at, hi_side = periodic_start(count, kt, v, k.dw, k.b, k.contact)
-    total = march(start, side, count, kt, v, mukn, XU, Y, orders, consecutive, steep, k)
+    total = march(
+        start, side, count, kt, v, mukn, k.time, k.w, k.dw, k.b, k.contact, k.plus, k.minus, XU, Y, orders, consecutive,
+        steep, k.c, k.s, k.half, k.middle, k.at, k.code,
+    )  # fmt: skip
     for r in range(2):
         i, sign = (lo_at, lo_side) if r == 0 else (hi_at, hi_side)
         k.info[r, 0] = -1.0 if k.kind[0] == NONE else k.time[i]
@@ -118,12 +123,12 @@ def product(W: Any, x: Any, out: Any) -> None:
 
 
 @compiled
-def integral(i: int, orders: Any, n: int, k: Any, W: Any) -> None:
+def integral(i: int, orders: Any, n: int, lengths: Any, ends: Any, sums: Any, W: Any) -> None:
     """``W`` of stick (0), signed slip (1) or contact (2); a multiple of the identity for a state without ends."""
-    if k.ends[i] > 0:
-        fill_matrix(k.lengths[i], k.sums[2 * i], k.sums[2 * i + 1], orders, n, W)
+    if ends[i] > 0:
+        fill_matrix(lengths[i], sums[2 * i], sums[2 * i + 1], orders, n, W)
         return
-    share = k.lengths[i] / TWO_PI
+    share = lengths[i] / TWO_PI
     for a in range(2 * n + 1):
         for b in range(2 * n + 1):
             W[a, b] = 0.0
@@ -212,7 +217,9 @@ def sum_sticks(
         else:
             slope = mu * kn if k.code[i, 1] == SLIP_PLUS else -mu * kn
         if steep:
-            steep_stick(k.at[i], par, XU, Y, tables, n, k, h, vec, dX)
+            steep_stick(
+                k.at[i], par, XU, Y, orders, tables[3], n, k.c, k.s, k.half, k.middle, h, vec, dX
+            )  # fmt: skip
             hv[:] = 0.0
             add_stick(h, hv, 0.0, 0.0, f, 0.0, slope, H, kt, mu, kn, v, vec, dX, dY)
             continue
@@ -220,7 +227,7 @@ def sum_sticks(
         add_stick(h, hv, f - kt * x, -x, f, -kt, slope, H, kt, mu, kn, v, vec, dX, dY)
 
 
-@compiled
+@inlined
 def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec: Any, mat: Any, scalar: Any) -> int:
     """Forces, tangents and sensitivities of one element into ``vec`` (7, L), ``mat`` (3, L, L), ``scalar`` (6,).
 
@@ -243,7 +250,7 @@ def element(X: Any, Y: Any, par: Any, tables: Any, n: int, top: int, k: Any, vec
     if steep:
         k.lengths[0], k.ends[0] = 0.0, 0  # integrated piece by piece instead
     for i in range(3):
-        integral(i, orders, n, k, mat[i])
+        integral(i, orders, n, k.lengths, k.ends, k.sums, mat[i])
     product(mat[0], x, q)
     product(mat[1], y, r)
     product(mat[2], y, z)

@@ -82,21 +82,21 @@ def send_round(f: float, side: int, count: int, kt: float, dw: Any, b: Any, cont
 
 @inlined
 def slip_time(
-    i: int, xi: float, f: float, kt: float, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool,
-    steep: bool, k: Any,
+    start: float, right: float, xi: float, f: float, x: float, kt: float, v: float, mukn: float, XU: Any, Y: Any,
+    m: Any, consecutive: bool, steep: bool, c: Any, s: Any, half: Any, middle: Any,
 ) -> float:  # fmt: skip
-    """The stick-to-slip time of segment ``i``, the only root of a monotone function [Eq. 12], by safeguarded Newton.
+    """The stick-to-slip time of a segment, the only root of a monotone function [Eq. 12], by safeguarded Newton.
 
-    ``XU`` and ``Y`` are triples (constant, cosines, sines); the constant of ``Y`` is less the gap.
+    ``f`` and ``x`` are the force and the periodic motion at the start; ``XU`` and ``Y`` are triples (constant, cosines,
+    sines), the constant of ``Y`` less the gap.
     """
-    start, left, right = k.time[i], k.time[i], k.time[i + 1]
-    offset = v * (left - k.time[0]) - k.w[i]
+    left = start
     t = 0.5 * (left + right)
     for _ in range(100):
-        basis(t, m, consecutive, k.c, k.s)
-        w, w1, w2 = values(XU[0] + v * (t - start), XU[1], XU[2], m, k.c, k.s)
-        y, y1, y2 = values(Y[0], Y[1], Y[2], m, k.c, k.s)
-        gain = rise(start, t, v, XU, m, consecutive, k.half, k.middle) if steep else offset + w
+        basis(t, m, consecutive, c, s)
+        w, w1, w2 = values(v * (t - start) - x, XU[1], XU[2], m, c, s)
+        y, y1, y2 = values(Y[0], Y[1], Y[2], m, c, s)
+        gain = rise(start, t, v, XU, m, consecutive, half, middle) if steep else w
         g = xi * (f + kt * gain) - mukn * y
         slope = xi * kt * (w1 + v) - mukn * y1
         if g < 0.0:
@@ -137,14 +137,14 @@ def push(total: int, a: float, b: float, state: int, origin: int, f: float, at: 
 
 @compiled
 def march(
-    f: float, side: int, count: int, kt: float, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool,
-    steep: bool, k: Any,
+    f: float, side: int, count: int, kt: float, v: float, mukn: float, time: Any, w: Any, dw: Any, b: Any,
+    contact: Any, plus: Any, minus: Any, XU: Any, Y: Any, m: Any, consecutive: bool, steep: bool, c: Any, s: Any,
+    half: Any, middle: Any, at: Any, code: Any,
 ) -> int:  # fmt: skip
     """March once round the period from the periodic start value, recording the intervals; returns their number.
 
     ``side`` says at which bound the march starts: +1, -1, 0 for both (zero load), 2 for neither.
     """
-    time, b, contact, plus, minus, at, code = k.time, k.b, k.contact, k.plus, k.minus, k.at, k.code
     total = 0
     previous = SEPARATION if side == 0 else (SLIP_PLUS if side == 1 else SLIP_MINUS)
     for i in range(count):
@@ -164,14 +164,17 @@ def march(
             total = push(total, left, right, SLIP_MINUS, 0, f, at, code)
             f, side, previous = -bound, -1, SLIP_MINUS
             continue
-        new = f + kt * k.dw[i]
+        new = f + kt * dw[i]
         xi = 1.0 if new > bound else (-1.0 if new < -bound else 0.0)
         if xi == 0.0:
             total = push(total, left, right, STICK, previous, f, at, code)
             side = 1 if new == bound else (-1 if new == -bound else 2)
             f, previous = new, STICK
             continue
-        t = slip_time(i, xi, f, kt, v, mukn, XU, Y, m, consecutive, steep, k)
+        x = w[i] - v * (left - time[0])
+        t = slip_time(
+            left, right, xi, f, x, kt, v, mukn, XU, Y, m, consecutive, steep, c, s, half, middle
+        )  # fmt: skip
         total = push(total, left, t, STICK, previous, f, at, code)
         previous = SLIP_PLUS if xi > 0.0 else SLIP_MINUS
         total = push(total, t, right, previous, 0, xi * bound, at, code)
@@ -187,26 +190,26 @@ def march(
 
 @compiled
 def motion(
-    count: int, v: float, mukn: float, XU: Any, Y: Any, m: Any, consecutive: bool, steep: bool, k: Any
+    count: int, v: float, mukn: float, time: Any, kind: Any, XU: Any, Y: Any, m: Any, consecutive: bool, steep: bool,
+    c: Any, s: Any, half: Any, middle: Any, w: Any, dw: Any, b: Any,
 ) -> None:  # fmt: skip
     """Total tangential motion and friction limit at every critical time and, one period on, at the first again, and
     the motion gained over each segment.
 
     The linear part of the motion is counted from the first critical time.
     """
-    time, w, b = k.time, k.w, k.b
     for i in range(count):
-        basis(time[i], m, consecutive, k.c, k.s)
-        w[i] = value(XU[0] + v * (time[i] - time[0]), XU[1], XU[2], k.c, k.s)
-        b[i] = 0.0 if k.kind[i] == NORMAL else mukn * max(value(Y[0], Y[1], Y[2], k.c, k.s), 0.0)
+        basis(time[i], m, consecutive, c, s)
+        w[i] = value(v * (time[i] - time[0]), XU[1], XU[2], c, s)
+        b[i] = 0.0 if kind[i] == NORMAL else mukn * max(value(Y[0], Y[1], Y[2], c, s), 0.0)
     time[count] = time[0] + TWO_PI
     w[count] = w[0] + v * TWO_PI
     b[count] = b[0]
     for i in range(count):
         if steep:
-            k.dw[i] = rise(time[i], time[i + 1], v, XU, m, consecutive, k.half, k.middle)
+            dw[i] = rise(time[i], time[i + 1], v, XU, m, consecutive, half, middle)
         else:
-            k.dw[i] = w[i + 1] - w[i]
+            dw[i] = w[i + 1] - w[i]
 
 
 @compiled

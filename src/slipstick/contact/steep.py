@@ -25,32 +25,32 @@ NODES, SHARES = 0.5 + 0.5 * NODES, 0.5 * SHARES
 
 @compiled
 def steep_stick(
-    at: Any, par: Any, XU: Any, Y: Any, tables: Any, n: int, k: Any, h: Any, vec: Any, dX: Any
+    at: Any, par: Any, XU: Any, Y: Any, orders: Any, consecutive: bool, n: int, c: Any, s: Any, half: Any, middle: Any,
+    h: Any, vec: Any, dX: Any,
 ) -> None:  # fmt: skip
     """Add one stick interval ``at`` (start, end, force at start) to the force, its tangent by X and its derivatives by
     ``v`` and ``kt``; ``h`` (L,) receives ``(1/pi) int H_+``.
     """
-    orders, _cos, _sin, consecutive = tables
     v, kt, mukn = par[0], par[1], par[2] * par[3]
     h[:] = 0.0
     pieces = 1 + int(orders[n - 1] * (at[1] - at[0]))
     step = (at[1] - at[0]) / pieces
     for p in range(pieces):
         for q in range(NODES.size):
-            s = (p + NODES[q]) * step
-            t = at[0] + s
-            gain = rise(at[0], t, v, XU, orders, consecutive, k.half, k.middle)
-            basis(t, orders, consecutive, k.c, k.s)
-            limit = mukn * max(value(Y[0], Y[1], Y[2], k.c, k.s), 0.0)
+            past = (p + NODES[q]) * step
+            t = at[0] + past
+            gain = rise(at[0], t, v, XU, orders, consecutive, half, middle)
+            basis(t, orders, consecutive, c, s)
+            limit = mukn * max(value(Y[0], Y[1], Y[2], c, s), 0.0)
             f = min(max(at[2] + kt * gain, -limit), limit)
             share = SHARES[q] * step / np.pi
             for i in range(2 * n + 1):
-                a = share * (0.5 if i == 0 else (k.c[(i - 1) // 2] if i % 2 else k.s[(i - 1) // 2]))
+                a = share * (0.5 if i == 0 else (c[(i - 1) // 2] if i % 2 else s[(i - 1) // 2]))
                 h[i] += a
                 vec[0, i] += a * f
-                vec[2, i] += a * kt * s
+                vec[2, i] += a * kt * past
                 vec[4, i] += a * gain
                 for j in range(n):
-                    chord = 2.0 * a * kt * k.half[1, j]
-                    dX[i, 2 * j + 1] -= chord * k.middle[1, j]
-                    dX[i, 2 * j + 2] += chord * k.middle[0, j]
+                    chord = 2.0 * a * kt * half[1, j]
+                    dX[i, 2 * j + 1] -= chord * middle[1, j]
+                    dX[i, 2 * j + 2] += chord * middle[0, j]
