@@ -165,7 +165,8 @@ def search_cell(
         rest = bound * h * h * h / 6.0
         none = abs(v0) > a1 + a2 + rest + floor
         monotone = a1 > 2.0 * a2 + 3.0 * rest + floor
-        flat = abs(v0) + a1 + a2 <= floor and rest <= 1e3 * floor
+        # a little above the floor, lest a stretch of values that equal it be halved to the last digit
+        flat = abs(v0) + a1 + a2 <= 1.1 * floor and rest <= 1e3 * floor
         if not (none or monotone or flat or h < 1e-15):
             stack[top, 0], stack[top, 1] = t, right
             top += 1
