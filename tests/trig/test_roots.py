@@ -1,10 +1,14 @@
 """Certified roots against companion-matrix eigenvalues and constructed near-double roots."""
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slipstick.errors import SlipstickError
+from slipstick.trig import roots as module
 from slipstick.trig.harmonics import Harmonics
 from slipstick.trig.roots import roots
 
@@ -111,3 +115,81 @@ def test_a_shift_in_time_shifts_the_roots(n, seed, shift):
     if len(a) and np.min(np.diff(np.r_[a, a[0] + 2 * np.pi])) > 1e-3:
         distance = np.abs(np.exp(1j * (a + shift))[:, None] - np.exp(1j * b)).min(axis=1)
         np.testing.assert_allclose(distance, 0, atol=1e-10)
+
+
+def pure_sets():
+    """Dense and sparse sets up to order 40."""
+    yield from ([0, k] for k in range(1, 41))
+    yield from ([0, j, k] for j in range(1, 12, 2) for k in range(j + 1, 41, 5))
+    yield from (list(range(0, 25, q)) for q in range(2, 6))
+    yield from (list(range(top + 1)) for top in (3, 6, 10, 15, 25, 40))
+    yield [0, *range(1, 22, 2)]
+
+
+def on_circle(times, expected):
+    """Largest distance of each expected time from the nearest found one."""
+    return np.abs(np.exp(1j * times)[:, None] - np.exp(1j * expected)).min(axis=0).max()
+
+
+def test_pure_harmonics_have_all_their_roots():
+    """Their roots lie on round places, often on the edges of cells."""
+    count = 0
+    for orders in pure_sets():
+        h = Harmonics(orders)
+        for m in orders[1:]:
+            for part, first in (("c", 0.5), ("s", 0.0)):
+                p = np.zeros(h.size)
+                p[1 + 2 * (orders.index(m) - 1) + (part == "s")] = -3.7 if m % 2 else 1.0
+                times, rising = roots(h, p)
+                assert len(times) == 2 * m, (orders, m, part)
+                assert np.all(np.diff(times) > 1.0 / m)
+                assert np.all(rising[1:] != rising[:-1])
+                assert on_circle(times, (np.arange(2 * m) + first) * np.pi / m) < 4e-15
+                count += 1
+    assert count > 450
+
+
+def rate_product(h, places):
+    """Coefficients of the product of sin((tau - a)/2) over an even number of places, largest coefficient 1."""
+    tau = 2 * np.pi * np.arange(128) / 128
+    c = np.fft.rfft(np.prod([np.sin((tau - a) / 2) for a in places], axis=0)) / 128
+    p = np.zeros(h.size)
+    p[0], p[1::2], p[2::2] = c[0].real, 2 * c[h.m].real, -2 * c[h.m].imag
+    return p / np.abs(p).max()
+
+
+@pytest.mark.parametrize("k", [1, 2, 3, 4, 5, 6, 8, 12])
+@pytest.mark.parametrize("top", [6, 10, 15])
+def test_products_with_roots_at_round_places(k, top):
+    """Simple, double and triple roots at multiples of pi/k: those of odd multiplicity are crossings, no other."""
+    h, rng = Harmonics(range(top + 1)), np.random.default_rng(k)
+    for _ in range(40):
+        where = rng.choice(2 * k, min(2 * k, 4), replace=False)
+        times = rng.choice([1, 1, 2, 3], len(where))
+        if times.sum() % 2:
+            times[0] += 1
+        places = np.repeat(where * np.pi / k, times)
+        found, rising = roots(h, rate_product(h, places))
+        expected = np.sort(where[times % 2 == 1]) * np.pi / k
+        assert len(found) == len(expected), (where, times)
+        assert np.all(np.diff(found) > 0)
+        assert np.all(rising[1:] != rising[:-1])
+        if len(expected):
+            # a triple root is known to the cube root of the rounding of its coefficients
+            assert on_circle(found, expected) < (2e-3 if times.max() > 2 else 1e-12)
+
+
+def test_values_that_equal_the_floor_over_a_stretch_end_the_search():
+    """A touching root: the values near it are few numbers, and the floor may be one of them."""
+    h = Harmonics(range(3))
+    for size in (0.25, 0.5, 1.0, 2.0):
+        start = perf_counter()
+        assert len(roots(h, [size, 0, 0, -size, 0])[0]) == 0
+        assert perf_counter() - start < 0.01
+
+
+def test_a_list_of_roots_is_never_cut_short(monkeypatch):
+    compiled = module._roots
+    monkeypatch.setattr(module, "_roots", lambda *a: compiled(*a[:-1], 3))
+    with pytest.raises(SlipstickError, match=r"more roots than the harmonics \[0, 2\] allow"):
+        roots(Harmonics([0, 2]), [0.0, 0.0, 1.0])

@@ -83,7 +83,7 @@ def fill_polynomials(
 
     Returns the rounding floors of the first and of the other two, and the largest rate ``kt w'`` the motion can have.
     """
-    size, slope, wx, wy, sx, sy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    size, slope, wx, sx, sy = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(orders.size):
         m, x = orders[j], np.sqrt(XU[1][j] * XU[1][j] + XU[2][j] * XU[2][j])
         y = np.sqrt(Y[1][j] * Y[1][j] + Y[2][j] * Y[2][j])

@@ -1,9 +1,9 @@
 """Stick intervals of a contact that is steep: ``kt w`` moves far more than the friction limit lets the force change.
 
-There the closed form ``kt W (X + U) + c h`` (THEORY.md section 4) is a small difference of large numbers: of the order of
-``mu N`` while its terms are ``kt |X|``. Such intervals are mostly short, as the motion turns. The force itself,
-``f_x(a) + kt (w(tau) - w(a))`` with the motion gained taken as a product, is integrated by Gauss's rule instead: exact to
-rounding on pieces of one radian of the highest harmonic, and every value is held within the friction limit.
+There the closed form ``kt W (X + U) + c h`` (THEORY.md section 4) is a small difference of large numbers: of the order
+of ``mu N`` while its terms are ``kt |X|``. Such intervals are mostly short, as the motion turns. The force itself,
+``f_x(a) + kt (w(tau) - w(a))`` with the motion gained taken as a product, is integrated by Gauss's rule instead: exact
+to rounding on pieces of one radian of the highest harmonic, and every value is held within the friction limit.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from slipstick.trig.basis import basis, rise, value
 from slipstick.trig.compiled import compiled
 
 STEEP = 1e4
-"""Ratio of the largest rate ``kt w'`` to the largest friction limit from which a contact counts as steep: the closed form
-then loses four of its sixteen digits."""
+"""Ratio of the largest rate ``kt w'`` to the largest friction limit from which a contact counts as steep: the closed
+form then loses four of its sixteen digits."""
 
 NODES, SHARES = np.polynomial.legendre.leggauss(6)
 NODES, SHARES = 0.5 + 0.5 * NODES, 0.5 * SHARES

@@ -144,8 +144,8 @@ def rise(
 ) -> float:  # fmt: skip
     """What ``v t + x(t)`` gains from ``start`` to ``end``, with all its digits however short the way.
 
-    ``x`` is (constant, cosines, sines); rows of ``half`` and ``middle`` (2, n4) receive the bases of half the way and of
-    its middle.
+    ``x`` is (constant, cosines, sines); rows of ``half`` and ``middle`` (2, n4) receive the bases of half the way
+    and of its middle.
     """
     basis(0.5 * (end - start), m, consecutive, half[0], half[1])
     basis(0.5 * (start + end), m, consecutive, middle[0], middle[1])

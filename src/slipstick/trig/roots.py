@@ -12,18 +12,18 @@ A root is reported between two neighbouring *certain* signs that differ; the tim
 ascend. A sign is certain where ``|p|`` computed exceeds a floor that is proved to be above its error. Then ``p`` itself
 alternates at these times, which it can do ``2 m_n`` times at most, and neither a duplicate nor a root too many can be.
 
-**The floor.** ``u = 2^-53``, ``n`` orders, ``S = |p0| + sum |c_m|``, ``B1 = sum m |c_m|``, where ``|c_m|`` is the sum of
-the amplitudes before any cancellation, if ``p`` is a difference of two polynomials. All bounds to first order in u.
+**The floor.** ``u = 2^-53``, ``n`` orders, ``S = |p0| + sum |c_m|``, ``B1 = sum m |c_m|``; for a difference of two
+polynomials ``|c_m|`` is the sum of their amplitudes, before any cancellation. All bounds to first order in u.
 
 - Tables (``turns``): one angle below pi/4, wrong by 1.9 u, and the functions by one unit each: 3.5 u in the complex
   plane, whatever the order, since the multiple of the turn is an integer.
 - ``circle``: table, series and its reduced angle, last subtraction: 3.5 u + 0.3 u + 1.4 u = 5.2 u.
 - ``powers``: errors add in a product, which adds 2.3 u by its rounding; ``z_k = z_(k-4) z_4`` is made of k factors
-  ``z_1`` and k - 1 products: 7.5 k u. Orders that are not consecutive: ``fl(m t)`` is off by ``2 pi m u``, then ``circle``.
+  ``z_1`` and k - 1 products: 7.5 k u. Orders that are not consecutive: ``m t`` is off by 2 pi m u, then ``circle``.
   So a basis is wrong by ``7.5 m u`` or ``(6.3 m + 5.2) u``, and ``p`` by ``(7.5 B1 + 5.2 S) u``.
 - Coefficients and sums, in any order: ``(n + 6) u S`` on the cell middles, ``(n + 3) u S`` elsewhere.
-- A decided cell: ``p`` is off by (n + 10) u S, ``p' h`` and ``p'' h^2/2`` by 0.32 and 0.05 of it (``m h <= pi/10``), the
-  comparison by 6 u S; the cell's ends in floating point are within 16 u of the true ones, worth ``16 u B1``. In all
+- A decided cell: ``p`` is off by (n + 10) u S, ``p' h`` and ``p'' h^2/2`` by 0.32 and 0.05 of it (``m h <= pi/10``),
+  the comparison by 6 u S; the cell's ends in floating point are within 16 u of the true ones, worth ``16 u B1``. In all
   ``((1.4 n + 20) S + 16 B1) u``. Halved pieces need less: ``((1.2 n + 12) S + 14 B1) u``.
 - Two roots never fall on one number: next to a certain time, one unit (8 u) away, the computed sign is the same if the
   floor exceeds twice the error of a value and 8 u B1, that is ``((2 n + 17) S + 23 B1) u``.
@@ -47,8 +47,8 @@ STACK = 128
 FULL = -1
 """Number of roots returned when there is no room for another: more than a polynomial of that degree can have."""
 TOO_MANY = (
-    "found more roots than the harmonics {orders} allow: the coefficients are not those of a motion, or this is a fault "
-    "of slipstick; please report it with them"
+    "found more roots than the harmonics {orders} allow, which cannot be; this is a fault of slipstick: "
+    "please report it with the coefficients"
 )
 _UNIT = 2.0**-53
 
