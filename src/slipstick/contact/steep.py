@@ -31,7 +31,7 @@ def steep_stick(
     """Add one stick interval ``at`` (start, end, force at start) to the force, its tangent by X and its derivatives by
     ``v`` and ``kt``; ``h`` (L,) receives ``(1/pi) int H_+``.
     """
-    v, kt, mukn = par[0], par[1], par[2] * par[3]
+    v, kt, mukn = par[0], par[1], par[2] * par[3]  # columns and rows as named in contact.kernel
     h[:] = 0.0
     pieces = 1 + int(orders[n - 1] * (at[1] - at[0]))
     step = (at[1] - at[0]) / pieces
