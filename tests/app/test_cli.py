@@ -100,6 +100,18 @@ def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
         xarray.testing.assert_allclose(stored[name], computed[name], rtol=1e-12)
 
 
+def test_missing_harmonics_are_warned_of_once(tmp_path: Path) -> None:
+    """Odd harmonics alone under rubbing; the words are those of Python."""
+    from slipstick.app.run import truncation_of
+
+    text = GOOD.replace('harmonics = "0..5"', "harmonics = [0, 1, 3]")
+    assert text != GOOD
+    result = slipstick("run", case(tmp_path, text), "-o", tmp_path / "out", "--no-figures")
+    said = truncation_of(load_dataset(tmp_path / "out" / "results.nc"))
+    assert said is not None
+    assert told(result).count(" ".join(said.split())) == 1
+
+
 def test_the_default_folder_is_named_after_the_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case(tmp_path, name="blade.toml")
     monkeypatch.chdir(tmp_path)
