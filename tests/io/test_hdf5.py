@@ -136,6 +136,22 @@ def test_models(tmp_path: Path, spoil: Callable[[Any, Path], None]) -> None:
         load_model(path)
 
 
+@pytest.mark.parametrize("make, read", [(results, load_dataset), (model, load_model)])
+def test_a_heap_of_texts_on_which_the_library_never_ends(
+    tmp_path: Path, make: Callable[[Path], Path], read: Callable[[Path], object]
+) -> None:
+    """The free space that ends the heap claims to have no size."""
+    path = make(tmp_path)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"GCOL") + 16
+    while int.from_bytes(data[at : at + 2], "little"):
+        at += 16 + -(-int.from_bytes(data[at + 8 : at + 16], "little") // 8) * 8
+    data[at + 8 : at + 16] = bytes(8)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="its heap of texts is damaged"):
+        read(path)
+
+
 @pytest.mark.parametrize("read", [load_dataset, load_model])
 def test_devices_and_pipes(tmp_path: Path, read: Callable[[Path], object]) -> None:
     os.mkfifo(tmp_path / "pipe")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -124,3 +125,50 @@ def test_faulty_matrix_archives(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text("1")
     with pytest.raises(InputError, match=r"expected \.npz or \.mtx"):
         read_matrix(tmp_path / "m.csv")
+
+
+def _encrypted(path: Path) -> None:
+    """The flag of encryption on a sound archive."""
+    data = bytearray(path.read_bytes())
+    for signature, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        data[data.index(signature) + at] |= 1
+    path.write_bytes(data)
+
+
+def _damaged(path: Path) -> None:
+    data = bytearray(path.read_bytes())
+    data[60:80] = b"\xff" * 20
+    path.write_bytes(data)
+
+
+def _twice(path: Path) -> None:
+    with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate"):
+        archive.writestr("a.npy", archive.read("a.npy"))
+
+
+def _structured(path: Path) -> None:
+    np.savez(path, a=np.zeros((2, 2), [("x", "f8")]))
+
+
+def _header_that_is_no_header(path: Path) -> None:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a.npy", b"\x93NUMPY\x01\x00\x10\x00" + b"{'descr': (((((  ")
+
+
+@pytest.mark.parametrize("spoil", [_encrypted, _damaged, _twice, _structured, _header_that_is_no_header])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_strange_archives_are_refused(tmp_path: Path, spoil: Callable[[Path], None], compressed: bool) -> None:
+    path = tmp_path / "a.npz"
+    (np.savez_compressed if compressed else np.savez)(path, a=np.arange(400.0).reshape(20, 20))
+    spoil(path)
+    with pytest.raises(InputError, match=r"a\.npz: "):
+        read_matrix(path)
+
+
+def test_a_sparse_matrix_that_claims_rows_it_cannot_have(tmp_path: Path) -> None:
+    one = np.zeros(1, int)
+    np.savez(
+        tmp_path / "a.npz", format=b"coo", shape=[10**9, 10**9], row=one, col=one, data=[1.0], indices=one, indptr=one
+    )
+    with pytest.raises(InputError, match="claims 1000000000 rows"):
+        read_matrix(tmp_path / "a.npz")

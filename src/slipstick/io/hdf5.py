@@ -2,16 +2,56 @@
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
+from mmap import ACCESS_READ, mmap
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+CHECKED = ("v108", "v110")
+"""Versions of the format whose headers have check sums, so that damage is found."""
 BEST_COMPRESSION = 1100
 """No filter of HDF5 that loses nothing packs more tightly than this."""
 _TEXT_BLOCK = 64 * 1024**2
 _MOST_IN_ATTRIBUTE = 100_000
+_HEAP = b"GCOL\x01\0\0\0"
+_HEAP_OBJECT = struct.Struct("<H6xQ")
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The file for reading, once no damage is in it on which the library would loop for ever.
+
+    Raises
+    ------
+    ValueError, OSError
+        If it is damaged or no HDF5 file.
+    """
+    import h5py
+
+    with path.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
+        at = data.find(_HEAP)
+        while at >= 0:
+            _require_sound_heap(data, at)
+            at = data.find(_HEAP, at + 1)
+    with h5py.File(path, "r") as file:
+        yield file
+
+
+def _require_sound_heap(data: mmap, at: int) -> None:
+    """Texts lie in heaps, one object after the other; the library never ends on free space of no size."""
+    end = min(at + int.from_bytes(data[at + 8 : at + 16], "little"), len(data))
+    at += 16
+    while at + _HEAP_OBJECT.size <= end:
+        index, size = _HEAP_OBJECT.unpack_from(data, at)
+        if index == 0 and size < _HEAP_OBJECT.size:
+            raise ValueError("its heap of texts is damaged")
+        at += size if index == 0 else _HEAP_OBJECT.size + -(-size // 8) * 8
 
 
 def own_node(group: Any, name: str) -> Any:

@@ -15,7 +15,7 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.io.hdf5 import own_node, require_own
+from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own
 
 FORMAT = "slipstick model"
 VERSION = 1
@@ -37,7 +37,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     path = Path(path)
     part = path.with_name(path.name + ".part")
     try:
-        with h5py.File(part, "w") as file:
+        with h5py.File(part, "w", libver=CHECKED) as file:
             _write(file, model)
         os.replace(part, path)
     except OSError as error:
@@ -93,13 +93,11 @@ def load_model(path: Path, *, quiet: bool = False) -> ImportedModel:
     InputError
         If the file is missing, damaged, of another kind or version, or its parts do not fit together.
     """
-    import h5py
-
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             model = _read(file, path)
     except InputError:
         raise

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.io.hdf5 import attributes, own_node, require_own, texts
+from slipstick.io.hdf5 import CHECKED, attributes, opened, own_node, require_own, texts
 
 LARGEST = 16 * 1024**3
 """Bytes one file may unpack to."""
@@ -44,7 +44,7 @@ def write_netcdf(
     import h5py
 
     sizes = {dim: n for v in variables.values() for dim, n in zip(v.dims, v.values.shape, strict=True)}
-    with h5py.File("results", "w", driver="core", backing_store=False, track_order=True) as file:
+    with h5py.File("results", "w", driver="core", backing_store=False, track_order=True, libver=CHECKED) as file:
         for number, (dim, size) in enumerate(sizes.items()):
             limits: tuple[int | None, ...] | None = (None,) if dim == unlimited else None
             if dim in variables:
@@ -99,7 +99,7 @@ def read_netcdf(path: Path, *, limit: int = LARGEST) -> tuple[dict[str, Variable
     """
     import h5py
 
-    with h5py.File(path, "r") as file:
+    with opened(path) as file:
         size = path.stat().st_size
         nodes = {name: own_node(file, name) for name in file}
         kept = {name: node for name, node in nodes.items() if isinstance(node, h5py.Dataset) and not _is_bare(node)}

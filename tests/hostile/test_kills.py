@@ -1,0 +1,22 @@
+"""Killed runs lose nothing."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("count", [5, pytest.param(200, marks=pytest.mark.verify)])
+def test_kills(tmp_path: Path, count: int) -> None:
+    found = subprocess.run(
+        [sys.executable, str(Path(__file__).parent / "kills.py"), str(count), str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=1200,
+    )
+    assert found.stdout.startswith(f"{count} kills"), found.stderr[-3000:]

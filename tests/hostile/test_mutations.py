@@ -1,0 +1,48 @@
+"""Damaged and malicious files: taken or refused with a sentence, in seconds, in little memory; never a traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import child
+import pytest
+import samples
+
+LIMIT_SECONDS, LIMIT_MEGABYTES = 5.0, 500
+
+
+@pytest.mark.parametrize("kind", ["case", "named", "model", "results"])
+def test_a_few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(child, "_groups", [])
+    samples.write_files(tmp_path)
+    if kind == "results":
+        samples.write_results(tmp_path)
+    faults = {seed: fault for seed in range(9000, 9008) if (fault := child.KINDS[kind](tmp_path, seed))}
+    assert not faults
+
+
+@pytest.mark.verify
+@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs the memory figures of Linux")
+@pytest.mark.parametrize(
+    "kind, first, count",
+    [("case", 0, 850), ("case", 850, 850), ("named", 0, 300), ("model", 0, 400), ("results", 0, 300)],
+)
+def test_many(tmp_path: Path, kind: str, first: int, count: int) -> None:
+    """1700 cases by `check` and `run`, 1000 files of models, results and journals, in processes with limits."""
+    script = str(Path(child.__file__))
+    found = subprocess.run(
+        [sys.executable, script, kind, str(first), str(count), str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=3000,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    rows = [json.loads(line) for line in found.stdout.splitlines() if line.startswith("{")]
+    assert len(rows) == count, f"the process ended at {rows[-1:]}: {found.stderr[-2000:]}"
+    bad = [r for r in rows if r["fault"] or r["seconds"] > LIMIT_SECONDS or r["megabytes"] > LIMIT_MEGABYTES]
+    assert not bad
