@@ -11,9 +11,9 @@ from scipy.sparse import coo_array, csc_array, save_npz
 
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.journal import Journal, journal_of
-from slipstick.io.mesh_model import MeshModel, assemble_mesh
-from slipstick.io.model_store import save_model
+from slipstick.io.model_file import save_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0, conductivity=40.0)
 OSCILLATOR = """\

@@ -53,6 +53,8 @@ def read_dof_map(path: Path) -> tuple[DofMap, Nodes]:
             row, node, component, position = _entry(words)
         except ValueError as error:
             raise InputError(f"{path.name}, line {number}: {error}") from None
+        if abs(node) >= 2**63:
+            raise InputError(f"{path.name}, line {number}: found a node number beyond 64 bits; the map is damaged")
         entries.append((node, component))
         rows.append(row or len(entries))
         if position:
