@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -37,3 +39,21 @@ def test_import_loads_nothing_heavy_and_is_quick() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert json.loads(done.stdout) == []
     assert time.perf_counter() - start < 5.0  # 0.5 s on a quiet machine; this only catches a heavy import
+
+
+def test_editors_see_every_public_name() -> None:
+    """The imports that only type checkers read are those of the table."""
+    tree = ast.parse(Path(slipstick.__file__).read_text(encoding="utf-8"))
+    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
+    seen = {a.asname: node.module for node in block.body if isinstance(node, ast.ImportFrom) for a in node.names}
+    assert seen == slipstick._PUBLIC
+
+
+@pytest.mark.parametrize("name", slipstick.__all__)
+def test_signatures_name_every_argument(name: str) -> None:
+    """What ``help`` and editors show; ``**options`` alone tells nobody anything."""
+    thing = getattr(slipstick, name)
+    if inspect.isfunction(thing):
+        kinds = {p.kind for p in inspect.signature(thing).parameters.values()}
+        assert inspect.Parameter.VAR_KEYWORD not in kinds
+        assert "Parameters" in inspect.getdoc(thing) or "arguments" in inspect.getdoc(thing) or ">>>" in thing.__doc__

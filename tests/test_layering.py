@@ -12,7 +12,8 @@ import slipstick
 
 ROOT = Path(slipstick.__file__).parent
 ORDER = (
-    ("errors", "faults", "typing"),
+    ("errors",),
+    ("faults", "typing"),
     ("trig", "solve"),
     ("contact", "structure"),
     ("thermal", "fem"),

@@ -7,7 +7,7 @@ Multiharmonic balance with exact analytical friction contact elements. Public na
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
@@ -36,6 +36,29 @@ _PUBLIC = {
 }
 
 __all__ = sorted(_PUBLIC)
+
+if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick.analysis.response import forced_response as forced_response
+    from slipstick.analysis.response import linear_response as linear_response
+    from slipstick.analysis.response import parameter_response as parameter_response
+    from slipstick.analysis.transient import transient as transient
+    from slipstick.balance.problem import ContactPair as ContactPair
+    from slipstick.balance.problem import Load as Load
+    from slipstick.balance.problem import Problem as Problem
+    from slipstick.contact.forces import contact_forces as contact_forces
+    from slipstick.contact.parameters import FrictionContact as FrictionContact
+    from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
+    from slipstick.contact.rubbing import common_period as common_period
+    from slipstick.errors import InputError as InputError
+    from slipstick.errors import Outcome as Outcome
+    from slipstick.errors import SlipstickWarning as SlipstickWarning
+    from slipstick.results.branch import Branch as Branch
+    from slipstick.structure.matrices import MatrixStructure as MatrixStructure
+    from slipstick.structure.modal import ModalStructure as ModalStructure
+    from slipstick.structure.reduction import reduce as reduce
+    from slipstick.thermal.friction_curve import FrictionCurve as FrictionCurve
+    from slipstick.thermal.model import ThermalModel as ThermalModel
+    from slipstick.trig.harmonics import Harmonics as Harmonics
 
 
 def __getattr__(name: str) -> Any:

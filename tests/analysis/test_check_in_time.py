@@ -16,6 +16,7 @@ def test_oscillator_point(velocity, omega):
     assert check.relative_difference < 2e-5
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_check_sees_a_wrong_point():
     """A balance with too few harmonics differs by what is cut off; a wrong amplitude is not let through."""
     few = ss.forced_response(oscillator(velocity=10.0, harmonics=[0, 1, 3]), omega=(4.3, 4.301))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.checks import problem_warnings
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.residual import Balance, inputs_of
 from slipstick.balance.start import FirstPoint
 
@@ -34,6 +34,7 @@ def test_a_plateau_has_no_peaks():
     assert len(branch.peaks("x")) <= 2
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_the_ladder_ends_when_no_harmonic_can_be_left_out():
     """Orders 0 to 3, driven on 3: fewer harmonics would be the same ones again."""
     problem = oscillator(harmonics=range(4), harmonic=3)
@@ -53,7 +54,7 @@ def test_no_damping_is_warned_of():
 @pytest.mark.parametrize("value", [1e308, 1e101])
 def test_numbers_beyond_any_machine_are_refused(value):
     with pytest.raises(ss.InputError, match="check the units"):
-        ss.FrictionContact(kt=value, mu=0.3)
+        ss.FrictionContact(kt=value, mu=0.3, gap=-1.0)
 
 
 @pytest.mark.parametrize("span", [(2.0,), 3.0, ("2", "15"), None, (1.0, 2.0, 3.0)])

@@ -97,6 +97,7 @@ def test_just_below_the_threshold_there_is_one_stick_interval() -> None:
     assert [name for *_, name in states].count("stick") == 1
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_no_friction_gives_the_linear_curve() -> None:
     problem = oscillator(velocity=10).with_parameter("damper.mu", 0.0)
     branch = ss.forced_response(problem, omega=(2.0, 15.0))
@@ -105,6 +106,7 @@ def test_no_friction_gives_the_linear_curve() -> None:
     assert branch.peaks()[0][0] == pytest.approx(np.sqrt(40.0 - 0.08), rel=1e-8)
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_harmonics_kept() -> None:
     at = np.linspace(2.5, 14.5, 49)
 

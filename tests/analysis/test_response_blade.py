@@ -64,6 +64,7 @@ def test_fast_rubbing_of_contacts_that_stay_closed_is_linear(structure: ss.Modal
     assert len(plain) > 10
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_free_outputs_follow_from_receptance(structure: ss.ModalStructure) -> None:
     """Dofs that are no contact port (x of every node) without friction forces: the linear response."""
     problem = blade(structure, load=0.0, mu=0.0).with_parameter("*.gap", 1.0)

@@ -5,6 +5,8 @@ import pytest
 
 import slipstick as ss
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
+
 STIFFNESS = 40.0
 
 

@@ -15,6 +15,8 @@ from slipstick.results.branch import Branch
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
+
 Array = np.ndarray
 BACKGROUND = 25.0
 STEEP = FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])

@@ -68,6 +68,7 @@ def test_slip_threshold():
     assert above.mean[0] == pytest.approx(-6.0, abs=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_rigid_coulomb_friction_is_approached_like_one_over_root_kt():
     """CF9 (Den Hartog): slope -1/2 of the difference over the tangential stiffness."""
     k, p, b, omega = 1.0, 1.0, 0.5, 0.9
@@ -203,6 +204,7 @@ def test_linear_structure_without_contacts():
         np.testing.assert_allclose(r.coefficients[:, h.index(m, "s")], -x.imag, atol=1e-10)
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("name", ["mu", "kt"])
 def test_contact_without_friction(name):
     """mu = 0 or kt = 0: the normal contact alone acts."""
@@ -229,3 +231,12 @@ def test_held_parameters_replace_those_of_the_problem():
     )
     with pytest.raises(ss.InputError, match="expected one of mu, kt, kn, gap"):
         ss.transient(problem, 6.0, held={"k": np.ones(1)})
+
+
+def test_a_result_is_shown_in_a_line():
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    pair = ss.ContactPair(name="c", contact=ss.FrictionContact(kt=10.0, mu=0.3, normal_load=10.0), tangential="x")
+    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=5)
+    text = repr(ss.transient(problem, 3.0))
+    assert text.startswith("TransientResult(omega=3, 1 outputs, 1 contacts, ")
+    assert len(text) < 160

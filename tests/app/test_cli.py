@@ -356,6 +356,14 @@ def test_what_looks_wrong_is_a_warning(tmp_path: Path, old: str, new: str, words
     assert any(line.startswith("warning: ") and words in line for line in told(result).splitlines())
 
 
+def test_warnings_are_kept_in_the_results(tmp_path: Path) -> None:
+    path = case(tmp_path, GOOD.replace("mu = 0.3", "mu = 3.0").replace("to = 8.0", "to = 8.0\nmax_points = 2"))
+    result = slipstick("run", path, "-o", tmp_path / "out", "--no-figures")
+    (sentence,) = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+    assert load_dataset(tmp_path / "out" / "results.nc").attrs["warnings"] == sentence.removeprefix("warning: ")
+    assert sentence in slipstick("check", path).stderr
+
+
 def test_info() -> None:
     result = slipstick("info")
     assert result.exit_code == 0

@@ -122,6 +122,7 @@ def test_residual_is_the_balance_of_the_full_matrices() -> None:
     assert found == pytest.approx(wanted, abs=1e-11 * np.abs(wanted).max())
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("change", [{"c0.mu": 0.0, "c1.mu": 0.0}, {"c0.kt": 0.0, "c2.kt": 0.0}, {"c1.kn": 0.0},
                                     {"c1.gap": 50.0, "c2.gap": 50.0}, {"*.velocity": 0.0}])  # fmt: skip
 def test_degenerate_contacts_have_a_regular_jacobian(change: dict[str, float]) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.checks import problem_warnings, range_faults
+from slipstick.app.reading import load
+from slipstick.app.tables import LoadTable
+from slipstick.balance.checks import range_faults
+from slipstick.balance.preflight import problem_warnings
 
 
 def problem(**changes: Any) -> ss.Problem:
@@ -59,7 +63,7 @@ def test_period_ratio_maps_loads_and_rubbing_to_the_principal_frequency() -> Non
 
 
 def test_all_faults_at_once() -> None:
-    contact = ss.FrictionContact(kt=1.0, mu=0.3)
+    contact = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0)
     pairs = [
         ss.ContactPair(name="a", contact=contact, tangential="y"),
         ss.ContactPair(name="a", contact=contact, tangential={"x": 0.0}, rubbing=ss.RubbingMotion(cos={7: 1.0})),
@@ -74,6 +78,7 @@ def test_all_faults_at_once() -> None:
     assert len(caught.value.problems) == 8
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("changes, words", [
     ({"harmonics": ss.Harmonics([0, 1, 3, 5])}, "even harmonics"),
     ({"harmonics": ss.Harmonics([0, 1])}, "at least 0..5"),
@@ -83,6 +88,7 @@ def test_warnings(changes: dict[str, Any], words: str) -> None:
     assert any(words in text for text in problem_warnings(problem(**changes)))
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("name, value, words", [
     ("damper.mu", 0.0, "mu = 0"), ("damper.normal_load", 0.0, "normal load is 0"), ("damper.kt", 0.0, "kt = 0"),
 ])  # fmt: skip
@@ -98,6 +104,7 @@ def test_hertz_taken_for_radians_is_suspected() -> None:
     assert any("2 pi applied twice" in text for text in problem_warnings(problem(), (30.0, 90.0)))
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_a_gap_that_never_closes_is_suspected() -> None:
     structure = ss.MatrixStructure(M=np.eye(2), K=np.diag([40.0, 40.0]), dofs=["x", "y"])
     pair = ss.ContactPair(
@@ -114,6 +121,7 @@ def test_ranges(span: tuple[float, float]) -> None:
         ss.forced_response(problem(), omega=span)
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_default_outputs_hold_every_loaded_and_contact_dof() -> None:
     n = 130
     names = [f"x{i}" for i in range(n)]
@@ -129,3 +137,26 @@ def test_default_outputs_hold_every_loaded_and_contact_dof() -> None:
     p = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x110", sin=1.0)], harmonics=[0, 1])
     assert p.outputs == (*names[:100], "x110", "x120", "x121")
     assert ss.Problem(structure, loads=[ss.Load(dof="x110", sin=1.0)], outputs=["x5"]).outputs == ("x5",)
+
+
+def test_loads_by_amplitude_and_phase_as_in_a_case_file() -> None:
+    table = LoadTable(dof="x", amplitude=3.0, phase="-90 deg")
+    assert ss.Load(dof="x", amplitude=3.0, phase=-np.pi / 2) == load(table)
+    by_size = ss.Load(dof="x", amplitude=3.0, phase=0.7)
+    tau = np.linspace(0.0, 6.0, 13)
+    np.testing.assert_allclose(by_size.cos * np.cos(tau) + by_size.sin * np.sin(tau), 3.0 * np.cos(tau + 0.7))
+    assert (by_size.amplitude, by_size.phase) == pytest.approx((3.0, 0.7))
+    assert replace(by_size, cos=1.0).cos == 1.0
+    for given, words in (
+        ({"amplitude": 1.0, "sin": 2.0}, "keep one way"), ({"phase": 1.0}, "without amplitude"),
+        ({"amplitude": "a"}, "found 'a'"), ({"sin": 1j}, "expected a finite number"),
+        ({"harmonic": 1.5}, "whole number"),
+    ):  # fmt: skip
+        with pytest.raises(ss.InputError, match=words):
+            ss.Load(dof="x", **given)
+
+
+def test_one_thing_stands_for_a_list_of_one() -> None:
+    p = problem()
+    alone = problem(contacts=p.contacts[0], loads=p.loads[0], harmonics=10, outputs="x")
+    assert (alone.contacts, alone.loads, alone.harmonics, alone.outputs) == (p.contacts, p.loads, p.harmonics, ("x",))

@@ -15,10 +15,12 @@ from typer.testing import CliRunner
 import slipstick as ss
 from slipstick.app.case import Case
 from slipstick.app.cli import app
-from slipstick.balance.checks import problem_warnings
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.reduction import harmonic_weights, reduction_faults, reduction_warnings, worst_error
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.structure.modal import ModalStructure
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
 
 N = 200
 DOFS = [f"u{k}" for k in range(N)]

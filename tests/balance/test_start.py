@@ -41,6 +41,7 @@ def test_every_curve_starts(velocity: float, a: float, p: float, omega: float) -
     assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(x)
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 @pytest.mark.parametrize("velocity, a", [(0.0, 0.0), (1.0, 0.0), (10.0, 2.0), (-20.0, 0.0)])
 def test_every_strategy_finds_the_same_point(velocity: float, a: float) -> None:
     problem = oscillator(velocity, a)

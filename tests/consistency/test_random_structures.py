@@ -8,6 +8,8 @@ import pytest
 
 import slipstick as ss
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
+
 HARMONICS = range(25)
 TRUNCATED = 2e-3  # at most, with 24 harmonics: third order
 

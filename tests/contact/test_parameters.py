@@ -1,5 +1,8 @@
 """Contact parameters, rubbing motion, common period."""
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +15,7 @@ from slipstick.trig.harmonics import Harmonics
 
 def test_every_fault_is_named():
     with pytest.raises(InputError) as caught:
-        FrictionContact(kt=-1.0, mu=np.nan, kn=-2.0)
+        FrictionContact(kt=-1.0, mu=np.nan, kn=-2.0, gap=0.0)
     assert [p.split(":")[0] for p in caught.value.problems] == ["kt", "mu", "kn"]
 
 
@@ -103,3 +106,36 @@ def test_results_in_use_are_never_written_over():
         np.testing.assert_array_equal(f.Fx[3], one.Fx)
         np.testing.assert_array_equal(f.stick_fraction[3], one.stick_fraction)
         np.testing.assert_array_equal(part[0], one.dFx_dX[1])
+
+
+def test_the_normal_load_is_said_in_one_way():
+    assert FrictionContact(kt=1.0, mu=0.3, kn=2.0, normal_load=800.0).gap == -400.0
+    assert FrictionContact(kt=1.0, mu=0.3, normal_load=800.0) == FrictionContact(kt=1.0, mu=0.3, gap=-800.0)
+    many = FrictionContact(kt=1.0, mu=0.3, kn=[1.0, 2.0], normal_load=800.0)
+    np.testing.assert_array_equal(many.gap, [-800.0, -400.0])
+    np.testing.assert_array_equal(many.normal_load, [800.0, 800.0])
+    both = FrictionContact(kt=1.0, mu=0.3, kn=0.1, gap=-8000.0, normal_load=800.0)
+    assert both.gap == -8000.0
+    for given, words in (
+        ({}, "the normal load is missing"), ({"gap": -1.0, "normal_load": 2.0}, "give one of them"),
+        ({"gap": 1.0, "normal_load": 2.0}, "give one of them"), ({"kn": 0.0, "normal_load": 2.0}, "kn = 0 cannot"),
+        ({"normal_load": -1.0}, "negative"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=words):
+            FrictionContact(kt=1.0, mu=0.3, **given)
+
+
+def test_copies_keep_the_gap():
+    contact = FrictionContact(kt=1.0, mu=0.3, kn=2.0, normal_load=800.0)
+    assert replace(contact, mu=0.5).gap == -400.0
+    assert float(replace(contact, gap=-100.0).normal_load) == 200.0
+    assert float(replace(contact, kn=4.0).normal_load) == 1600.0
+    assert pickle.loads(pickle.dumps(contact)) == contact
+
+
+def test_parameters_do_not_change_with_the_users_array():
+    kt = np.array([1.0, 2.0])
+    contact = FrictionContact(kt=kt, mu=0.3, gap=-1.0)
+    kt[0] = 7.0
+    assert contact.kt[0] == 1.0
+    assert "800" not in repr(contact_forces(contact, Harmonics(3), np.zeros(7), np.zeros(7), omega=1.0))

@@ -128,7 +128,7 @@ def test_a_followed_parameter_is_the_abscissa() -> None:
     data.attrs["parameter"] = "damper.velocity"
     ax = plots.response(data)
     assert (drawn(ax.lines[0])[0] == OMEGA * 10).all()
-    assert ax.get_xlabel() == "Damper.velocity [length/s]"
+    assert ax.get_xlabel() == "damper.velocity [length/s]"  # the user's own name, as it is
 
 
 def test_a_loop_is_closed_and_bounded() -> None:

@@ -174,3 +174,30 @@ def test_linear_limits() -> None:
             assert found["amplitude"].to_numpy()[i] == pytest.approx(np.abs(hat), rel=1e-10)
     with pytest.raises(ss.InputError, match="free"):
         ss.linear_response(p, omega=at, state="slipping")
+
+
+def test_the_message_says_where_a_curve_stopped() -> None:
+    stopped = ss.forced_response(problem(), omega=(6.0, 12.0), options={"max_points": 3})
+    assert stopped.outcome is ss.Outcome.POINT_LIMIT
+    assert stopped.message.startswith(stopped.outcome.text)
+    assert f"the last of 3 points is at {float(stopped.dataset.omega[-1]):.6g} rad/s" in stopped.message
+    assert stopped.dataset.attrs["outcome_text"] == stopped.message
+    assert ss.Branch.from_dataset(stopped.dataset).message == stopped.message
+
+
+def test_a_complete_curve_has_the_text_of_its_outcome(branch: ss.Branch) -> None:
+    assert branch.message == branch.outcome.text
+
+
+def test_peaks_of_a_linear_response() -> None:
+    p = problem()
+    linear = ss.linear_response(p, omega=np.linspace(4.0, 14.0, 2001)[::-1])
+    size = linear.dataset["amplitude"].sel(dof="b")
+    peaks = linear.peaks("b")
+    assert len(peaks) == 3
+    assert max(a for _, a in peaks) == float(size.max())
+    for w, _ in peaks:
+        assert np.min(np.abs(p.structure.natural_frequencies - w)) < 0.05
+    assert ss.linear_response(p, omega=[5.0]).peaks("b") == []
+    with pytest.raises(ss.InputError, match="linear response"):
+        linear.contact_forces(0)

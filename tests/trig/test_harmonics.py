@@ -1,5 +1,7 @@
 """Layout of harmonic coefficients."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -26,3 +28,23 @@ def test_layout_and_derivative():
     np.testing.assert_allclose(h.H_minus(t) @ X, x, atol=1e-14)
     np.testing.assert_allclose(h.H_minus(t) @ h.derivative(X), dx, atol=1e-13)
     np.testing.assert_allclose(h.H_plus(t)[:, 0], 0.5)
+
+
+def test_parts_by_name():
+    """The words "cos" and "sin" mean what they say, and nothing else is guessed."""
+    h = Harmonics([0, 1, 3])
+    assert [h.index(1, part) for part in ("c", "cos", "s", "sin")] == [1, 1, 2, 2]
+    assert h.index(0, "cos") == 0
+    for part in ("C", "cosine", "", None, 1, "x"):
+        with pytest.raises(InputError, match='expected "c" or "cos"'):
+            h.index(1, part)
+    with pytest.raises(InputError, match="harmonic 0 has no sine"):
+        h.index(0, "sin")
+
+
+def test_a_count_stands_for_all_up_to_it():
+    assert Harmonics(10) == Harmonics(range(11))
+    assert Harmonics(np.int64(2)).orders == (0, 1, 2)
+    for wrong in (True, -1, "0..10", 2.5, 10**9, itertools.count()):
+        with pytest.raises(InputError, match="harmonics"):
+            Harmonics(wrong)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import FrictionSystem
-from slipstick.errors import InputError
+from slipstick.faults import Gathering, numbers, shown, wrong
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -30,8 +30,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     InputError
         If a name in ``held`` is unknown, or the contacts heat up and their friction coefficients are not held.
     """
-    held = dict(held or {})
-    _check(problem, held)
+    held = _held(problem, held)
     pairs = problem.contacts
     tangential = [pair.directions[0] for pair in pairs]
     normal = [pair.directions[1] for pair in pairs]
@@ -52,20 +51,25 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     )  # fmt: skip
 
 
-def _check(problem: Problem, held: Mapping[str, Array]) -> None:
-    problems = [
-        f"time integration, held: found '{name}'; expected one of {', '.join(HELD)}" for name in set(held) - set(HELD)
-    ]
-    n = len(problem.contacts)
-    problems += [
-        f"time integration, held '{name}': found shape {np.shape(value)}; expected ({n},)"
-        for name, value in held.items()
-        if np.shape(value) != (n,)
-    ]
-    if problem.heated is not None and "mu" not in held:
-        problems.append(
+def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:
+    """Contact parameters given instead of the problem's, (n_contacts,) each."""
+    if given is not None and not isinstance(given, Mapping):
+        raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD)}")
+    n, found, held = len(problem.contacts), Gathering(), {}
+    for name, value in (given or {}).items():
+        where = f"time integration, held {shown(name)}"
+        if name not in HELD:
+            found.problems.append(f"time integration, held: found {shown(name)}; expected one of {', '.join(HELD)}")
+            continue
+        values = found.take(numbers, where, value)
+        if values is not None and values.shape != (n,):
+            found.problems.append(f"{where}: found shape {values.shape}; expected ({n},)")
+        elif values is not None:
+            held[name] = values
+    if problem.heated is not None and "mu" not in (given or {}):
+        found.problems.append(
             "time integration: friction heats these contacts, and heat is not integrated in time; "
             "give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}"
         )
-    if problems:
-        raise InputError(problems)
+    found.end()
+    return held

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Balance, Inputs, inputs_of
-from slipstick.errors import InputError, Outcome
+from slipstick.errors import Outcome
+from slipstick.faults import Gathering, numbers, one, shown, wrong
 from slipstick.results.branch import Branch, attributes_of
 from slipstick.results.measures import amplitude
 from slipstick.results.record import VARIABLES, Outputs
@@ -29,12 +33,17 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     Returns
     -------
     Branch
-        A dataset of omega, displacement, amplitude and mean.
+        A dataset of omega, displacement, amplitude and mean; ``peaks`` are the largest among the frequencies given.
 
     Raises
     ------
     InputError
         For another state, or frequencies that are not positive.
+
+    Warns
+    -----
+    SlipstickWarning
+        As :func:`forced_response`.
 
     Examples
     --------
@@ -44,14 +53,25 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     >>> linear_response(problem, omega=[6.3182]).dataset["amplitude"].values.round(3).tolist()
     [[39.548]]
     """
-    w = np.atleast_1d(np.asarray(omega, dtype=float))
-    faults = [] if np.all(np.isfinite(w) & (w > 0)) else ["omega: found a value not > 0; expected frequencies in rad/s"]
-    if state not in ("free", "stuck"):
-        faults.append(f'state: found "{state}"; expected "free" or "stuck"')
-    if faults:
-        raise InputError(faults)
+    found = Gathering()
+    found.take(one, "problem", problem, Problem, "an ss.Problem")
+    w = found.take(_frequencies, omega)
+    if not isinstance(state, str) or state not in ("free", "stuck"):
+        found.problems.append(f'state: found {shown(state)}; expected "free" or "stuck"')
+    found.end()
+    assert w is not None
     balance, inputs = Balance(problem), inputs_of(problem)
-    return _branch(problem, w, _motion(balance, inputs, w, state), state)
+    warnings = problem_warnings(problem, (w.min(), w.max()), balance.receptance.static)
+    problem.warn(warnings)
+    return _branch(problem, w, _motion(balance, inputs, w, state), state, warnings)
+
+
+def _frequencies(given: ArrayLike) -> Array:
+    expected = "frequencies > 0 in rad/s, one or a list"
+    w = np.atleast_1d(numbers("omega", given, expected))
+    if w.ndim > 1 or w.size == 0 or np.any(w <= 0):
+        raise wrong("omega", given, expected)
+    return w
 
 
 def _motion(balance: Balance, inputs: Inputs, w: Array, state: str) -> Array:
@@ -90,7 +110,7 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     return x
 
 
-def _branch(problem: Problem, w: Array, motion: Array, state: str) -> Branch:
+def _branch(problem: Problem, w: Array, motion: Array, state: str, warnings: Sequence[str]) -> Branch:
     import xarray
 
     names = ("omega", "displacement", "amplitude", "mean")
@@ -104,5 +124,5 @@ def _branch(problem: Problem, w: Array, motion: Array, state: str) -> Branch:
         "dof": list(problem.outputs or ()),
         "coefficient": list(problem.harmonics.labels),
     }
-    attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {state}")
+    attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {state}", warnings)
     return Branch(xarray.Dataset(data, coords=coords, attrs=attributes), Outcome.COMPLETED, problem)

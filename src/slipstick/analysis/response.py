@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from typing import Any
 
@@ -18,7 +17,8 @@ from slipstick.analysis.linear import linear_response
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
-from slipstick.balance.checks import range_faults, requested_faults, suggestion, two_numbers
+from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
+from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import (
     Balance,
@@ -30,11 +30,25 @@ from slipstick.balance.residual import (
 )
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.errors import InputError, Outcome
+from slipstick.faults import (
+    frequency,
+    listed,
+    names,
+    number,
+    numbers,
+    one,
+    shown,
+    suggestion,
+    text,
+    warn,
+    whole,
+    wrong,
+)  # fmt: skip
 from slipstick.results.branch import Branch, attributes_of, make_dataset
 from slipstick.results.record import Point, Recorder
 from slipstick.results.truncation import truncation_sentence
-from slipstick.solve.continuation import ContinuationOptions, Step
+from slipstick.solve.continuation import ContinuationOptions, NewtonOptions, Step
 from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
@@ -69,16 +83,18 @@ class _Task:
     options: ContinuationOptions = field(default_factory=response_options)
     listeners: tuple[Listener, ...] = ()
     guess: Array | None = None
+    warnings: Sequence[str] = ()
+    """What looks wrong, said to the user and written on the results."""
 
 
 def forced_response(
     problem: Problem,
     *,
     omega: tuple[float, float],
-    requested: Iterable[float] = (),
+    requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
-    options: ContinuationOptions | None = None,
-    listeners: Iterable[Listener] = (),
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
 ) -> Branch:
     """Follow the steady vibration over frequency.
@@ -90,16 +106,17 @@ def forced_response(
     omega
         First and last principal frequency, rad/s, in either order.
     requested
-        Frequencies at which exact points are wanted, rad/s.
+        Frequencies at which exact points are wanted, rad/s; one or a list.
     peaks_of
         Names of output dofs whose amplitude's local maxima are located; by default all of at most 3 outputs, else those
         that are loaded or, without such, of the first contact's tangential direction.
     options
-        Step control; by default ``response_options()``.
+        Step control; by default ``response_options()``. A dict of its fields will do: ``{"max_step": 0.01}``.
     listeners
         Called with every event (``slipstick.analysis.events``).
     guess
-        Unknowns at the first frequency to try first, such as those of another branch.
+        Unknowns at the first frequency to try first, (n_ports, L): coefficients of the relative motion of the contacts,
+        first all tangential, then all normal ones.
 
     Returns
     -------
@@ -109,12 +126,14 @@ def forced_response(
     Raises
     ------
     InputError
-        For a range, dof or frequency that cannot be used.
+        For a range, dof, frequency, option or guess that cannot be used.
 
     Warns
     -----
     SlipstickWarning
-        Where the harmonics left out would add more than 1 % of the amplitude (``truncation`` in the dataset).
+        For what looks wrong over that range, such as frequencies in Hz or a structure without damping; all that looks
+        wrong, also in the problem itself, is in ``dataset.attrs["warnings"]``, one sentence a line. Also where the
+        harmonics left out would add more than 1 % of the amplitude (``truncation`` in the dataset).
 
     Examples
     --------
@@ -136,10 +155,10 @@ def follow(
     problem: Problem,
     *,
     omega: tuple[float, float],
-    requested: Iterable[float] = (),
+    requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
-    options: ContinuationOptions | None = None,
-    listeners: Iterable[Listener] = (),
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
@@ -152,10 +171,10 @@ def parameter_response(
     span: tuple[float, float],
     *,
     omega: float,
-    requested: Iterable[float] = (),
+    requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
-    options: ContinuationOptions | None = None,
-    listeners: Iterable[Listener] = (),
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
 ) -> Branch:
     """Follow the steady vibration at one frequency over a named parameter.
@@ -171,22 +190,21 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
-    requested = tuple(requested)
-    span = two_numbers(span, f"range of {parameter}")
+    problem, requested = _problem(problem), requested_values(requested)
+    parameter = text("parameter", parameter, 'a name such as "damper.mu"')
+    span, omega = two_numbers(span, f"range of {parameter}"), frequency("omega", omega)
     faults = range_faults(*span, name=f"range of {parameter}", positive=False) or requested_faults(requested, *span)
-    if not (np.isfinite(omega) and omega > 0):
-        faults.append(f"omega: found {omega}; expected a frequency > 0 in rad/s")
     if faults:
         raise InputError(faults)
     for end in span:
-        problem.with_parameter(parameter, float(end))
-    balance = _balance(problem)
+        problem.at_parameter(parameter, end)
+    balance = Balance(problem)
     base, direction = parameter_direction(problem, parameter)
     task = _Task(
         problem=problem, balance=balance, system=ParameterSystem(balance, base, direction, omega),
-        inputs=base.moved(direction, float(span[0])), omega=float(omega),
-        start=float(span[0]), stop=float(span[1]), parameter=parameter,
-        **_common(problem, requested, peaks_of, options, listeners, guess),
+        inputs=base.moved(direction, span[0]), omega=omega, start=span[0], stop=span[1], parameter=parameter,
+        warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
+        **_common(balance, requested, peaks_of, options, listeners, guess),
     )  # fmt: skip
     return _collect(task)
 
@@ -194,45 +212,91 @@ def parameter_response(
 def _frequency_task(
     problem: Problem,
     omega: tuple[float, float],
-    requested: Iterable[float],
+    requested: Iterable[float] | float,
     peaks_of: Sequence[str] | str | None,
-    options: ContinuationOptions | None,
-    listeners: Iterable[Listener],
+    options: ContinuationOptions | Mapping[str, Any] | None,
+    listeners: Iterable[Listener] | Listener,
     guess: ArrayLike | None,
 ) -> _Task:
-    requested = tuple(requested)
+    problem, requested = _problem(problem), requested_values(requested)
     start, stop = two_numbers(omega, "frequency range")
     faults = range_faults(start, stop) or requested_faults(requested, start, stop)
     if faults:
         raise InputError(faults)
-    balance, inputs = _balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), inputs_of(problem)
     return _Task(
         problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
-        start=start, stop=stop, **_common(problem, requested, peaks_of, options, listeners, guess),
+        start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
+        **_common(balance, requested, peaks_of, options, listeners, guess),
     )  # fmt: skip
 
 
-def _balance(problem: Problem) -> Balance:
+def _problem(given: Any) -> Problem:
+    problem = one("problem", given, Problem, "an ss.Problem")
     if not problem.contacts:
         raise InputError("there is no contact; the response is linear: use linear_response, or give a contact")
-    return Balance(problem)
+    return problem
 
 
 def _common(
-    problem: Problem,
-    requested: Iterable[float],
+    balance: Balance,
+    requested: tuple[float, ...],
     peaks_of: Sequence[str] | str | None,
-    options: ContinuationOptions | None,
-    listeners: Iterable[Listener],
+    options: ContinuationOptions | Mapping[str, Any] | None,
+    listeners: Iterable[Listener] | Listener,
     guess: ArrayLike | None,
 ) -> dict[str, Any]:
     return {
-        "requested": tuple(float(value) for value in requested),
-        "peaks_of": _peak_dofs(problem, peaks_of),
-        "options": options or response_options(),
-        "listeners": tuple(listeners),
-        "guess": None if guess is None else np.array(guess, dtype=float).reshape(-1),
+        "requested": requested,
+        "peaks_of": _peak_dofs(balance.problem, peaks_of),
+        "options": _options(options),
+        "listeners": _listeners(listeners),
+        "guess": None if guess is None else _guess(guess, balance),
     }
+
+
+def _options(given: Any) -> ContinuationOptions:
+    if given is None or isinstance(given, ContinuationOptions):
+        return given or response_options()
+    if not isinstance(given, Mapping):
+        raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
+    known = [field.name for field in fields(ContinuationOptions)]
+    faults = [
+        f"options: there is no option {shown(name)}; {suggestion(name, known)}" for name in given if name not in known
+    ]
+    if faults:
+        raise InputError(faults)
+    return response_options(**{name: _option(name, value) for name, value in given.items()})
+
+
+def _option(name: str, value: Any) -> Any:
+    default, where = getattr(response_options(), name), f"options, {name}"
+    if isinstance(default, NewtonOptions):
+        return one(where, value, NewtonOptions, "NewtonOptions(...)")
+    if isinstance(default, bool):
+        return one(where, value, bool, "True or False")
+    return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
+
+
+def _listeners(given: Any) -> tuple[Listener, ...]:
+    if callable(given):
+        return (given,)
+    expected = "a function of one event, or a list of them"
+    found = listed("listeners", given, expected)
+    for listener in found:
+        if not callable(listener):
+            raise wrong("listeners", listener, expected)
+    return found
+
+
+def _guess(given: Any, balance: Balance) -> Array:
+    guess = numbers("guess", given, f"{balance.size} finite numbers")
+    if guess.shape not in ((balance.size,), (balance.n_ports, balance.L)):
+        raise InputError(
+            f"guess: found shape {guess.shape}; expected ({balance.n_ports}, {balance.L}): coefficients of the "
+            "relative motion of the contacts, first all tangential, then all normal ones"
+        )
+    return guess.reshape(-1)
 
 
 def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str, ...]:
@@ -243,7 +307,7 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str
         loaded = [load.dof for load in problem.loads if load.dof in outputs]
         rubbed = [dof for pair in problem.contacts[:1] for dof in pair.directions[0] if dof in outputs]
         return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
-    chosen = (given,) if isinstance(given, str) else tuple(given)
+    chosen = names("peaks_of", given)
     faults = [
         f"peaks_of: '{name}' is not among the outputs; {suggestion(name, outputs)}"
         for name in chosen
@@ -275,7 +339,8 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
     work = dict.fromkeys(("evaluations", "linear_solves", "rejected_steps"), 0)
     jumps: list[Jump] = []
     parts = [Part(number=1, start=task.start, stop=task.stop)]
-    attributes = attributes_of(task.problem, outcome, "", parameter=task.parameter)
+    task.problem.warn(task.warnings)
+    attributes = attributes_of(task.problem, outcome, "", task.warnings, parameter=task.parameter)
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
         yield from _follow_part(task, parts, recorder, jumps, work)
@@ -285,14 +350,17 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
             yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
         outcome, message = joined(parts)
         message += jumps_text(jumps, [pair.name for pair in task.problem.contacts])
+        message = _placed(task, outcome, message, parts)
         return outcome, message
     except KeyboardInterrupt:
-        return outcome, outcome.text
+        message = _placed(task, outcome, outcome.text, parts)
+        return outcome, message
     finally:
         seconds, number = time.perf_counter() - begin, sum(part.points for part in parts)
         attributes = attributes_of(
-            task.problem, outcome, message, parameter=task.parameter, parts=len(parts), **work, seconds=seconds
-        )
+            task.problem, outcome, message, task.warnings,
+            parameter=task.parameter, parts=len(parts), **work, seconds=seconds,
+        )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
         ))  # fmt: skip
@@ -354,6 +422,16 @@ def _progress(parts: list[Part]) -> float:
     return min(1.0, done / abs(first.stop - first.start))
 
 
+def _placed(task: _Task, outcome: Outcome, message: str, parts: list[Part]) -> str:
+    """The message of a curve that stopped early, with the place of its last point; two parts tell it themselves."""
+    if outcome.ok or len(parts) > 1:
+        return message
+    unit, last = f" ({task.parameter})" if task.parameter else " rad/s", parts[0].last
+    if last is None:
+        return f"{message}; no point was found at {task.start:.6g}{unit}"
+    return f"{message}; the last of {parts[0].points} points is at {last[0]:.6g}{unit}"
+
+
 def _tell(task: _Task, event: Any) -> None:
     for listener in task.listeners:
         listener(event)
@@ -371,7 +449,7 @@ def _settled_in_time(task: _Task) -> Array | None:
     """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration."""
     from slipstick.analysis.transient import transient
 
-    problem = task.problem.with_parameter(task.parameter, task.start) if task.parameter else task.problem
+    problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem
     found = transient(problem, task.omega, periods=200, tolerance=1e-6)
     compliance = task.balance.compliance(task.omega)
     return -task.balance.moved_by(found.friction_coefficients, found.normal_coefficients, task.inputs.P, compliance)
@@ -402,10 +480,11 @@ def _collect(task: _Task) -> Branch:
     end = last[-1]
     recorder = Recorder(task.balance, parameter=task.parameter)
     values, followed = recorder.values(points), task.parameter or "omega"
-    at = values["parameter" if task.parameter else "omega"]
+    at, attributes = values["parameter" if task.parameter else "omega"], dict(end.attributes)
     if sentence := truncation_sentence(followed, at, values["truncation"]):
-        warnings.warn(sentence, SlipstickWarning, stacklevel=3)
-    return Branch(lambda: make_dataset(recorder, values, dict(end.attributes)), end.outcome, task.problem)
+        warn([sentence])
+        attributes["warnings"] = "\n".join([*task.warnings, sentence])
+    return Branch(lambda: make_dataset(recorder, values, attributes), end.outcome, task.problem, end.message)
 
 
 __all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]

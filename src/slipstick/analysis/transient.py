@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,9 @@ from slipstick.analysis.recording import PeriodRecord
 from slipstick.analysis.shooting import periods as follow_periods
 from slipstick.analysis.starting import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.stepping import StateChange, Stepper
-from slipstick.errors import InputError
+from slipstick.balance.problem import Problem
+from slipstick.faults import Gathering, frequency, number, one, shown, whole
 from slipstick.trig.harmonics import Harmonics
-
-if TYPE_CHECKING:
-    from slipstick.balance.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -39,7 +37,7 @@ class ContactChange:
     after: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class TransientResult:
     """The last periods of a time integration.
 
@@ -81,6 +79,13 @@ class TransientResult:
     """Relative change of the state over the last period."""
     converged: bool
     """Whether ``change`` met the tolerance."""
+
+    def __repr__(self) -> str:
+        ended = "periodic" if self.converged else "not periodic"
+        return (
+            f"TransientResult(omega={self.omega:g}, {len(self.outputs)} outputs, {len(self.contacts)} contacts, "
+            f"{len(self.time)} times, {ended} after {self.periods} periods, change {self.change:.1e})"
+        )
 
 
 def transient(
@@ -127,7 +132,10 @@ def transient(
     InputError
         If an option is out of range, contacts heat up and are not held, or the mass matrix is singular.
     """
-    _check_options(omega, periods, tolerance, method, record_periods)
+    problem = one("problem", problem, Problem, "an ss.Problem")
+    omega, periods, tolerance, record_periods, steps = _checked_options(
+        omega, periods, tolerance, method, record_periods, steps, initial
+    )
     system = friction_system(problem, omega, held)
     outputs = tuple(problem.outputs or ())
     contacts = tuple(pair.name for pair in problem.contacts)
@@ -199,15 +207,20 @@ def _named(change: StateChange, period: int, omega: float, contacts: tuple[str, 
     )  # fmt: skip
 
 
-def _check_options(omega: float, periods: int, tolerance: float, method: str, record_periods: int) -> None:
-    problems = []
-    if not (np.isfinite(omega) and omega > 0):
-        problems.append(f"time integration: omega = {omega}; expected a frequency > 0 in rad/s")
-    if periods < 1 or record_periods < 1:
-        problems.append(f"time integration: found {periods} and {record_periods} periods; expected at least 1 each")
-    if not tolerance >= 0:
-        problems.append(f"time integration: tolerance = {tolerance}; expected a number >= 0")
-    if method not in ("shooting", "march"):
-        problems.append(f'time integration: method = "{method}"; expected "shooting" or "march"')
-    if problems:
-        raise InputError(problems)
+def _checked_options(
+    omega: float, periods: int, tolerance: float, method: str, record_periods: int, steps: int | None, initial: Any
+) -> tuple[float, int, float, int, int | None]:
+    found, where = Gathering(), "time integration, {}".format
+    values: dict[str, Any] = {
+        "omega": found.take(frequency, where("omega"), omega),
+        "periods": found.take(whole, where("periods"), periods, 1),
+        "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
+        "record_periods": found.take(whole, where("record_periods"), record_periods, 1),
+        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1),
+    }
+    if not isinstance(method, str) or method not in ("shooting", "march"):
+        found.problems.append(f'time integration, method: found {shown(method)}; expected "shooting" or "march"')
+    if initial is not None:
+        found.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
+    found.end()
+    return tuple(values.values())

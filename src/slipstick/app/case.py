@@ -111,9 +111,13 @@ class Case:
 
     def warnings(self) -> list[str]:
         """What can be computed but looks wrong, one sentence each."""
-        from slipstick.balance.checks import problem_warnings
+        from slipstick.balance.preflight import parameter_warnings, problem_warnings
 
-        return [*self.body.warnings, *problem_warnings(self.problem(), self.omega)]
+        if self.parameter is not None:
+            found = parameter_warnings(self.problem(), self.parameter, self.span, self.omega[0])
+        else:
+            found = problem_warnings(self.problem(), self.omega)
+        return [*self.body.warnings, *found]
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""

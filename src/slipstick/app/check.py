@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,10 +36,12 @@ def check_case(path: Path) -> None:
     say(f"ok: 'slipstick run {path}' can start")
 
 
-def warn(case: Case) -> None:
-    """Print the warnings of a case on standard error."""
-    for sentence in case.warnings():
+def warn(case: Case) -> list[str]:
+    """Print the warnings of a case on standard error; the sentences."""
+    sentences = case.warnings()
+    for sentence in sentences:
         complain(f"warning: {sentence}")
+    return sentences
 
 
 def hertz(omega: float) -> str:
@@ -88,12 +91,12 @@ def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
         c, rub = pair.contact, pair.rubbing
         load = float(np.asarray(c.normal_load))
-        varying = f"normal {_cosines(pair.normal)}, kn {float(np.asarray(c.kn)):g}, load at rest"
+        varying = f"normal {_cosines(pair.directions[1])}, kn {float(np.asarray(c.kn)):g}, load at rest"
         what = "constant normal load" if pair.normal is None else varying
         moving = f", rubbing at {float(np.asarray(rub.velocity)):g}" if rub.moves else ", no rubbing"
         periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
         say(
-            f"contact '{pair.name}': slides along {_cosines(pair.tangential)}, "
+            f"contact '{pair.name}': slides along {_cosines(pair.directions[0])}, "
             f"kt {float(np.asarray(c.kt)):g}, mu {float(np.asarray(c.mu)):g}, {what} {load:g}{moving}{periodic}"
         )
 
@@ -108,10 +111,17 @@ def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:
             say(f"linear response, {label}: largest amplitude of {dof} {values[at]:.4g} near {hertz(float(grid[at]))}")
 
 
-def _cosines(cosines: object) -> str:
-    if not isinstance(cosines, dict):
-        return str(cosines)
-    return " ".join(dof if c == 1 else f"{c:+g} {dof}" for dof, c in cosines.items())
+def _cosines(cosines: Mapping[str, float] | None) -> str:
+    """A direction as a sum.
+
+    >>> _cosines({"x1": 1.0, "x2": -1.0}), _cosines({"x": -0.6, "y": 0.8})
+    ('x1 - x2', '-0.6 x + 0.8 y')
+    """
+    words: list[str] = []
+    for dof, c in (cosines or {}).items():
+        size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
+        words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
+    return " ".join(words)
 
 
 def _some(names: object, most: int = 8) -> str:

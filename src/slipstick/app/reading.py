@@ -246,6 +246,7 @@ class Reading:
                 period_ratio=ratios[0] if ratios else (1, 1),
                 title=top.title,
                 thermal=thermal_model(contacts, self.thermal, self.folder),
+                told=None,
             )
             self._parameter()
             self._reduction()
@@ -270,7 +271,7 @@ class Reading:
         try:
             self.problem.parameter(name)
             for end in (self.response.start, self.response.stop):
-                self.problem.with_parameter(name, float(end))
+                self.problem.at_parameter(name, float(end))
         except InputError as error:
             self.faults += [f"[response] parameter: {problem}" for problem in error.problems]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,7 +45,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
     """
     tell = silent if quiet else say
     case = Case.from_file(path, tell)
-    warn(case)
+    told = warn(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
         case_path=path,
@@ -53,7 +53,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
         force=force,
     )
     try:
-        run = _Run(case, folder, tell)
+        run = _Run(case, folder, tell, told)
         run.compute(quiet=quiet)
         return run.finish(figures=figures)
     except BaseException:
@@ -70,6 +70,7 @@ class _Run:
     case: Case
     folder: OutputFolder
     tell: Callable[[str], None]
+    told: Sequence[str] = ()
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
     failures: list[str] = field(default_factory=list)
@@ -106,7 +107,7 @@ class _Run:
                 warnings.filterwarnings("ignore", "the harmonics left out")  # said in the summary
                 branch = self.case.run(listeners=(listener,))
             self.outcome = branch.outcome
-            self.message = str(branch.dataset.attrs.get("outcome_text", ""))
+            self.message = branch.message
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except InputError as error:
@@ -153,6 +154,7 @@ class _Run:
             "harmonics": " ".join(str(m) for m in self.case.problem().harmonics.orders),
             "parameter": self.case.parameter or "",
             **reduction_attributes(self.case.problem()),
+            "warnings": "\n".join(self.told),
             "outcome": Outcome.INTERRUPTED.name,
             "outcome_text": "unfinished: the run ended before it could say why; every point found is kept",
             **made,

@@ -1,19 +1,19 @@
-"""Physics pre-flight: what cannot be computed (faults) and what looks wrong (warnings), in sentences."""
+"""What of a problem cannot be computed, in sentences."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from difflib import get_close_matches
-from math import isfinite, pi
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.balance.heat import heat_faults
-from slipstick.balance.reduction import reduction_warnings
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import InputError
+from slipstick.faults import listed, number, suggestion, wrong
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import ContactPair, Problem
@@ -33,22 +33,32 @@ def problem_faults(problem: Problem) -> list[str]:
         faults += _load_faults(load, problem, excitation)
     for pair in problem.contacts:
         faults += _rubbing_faults(pair, problem.harmonics.orders, rubbing)
-    for name in ("load", "friction"):
-        value = getattr(problem, name)
-        if not isfinite(value) or (name == "friction" and value < 0):
-            faults.append(f"{name} factor: found {value}; expected a finite number" + " >= 0" * (name == "friction"))
+    if problem.friction < 0:
+        faults.append(f"friction factor: found {problem.friction:g}; expected a finite number >= 0")
     return faults
 
 
 def two_numbers(value: Any, name: str) -> tuple[float, float]:
     """First and last value of a range; InputError where that is not what was given."""
-    try:
-        start, stop = value
-        if isinstance(start, str) or isinstance(stop, str):
-            raise TypeError
-        return float(start), float(stop)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: found {value!r}; expected two numbers, the first and the last") from None
+    expected = "two numbers, the first and the last"
+    ends = listed(name, value, expected)
+    if len(ends) > 2:
+        raise InputError(
+            f"{name}: found {len(ends)} values; expected two numbers, the first and the last: the points between are "
+            "chosen on the way; give requested= for points at exact values"
+        )
+    if len(ends) != 2:
+        raise wrong(name, value, expected)
+    return number(name, ends[0], expected), number(name, ends[1], expected)
+
+
+def requested_values(given: Any) -> tuple[float, ...]:
+    """Values at which points are wanted; one alone is taken too."""
+    expected = "a finite number, or a list of them"
+    if isinstance(given, Real):
+        return (number("requested", given, expected),)
+    values = listed("requested", given, expected)
+    return tuple(number(f"requested, number {i + 1}", value) for i, value in enumerate(values))
 
 
 def range_faults(start: float, stop: float, *, name: str = "frequency range", positive: bool = True) -> list[str]:
@@ -70,26 +80,6 @@ def requested_faults(requested: Sequence[float], start: float, stop: float) -> l
         for value in requested
         if not low <= value <= high
     ]
-
-
-def problem_warnings(problem: Problem, omega: Sequence[float] = ()) -> list[str]:
-    """What can be computed but looks wrong; ``omega`` holds the ends of the frequency range, rad/s."""
-    found = [*_harmonic_warnings(problem), *_contact_warnings(problem), *_damping_warnings(problem)]
-    if not any(load.cos or load.sin for load in problem.loads) and not any(p.rubbing.moves for p in problem.contacts):
-        found.append("nothing moves the structure: there is no load and no rubbing motion; give one of them")
-    if len(omega):
-        found += _frequency_warnings(problem, float(min(omega)), float(max(omega)))
-        found += reduction_warnings(problem, omega)
-    return found
-
-
-def suggestion(name: Any, known: Sequence[str]) -> str:
-    """A close match among the known names, or some of these."""
-    close = get_close_matches(str(name), known, n=1, cutoff=0.5)
-    if close:
-        return f"did you mean '{close[0]}'?"
-    listed = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
-    return f"known are {listed}" if known else "there are none"
 
 
 def _heat_faults(problem: Problem) -> list[str]:
@@ -164,99 +154,3 @@ def _rubbing_faults(pair: ContactPair, orders: Sequence[int], factor: int) -> It
 def _not_kept(harmonic: int, factor: int, orders: Sequence[int]) -> str:
     own = f"harmonic {harmonic}" + (f" (harmonic {harmonic * factor} of the principal frequency)" if factor > 1 else "")
     return f"{own} is not among the harmonics kept, {list(orders)}; keep it too"
-
-
-def _rubbed(problem: Problem) -> list[ContactPair]:
-    return [pair for pair in problem.contacts if pair.velocity != 0]
-
-
-def _harmonic_warnings(problem: Problem) -> Iterator[str]:
-    orders = problem.harmonics.orders
-    if _rubbed(problem) and len(orders) > 1 and not any(m % 2 == 0 for m in orders[1:]):
-        yield (
-            f"harmonics {list(orders)}: friction under one-sided rubbing produces even harmonics, and none but 0 is "
-            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones too"
-        )
-    frictional = any(pair.value("mu") > 0 and pair.value("kt") > 0 for pair in problem.contacts)
-    if frictional and orders[-1] < 3:
-        yield (
-            f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is "
-            f"{orders[-1]}, keep at least 0..5 and compare with more"
-        )
-
-
-def _damping_warnings(problem: Problem) -> Iterator[str]:
-    natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
-    if natural.size == 0 or not problem.contacts:
-        return
-    direction = problem.direction_matrix([problem.contacts[0].directions[0]])
-    value, _ = problem.structure.project(direction, direction).at(np.array([0.5 * natural[0]]))
-    if value.imag.any():
-        return
-    yield (
-        "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance is "
-        "infinite and the curve stops; give a little damping, for instance a loss factor of 1e-6"
-    )
-
-
-def _contact_warnings(problem: Problem) -> Iterator[str]:
-    for pair in problem.contacts:
-        where, value = f"contact '{pair.name}'", pair.value
-        if pair.normal is None and value("normal_load") == 0:
-            yield f"{where}: the normal load is 0 and the contact has no normal direction, so it never acts"
-        elif value("mu") == 0 and value("kt") > 0:
-            yield f"{where}: mu = 0, so there is no friction force"
-        elif value("kt") == 0:
-            yield f"{where}: kt = 0, so it never sticks; give the tangential contact stiffness"
-        if pair.normal is not None and value("gap") > 0:
-            reach = _static_reach(problem, pair.normal)
-            if reach and value("gap") > 100 * reach:
-                yield (
-                    f"{where}: the gap {value('gap'):g} is more than 100 times the static deflection {reach:.2g} "
-                    "under the loads; it will hardly ever close: check its units"
-                )
-
-
-def _static_reach(problem: Problem, normal: Any) -> float:
-    """Deflection along a direction by all load amplitudes acting statically."""
-    dofs, shapes = problem.load_targets
-    if not dofs and not shapes:
-        return 0.0
-    columns = problem.direction_matrix({dof: 1.0} for dof in dofs)
-    static = problem.structure.project(problem.direction_matrix([normal]), columns, shapes).static
-    return float((np.abs(static) @ np.abs(problem.load_coefficients()).sum(axis=1))[0])
-
-
-def _frequency_warnings(problem: Problem, low: float, high: float) -> Iterator[str]:
-    natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
-    factor = problem.load_order
-    low, high = low * factor, high * factor
-    if natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
-        return
-    limits = _stuck_limit(problem, natural)
-    if low <= limits and high >= natural[0]:
-        return
-    meant = natural[(natural >= 2 * pi * low) & (natural <= 2 * pi * high)]
-    if meant.size:
-        yield (
-            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but the same numbers in Hz hold "
-            f"{meant[0]:.5g} rad/s = {meant[0] / (2 * pi):.5g} Hz: were they meant in Hz? Multiply them by 2 pi"
-        )
-    elif np.any((natural * 2 * pi >= low) & (natural * 2 * pi <= high)):
-        yield (
-            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but divided by 2 pi they do: "
-            f"was 2 pi applied twice? The first natural frequency is {natural[0]:.5g} rad/s"
-        )
-
-
-def _stuck_limit(problem: Problem, natural: Any) -> float:
-    """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
-    first = float(natural[0])
-    for pair in problem.contacts:
-        directions: list[tuple[Mapping[str, float] | None, str]] = [(pair.tangential, "kt"), (pair.normal, "kn")]  # type: ignore[list-item]
-        for cosines, stiffness in directions:
-            if cosines is not None:
-                matrix = problem.direction_matrix([cosines])
-                compliance = float(problem.structure.project(matrix, matrix).static[0, 0])
-                first *= float(np.sqrt(1.0 + max(compliance, 0.0) * pair.value(stiffness)))
-    return first

@@ -5,15 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
+from math import atan2, cos, hypot, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.checks import problem_faults, suggestion
+from slipstick.balance.checks import problem_faults
 from slipstick.balance.heat import cold_pairs
+from slipstick.balance.preflight import problem_warnings
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion, common_period
 from slipstick.errors import InputError
+from slipstick.faults import (
+    Gathering,
+    names,
+    number,
+    one,
+    several,
+    shown,
+    suggestion,
+    text,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.structure.protocol import Structure
 from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
@@ -28,8 +44,10 @@ FACTORS = ("load", "friction")
 
 MOST_OUTPUTS = 100
 
+_MEMBERS = ("dofs", "load_shapes", "natural_frequencies", "project", "time_equations")
 
-@dataclass(frozen=True, kw_only=True)
+
+@dataclass(frozen=True, init=False)
 class Load:
     """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape of the structure.
 
@@ -41,18 +59,76 @@ class Load:
         Harmonic ``m`` of the excitation; 0 is a static load, given by ``cos``.
     cos, sin
         Amplitudes, force (0-to-peak).
+    amplitude, phase
+        Instead of cos and sin: ``amplitude * cos(m tau + phase)``, phase in rad, 0 where it is left out.
+
+    Raises
+    ------
+    InputError
+        For values of another kind, an amplitude together with cos or sin, or a phase without amplitude.
+
+    Examples
+    --------
+    >>> load = Load(dof="x", amplitude=100.0, phase=-np.pi / 2)
+    >>> round(load.cos, 9), load.sin
+    (0.0, 100.0)
     """
 
-    dof: str | None = None
-    shape: str | None = None
-    harmonic: int = 1
-    cos: float = 0.0
-    sin: float = 0.0
+    dof: str | None
+    shape: str | None
+    harmonic: int
+    cos: float
+    sin: float
+
+    def __init__(
+        self,
+        *,
+        dof: str | None = None,
+        shape: str | None = None,
+        harmonic: int = 1,
+        cos: float | None = None,
+        sin: float | None = None,
+        amplitude: float | None = None,
+        phase: float | None = None,
+    ) -> None:
+        on = dof if dof is not None else shape
+        name, found = f"load on {shown(on)}" if on is not None else "load", Gathering()
+        given = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
+        force = {k: found.take(number, f"{name}, {k}", v) for k, v in given.items() if v is not None}
+        values: dict[str, Any] = {"harmonic": found.take(whole, f"{name}, harmonic", harmonic)}
+        for key, value in (("dof", dof), ("shape", shape)):
+            values[key] = None if value is None else found.take(text, f"load, {key}", value, "a name")
+        if amplitude is not None and (cos is not None or sin is not None):
+            found.problems.append(f"{name}: amplitude is given together with cos or sin; keep one way to say the force")
+        if phase is not None and amplitude is None:
+            found.problems.append(f"{name}: phase is given without amplitude; give both")
+        found.end()
+        values |= _parts(force)
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
 
     @property
     def target(self) -> str:
         """Name of the dof or load shape."""
         return str(self.dof if self.dof is not None else self.shape)
+
+    @property
+    def amplitude(self) -> float:
+        """``amplitude`` in ``amplitude * cos(m tau + phase)``, force, >= 0."""
+        return hypot(self.cos, self.sin)
+
+    @property
+    def phase(self) -> float:
+        """``phase`` in ``amplitude * cos(m tau + phase)``, rad, from -pi to pi."""
+        return atan2(-self.sin, self.cos)
+
+
+def _parts(force: Mapping[str, Any]) -> dict[str, float]:
+    """Cosine and sine parts of a force said in either way."""
+    if "amplitude" not in force:
+        return {"cos": force.get("cos", 0.0), "sin": force.get("sin", 0.0)}
+    size, phase = force["amplitude"], force.get("phase", 0.0)
+    return {"cos": size * cos(phase), "sin": -size * sin(phase) if phase else 0.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +149,11 @@ class ContactPair:
         As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``.
     rubbing
         Motion of the counter surface; none by default.
+
+    Raises
+    ------
+    InputError
+        For values of another kind.
     """
 
     name: str
@@ -82,12 +163,18 @@ class ContactPair:
     rubbing: RubbingMotion = field(default_factory=RubbingMotion)
 
     def __post_init__(self) -> None:
-        for side in ("tangential", "normal"):
-            given = getattr(self, side)
-            if given is not None:
-                object.__setattr__(self, side, {given: 1.0} if isinstance(given, str) else dict(given))
-        if self.rubbing is None:
-            object.__setattr__(self, "rubbing", RubbingMotion())
+        found = Gathering()
+        name = found.take(text, "contact, name", self.name, 'a name such as "damper"')
+        where = f"contact {shown(name)}"
+        values: dict[str, Any] = {"name": name}
+        values["contact"] = found.take(one, where, self.contact, FrictionContact, "contact=ss.FrictionContact(...)")
+        values["tangential"] = found.take(_cosines, f"{where}, tangential", self.tangential)
+        values["normal"] = None if self.normal is None else found.take(_cosines, f"{where}, normal", self.normal)
+        rubbing = RubbingMotion() if self.rubbing is None else self.rubbing
+        values["rubbing"] = found.take(one, f"{where}, rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
+        found.end()
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
 
     @property
     def directions(self) -> tuple[Mapping[str, float], Mapping[str, float] | None]:
@@ -119,6 +206,16 @@ class ContactPair:
         return replace(self, contact=replace(self.contact, **{name: value}))
 
 
+def _cosines(name: str, given: Any) -> dict[str, float]:
+    """Direction cosines by dof; a name alone means cosine 1."""
+    if isinstance(given, str):
+        return {str(given): 1.0}
+    expected = 'the name of a dof such as "x", or cosines by dof such as {"x": 1.0, "y": -1.0}'
+    if not isinstance(given, Mapping):
+        raise wrong(name, given, expected)
+    return {text(name, dof, expected): number(f"{name}, {shown(dof)}", cosine) for dof, cosine in given.items()}
+
+
 @dataclass(frozen=True)
 class Problem:
     """Steady periodic vibration of a structure with friction contacts under rubbing motion (THEORY.md sections 1, 9).
@@ -128,9 +225,10 @@ class Problem:
     structure
         Anything that is a ``Structure``.
     contacts, loads
-        The contacts and the loads.
+        The contacts and the loads; a single one will do.
     harmonics
-        Harmonics of the principal frequency kept in the balance; an iterable of orders will do.
+        Harmonics of the principal frequency kept in the balance; orders such as ``[0, 1, 3]``, or a count such as 10
+        for ``0..10``, will do.
     outputs
         Names of the dofs in the results; by default all of at most 100, else the first 100 with
         those that are loaded or in contact.
@@ -144,11 +242,20 @@ class Problem:
     thermal
         How friction heats the contacts and what that does to mu, kt, kn: these then stand for the values at the
         background temperature and are taken from the curves. None: nothing depends on temperature.
+    told
+        Warnings that were given already, here or by the problem this one is a copy of. None: none is given, neither
+        here nor for a curve; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
 
     Raises
     ------
     InputError
         With one sentence for each fault.
+
+    Warns
+    -----
+    SlipstickWarning
+        For what can be computed but looks wrong, one sentence each. A copy (``with_parameter``,
+        ``dataclasses.replace``) says only what the original did not.
     """
 
     structure: Structure
@@ -162,19 +269,27 @@ class Problem:
     load: float = 1.0
     friction: float = 1.0
     thermal: ThermalModel | None = None
+    told: frozenset[str] | None = field(default=frozenset(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.harmonics, Harmonics):
-            object.__setattr__(self, "harmonics", Harmonics(self.harmonics))
-        object.__setattr__(self, "contacts", tuple(self.contacts))
-        object.__setattr__(self, "loads", tuple(self.loads))
-        outputs = self._default_outputs() if self.outputs is None else self.outputs
-        object.__setattr__(self, "outputs", tuple([outputs] if isinstance(outputs, str) else outputs))
+        for name, value in _right_kinds(self).items():
+            object.__setattr__(self, name, value)
+        if self.outputs is None:
+            object.__setattr__(self, "outputs", tuple(self._default_outputs()))
         faults = problem_faults(self)
         if faults:
             raise InputError(faults)
         if self.heated is not None:
             object.__setattr__(self, "contacts", cold_pairs(self.contacts, self.heated))
+        if self.told is not None:
+            self.warn(problem_warnings(self))
+
+    def warn(self, sentences: Sequence[str]) -> None:
+        """Give those warnings that were not given yet."""
+        if self.told is not None:
+            new = [sentence for sentence in dict.fromkeys(sentences) if sentence not in self.told]
+            object.__setattr__(self, "told", self.told | set(new))
+            warn(new)
 
     def _default_outputs(self) -> list[str]:
         """The first dofs, and those beyond them that are loaded or in contact, in the order of the structure."""
@@ -239,9 +354,9 @@ class Problem:
 
     def parameter_targets(self, name: str) -> tuple[tuple[int, ...], str]:
         """Which contacts a named parameter belongs to, and what it is; ``((), name)`` for the factors."""
-        if name in FACTORS:
+        if isinstance(name, str) and name in FACTORS:
             return (), name
-        contact, _, quantity = name.rpartition(".")
+        contact, _, quantity = text("parameter", name, 'a name such as "damper.mu"').rpartition(".")
         at = tuple(i for i, pair in enumerate(self.contacts) if contact in (pair.name, "*"))
         if not at or quantity not in PARAMETERS:
             names = [*(pair.name for pair in self.contacts), "*"]
@@ -260,20 +375,55 @@ class Problem:
 
     def with_parameter(self, name: str, value: float) -> Problem:
         """A copy with a named parameter changed; raises InputError where the value is not allowed."""
-        at, quantity = self.parameter_targets(name)
-        if not np.isfinite(value):
-            raise InputError(f"{name}: found {value}; expected a finite number")
-        if not at:
-            return self._with_factor(quantity, float(value))
-        changed = [pair.with_value(quantity, float(value)) if i in at else pair for i, pair in enumerate(self.contacts)]
-        return replace(self, contacts=changed)
+        return replace(self, **self._changed(name, value))
 
-    def _with_factor(self, name: str, value: float) -> Problem:
-        if name == "load":
-            return replace(self, load=value)
-        if value < 0:
-            raise InputError(f"friction: found {value:g}; expected a factor >= 0")
-        return replace(self, friction=value)
+    def at_parameter(self, name: str, value: float) -> Problem:
+        """As ``with_parameter`` on the way along a curve: says nothing of what looks wrong there."""
+        return replace(self, told=None, **self._changed(name, value))
+
+    def _changed(self, name: str, value: float) -> dict[str, Any]:
+        at, quantity = self.parameter_targets(name)
+        value = number(name, value)
+        if not at:
+            if quantity == "friction" and value < 0:
+                raise InputError(f"friction: found {value:g}; expected a factor >= 0")
+            return {quantity: value}
+        return {
+            "contacts": [pair.with_value(quantity, value) if i in at else pair for i, pair in enumerate(self.contacts)]
+        }
+
+
+def _right_kinds(problem: Problem) -> dict[str, Any]:
+    """The fields in the form that is computed with; InputError for everything of another kind."""
+    found, structure = Gathering(), problem.structure
+    values: dict[str, Any] = {}
+    missing = [m for m in _MEMBERS if not hasattr(type(structure), m) and not hasattr(structure, m)]
+    if missing or isinstance(structure, type):
+        found.problems.append(
+            f"structure: found {shown(structure)}; expected one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
+        )
+    values["contacts"] = found.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair")
+    values["loads"] = found.take(several, "loads", problem.loads, Load, "an ss.Load")
+    values["harmonics"] = found.take(Harmonics.of, problem.harmonics)
+    if problem.outputs is not None:
+        values["outputs"] = found.take(names, "outputs", problem.outputs)
+    values["period_ratio"] = found.take(_ratio, problem.period_ratio)
+    values["title"] = found.take(text, "title", problem.title)
+    for factor in FACTORS:
+        values[factor] = found.take(number, f"{factor} factor", getattr(problem, factor))
+    if problem.thermal is not None:
+        found.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
+    if problem.told is not None:
+        values["told"] = frozenset(problem.told)
+    found.end()
+    return values
+
+
+def _ratio(given: Any) -> tuple[int, int]:
+    ratio = tuple(given) if isinstance(given, tuple | list) else ()
+    if len(ratio) != 2:
+        raise wrong("period_ratio", given, "two whole numbers >= 1 such as (3, 2)")
+    return whole("period_ratio", ratio[0], 1), whole("period_ratio", ratio[1], 1)
 
 
 def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, float]]) -> Array:

@@ -68,10 +68,10 @@ def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
     base = inputs_of(problem)
     zero = base.scaled(0.0)
     if quantity == "load":
-        unit = replace(problem, load=1.0).load_coefficients()
+        unit = replace(problem, load=1.0, told=None).load_coefficients()
         return replace(base, P=np.zeros_like(unit)), replace(zero, P=unit)
     if quantity == "friction":
-        unit = replace(problem, friction=1.0).contact_values("mu")
+        unit = replace(problem, friction=1.0, told=None).contact_values("mu")
         return replace(base, mu=np.zeros_like(unit)), replace(zero, mu=unit)
     field = "gap" if quantity == "normal_load" else quantity
     start, slope = getattr(base, field).copy(), np.zeros(len(problem.contacts))

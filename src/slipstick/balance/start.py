@@ -169,7 +169,7 @@ class FirstPoint:
         """Solve with the driven harmonics and the lowest only, then take in the others."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
-        balance = Balance(replace(self.balance.problem, harmonics=kept))
+        balance = Balance(replace(self.balance.problem, harmonics=kept, told=None))
         inputs = replace(self.inputs, U=self.inputs.U[:, places], P=self.inputs.P[:, places])
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.contact.parameters import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError, SlipstickError
+from slipstick.faults import frequency, numbers, one
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -29,7 +30,7 @@ SERIAL = 64
 """Below this number of elements threads cost more than they give."""
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, repr=False)
 class ContactForces:
     """Forces of ``n`` elements with all first derivatives; a single element's arrays have no leading axis.
 
@@ -62,6 +63,10 @@ class ContactForces:
     omega: float | None = None
     _v: Array | float = 0.0
     _inputs: tuple[Any, ...] = field(default=(), repr=False)
+
+    def __repr__(self) -> str:
+        many = f"{len(self.Fx)} elements" if self.Fx.ndim > 1 else "1 element"
+        return f"ContactForces({many}, {self.Fx.shape[-1]} coefficients)"
 
     @property
     def dFx_dU(self) -> Array:
@@ -226,17 +231,15 @@ def element_forces(
 
 
 def _checked(name: str, value: ArrayLike, size: int) -> Array:
-    array = np.asarray(value, dtype=float)
+    array = numbers(name, value, "finite real coefficients")
     if array.shape[-1:] != (size,) or array.ndim > 2:
         raise InputError(f"{name}: found shape {array.shape}; expected ({size},) or (n_elements, {size})")
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: found a value that is not finite; expected finite coefficients")
     return array
 
 
 def contact_forces(
     contact: FrictionContact,
-    harmonics: Harmonics,
+    harmonics: Harmonics | Iterable[int] | int,
     X: ArrayLike,
     Y: ArrayLike,
     *,
@@ -250,7 +253,7 @@ def contact_forces(
     contact
         Parameters, scalars or (n_elements,).
     harmonics
-        The harmonic set, L coefficients.
+        The harmonic set, L coefficients; orders, or a count, will do.
     X, Y
         Coefficients of the relative tangential and normal motion (node 1 minus node 2), length;
         (L,) or (n_elements, L).
@@ -267,7 +270,7 @@ def contact_forces(
     Raises
     ------
     InputError
-        For wrong shapes, values that are not finite, or ``omega <= 0``.
+        For wrong shapes, values that are not finite real numbers, or ``omega <= 0``.
 
     Examples
     --------
@@ -280,9 +283,9 @@ def contact_forces(
     >>> f.Fx.round(12).tolist(), f.states, float(f.power.round(9))
     ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
     """
-    if not (np.isfinite(omega) and omega > 0):
-        raise InputError(f"omega: found {omega}; expected a frequency > 0 in rad/s")
-    rubbing = rubbing or RubbingMotion()
+    contact = one("contact", contact, FrictionContact, "an ss.FrictionContact")
+    rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
+    harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _checked("X", X, harmonics.size), _checked("Y", Y, harmonics.size)
     U = rubbing.coefficients(harmonics)
     parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import gcd, lcm
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.errors import InputError
+from slipstick.faults import Gathering, number_or_numbers, same_length, whole, wrong
 from slipstick.trig.harmonics import Harmonics
 
 
@@ -30,7 +31,7 @@ class RubbingMotion:
     Raises
     ------
     InputError
-        If a value is not finite or an order is negative or not whole.
+        If a value is not a finite number or an order is negative or not whole.
     """
 
     velocity: ArrayLike = 0.0
@@ -38,17 +39,15 @@ class RubbingMotion:
     sin: Mapping[int, ArrayLike] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        problems = []
-        if not np.all(np.isfinite(np.asarray(self.velocity, dtype=float))):
-            problems.append(f"rubbing velocity: found {self.velocity}; expected a finite number")
+        found = Gathering()
+        values: dict[str, Any] = {"velocity": found.take(number_or_numbers, "rubbing velocity", self.velocity)}
         for part in ("cos", "sin"):
-            for order, value in getattr(self, part).items():
-                if int(order) != order or order < (part == "sin"):
-                    problems.append(f"rubbing {part}: found harmonic {order}; expected a whole number >= 1")
-                if not np.all(np.isfinite(np.asarray(value, dtype=float))):
-                    problems.append(f"rubbing {part} {order}: found {value}; expected a finite number")
-        if problems:
-            raise InputError(problems)
+            values[part] = found.take(_amplitudes, f"rubbing {part}", getattr(self, part), least=int(part == "sin"))
+        found.end()
+        amplitudes = {f"{part} {order}": a for part in ("cos", "sin") for order, a in values[part].items()}
+        same_length("rubbing motion", {"velocity": values["velocity"], **amplitudes})
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -75,6 +74,20 @@ class RubbingMotion:
         return U
 
 
+def _amplitudes(name: str, given: Any, least: int) -> dict[int, Any]:
+    """Amplitudes by whole order >= ``least``."""
+    if not isinstance(given, Mapping):
+        raise wrong(name, given, "amplitudes by harmonic such as {1: 2.0}")
+    found, amplitudes = Gathering(), {}
+    for order, value in given.items():
+        at = found.take(whole, f"{name}, harmonic", order, least)
+        amplitude = found.take(number_or_numbers, f"{name} {order}", value)
+        if at is not None and amplitude is not None:
+            amplitudes[at] = amplitude
+    found.end()
+    return amplitudes
+
+
 def common_period(j1: int, j2: int) -> tuple[int, int]:
     """Harmonics of the principal frequency on which excitation and rubbing motion sit [Eqs. 2, 3].
 
@@ -84,8 +97,7 @@ def common_period(j1: int, j2: int) -> tuple[int, int]:
     >>> common_period(1, 1), common_period(2, 3), common_period(4, 2)
     ((1, 1), (3, 2), (1, 2))
     """
-    if int(j1) != j1 or int(j2) != j2 or j1 < 1 or j2 < 1:
-        raise InputError(f"period ratio: found {j1}/{j2}; expected two whole numbers >= 1")
+    j1, j2 = whole("period ratio", j1, 1), whole("period ratio", j2, 1)
     j1, j2 = j1 // gcd(j1, j2), j2 // gcd(j1, j2)
     common = lcm(j1, j2)
     return common // j1, common // j2

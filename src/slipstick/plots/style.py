@@ -64,7 +64,8 @@ def quantity(dataset: xarray.Dataset, name: str) -> str:
     attributes = dataset[name].attrs
     text = str(attributes.get("long_name", name.replace("_", " "))).split(" (")[0]
     units = str(attributes.get("units", ""))
-    text = text[:1].upper() + text[1:]
+    if name != "parameter":  # that is the user's own name
+        text = text[:1].upper() + text[1:]
     return f"{text} [{units}]" if units not in ("", "1") else text
 
 

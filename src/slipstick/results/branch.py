@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slipstick.balance.reduction import reduction_attributes, worst_error
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.errors import InputError, Outcome
+from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, whole, wrong
 from slipstick.results.measures import friction_force
 from slipstick.results.record import KINDS, Recorder
 from slipstick.trig.harmonics import Harmonics
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from slipstick.results.plotting import BranchPlots
 
 Array = NDArray[np.float64]
+
+_ROUNDING = 1e-9
 
 _PARAMETERS = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
 
@@ -59,10 +62,15 @@ class Branch:
         How the computation ended.
     problem
         The problem, where it is known: a branch read from a file has none.
+    message
+        How it ended in words; by default what the dataset says.
     """
 
-    def __init__(self, dataset: Any, outcome: Outcome, problem: Problem | None = None) -> None:
-        self._source, self.outcome, self.problem = dataset, outcome, problem
+    def __init__(self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "") -> None:
+        if not (callable(dataset) or hasattr(dataset, "data_vars")):
+            raise wrong("branch, dataset", dataset, "an xarray.Dataset, or a function that makes one")
+        self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
+        self._source, self.problem, self._message = dataset, problem, message
 
     def __getstate__(self) -> dict[str, Any]:
         return {"_source": self.dataset, "outcome": self.outcome, "problem": self.problem}
@@ -72,6 +80,16 @@ class Branch:
         """All numbers with their labels."""
         dataset: xarray.Dataset = self._source() if callable(self._source) else self._source
         return dataset
+
+    @property
+    def message(self) -> str:
+        """How it ended: the text of the outcome and, where it stopped early, at which point, contact, temperature."""
+        return self._message or str(self.dataset.attrs.get("outcome_text", "")) or self.outcome.text
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What could be computed but looked wrong, one sentence each."""
+        return tuple(str(self.dataset.attrs.get("warnings", "")).splitlines())
 
     @classmethod
     def from_dataset(cls, dataset: xarray.Dataset, problem: Problem | None = None) -> Branch:
@@ -100,20 +118,24 @@ class Branch:
         return "parameter" if "parameter" in self.dataset else "omega"
 
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
-        """Located local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
+        """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
 
-        ``dof`` is by default the first one.
+        ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
+        among the frequencies that were given.
         """
         d = self._index("dof", dof)
-        at = np.flatnonzero(self.dataset["peak_dof"].to_numpy() == d)
-        where = self.dataset[self.followed].to_numpy()[at]
-        size = self.dataset["amplitude"].to_numpy()[at, d]
-        return [(float(w), float(a)) for w, a in zip(where, size, strict=True)]
+        where, size = self.dataset[self.followed].to_numpy(), self.dataset["amplitude"].to_numpy()[:, d]
+        if "peak_dof" in self.dataset:
+            at = np.flatnonzero(self.dataset["peak_dof"].to_numpy() == d)
+        else:
+            at = _largest_nearby(where, size)
+        return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
 
     def at(self, value: float) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one."""
+        value = number("value", value)
         if not len(self):
-            raise InputError(f"the branch has no points; its outcome is: {self.dataset.attrs.get('outcome_text', '')}")
+            raise InputError(f"the branch has no points; its outcome is: {self.message}")
         return int(np.argmin(np.abs(self.dataset[self.followed].to_numpy() - value)))
 
     def contact_forces(self, point: int) -> ContactForces:
@@ -140,7 +162,8 @@ class Branch:
 
         Each is (samples,); friction is not the truncated series but the force of the states themselves.
         """
-        c, d = self._index("contact", contact), self._point(point)
+        d = self._point(point)
+        c, samples = self._index("contact", contact), whole("samples", samples, 2)
         h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
         X, Y = d["contact_tangential"].to_numpy()[c], d["contact_normal"].to_numpy()[c]
         W, v = X + d["rubbing_motion"].to_numpy()[c], float(d["rubbing_velocity"][c] / d["omega"])
@@ -228,21 +251,33 @@ class Branch:
             raise InputError("this branch was read from a file and has no problem; build it again from its case")
         problem, name = self.problem, str(self.dataset.attrs.get("parameter", ""))
         if name:
-            problem = problem.with_parameter(name, float(self.dataset["parameter"][point]))
+            problem = problem.at_parameter(name, float(self.dataset["parameter"][point]))
         return problem
 
     def _point(self, point: int) -> xarray.Dataset:
+        """A point with its contacts; InputError where there is none."""
+        point = whole("point", point, -MOST_ITEMS)
         if not -len(self) <= point < len(self):
             raise InputError(f"point {point}: the branch has {len(self)} points")
+        if "contact_tangential" not in self.dataset:
+            raise InputError("these results are of a linear response, which holds no contact forces")
         return self.dataset.isel(point=point)
 
     def _index(self, dim: str, name: str | None) -> int:
         known = [str(label) for label in self.dataset[dim].to_numpy()]
-        if name is None:
+        if name is None and known:
             return 0
         if name not in known:
-            raise InputError(f"there is no {dim} '{name}' in the results; there are {', '.join(known)}")
+            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
         return known.index(name)
+
+
+def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
+    """Indices of values above those at the neighbouring places, by more than rounding."""
+    order = np.argsort(where, kind="stable")
+    a = size[order]
+    least = _ROUNDING * np.max(a, initial=0.0)
+    return order[1:-1][(a[1:-1] > a[:-2] + least) & (a[1:-1] >= a[2:])]
 
 
 def _kinds(codes: Array) -> NDArray[np.str_]:
@@ -266,15 +301,16 @@ def make_dataset(recorder: Recorder, values: Mapping[str, Array], attributes: di
 
 
 def attributes_of(
-    problem: Problem, outcome: Outcome, message: str, *, parameter: str = "", **more: Any
+    problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, parameter: str = "", **more: Any
 ) -> dict[str, Any]:
-    """Attributes of a results dataset: outcome, versions, title, settings, work."""
+    """Attributes of a results dataset: outcome, warnings, versions, title, settings, work."""
     from importlib.metadata import version
 
     return {
         "title": problem.title,
         "outcome": outcome.name,
         "outcome_text": message or outcome.text,
+        "warnings": "\n".join(warnings),
         "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
         "parameter": parameter,
         **reduction_attributes(problem),

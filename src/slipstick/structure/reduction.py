@@ -69,12 +69,7 @@ class Reduction:
     reused: bool = False
 
 
-def reduce(K: Any, M: Any, **options: Any) -> ModalStructure:
-    """The reduced structure alone: :func:`reduce_model` with the same keywords."""
-    return reduce_model(K, M, **options).structure
-
-
-def reduce_model(
+def reduce(
     K: Any,
     M: Any,
     *,
@@ -92,8 +87,8 @@ def reduce_model(
     solver: str | None = None,
     cache: str | Path | None = None,
     listener: Listener | None = None,
-) -> Reduction:
-    """Reduce sparse symmetric K, M (n, n) of a constrained structure to named directions.
+) -> ModalStructure:
+    """Reduce sparse symmetric K, M (n, n) of a constrained structure to named directions: modes and static residual.
 
     Parameters
     ----------
@@ -130,6 +125,61 @@ def reduce_model(
     -----
     SlipstickWarning
         An error above 1e-4 over ``frequency_range``.
+
+    See :func:`slipstick.structure.reduction.reduce_model` for where the result comes from and how good it is.
+
+    Examples
+    --------
+    Four masses in a row, the first held; the two in the middle are not kept.
+
+    >>> K = np.diag([2.0, 2.0, 2.0, 1.0]) - np.eye(4, k=1) - np.eye(4, k=-1)
+    >>> reduced = reduce(1e4 * K, np.eye(4), keep=["a", "d"], dofs=["a", "b", "c", "d"], modes=3, loss_factor=1e-3)
+    >>> reduced.dofs, reduced.natural_frequencies.round(2)
+    (('a', 'd'), array([ 34.73, 100.  , 153.21]))
+    """
+    reduction = reduce_model(
+        K,
+        M,
+        keep=keep,
+        dofs=dofs,
+        names=names,
+        load_shapes=load_shapes,
+        modes=modes,
+        accuracy=accuracy,
+        frequency_range=frequency_range,
+        loss_factor=loss_factor,
+        damping_ratio=damping_ratio,
+        rayleigh=rayleigh,
+        force=force,
+        solver=solver,
+        cache=cache,
+        listener=listener,
+    )
+    return reduction.structure
+
+
+def reduce_model(
+    K: Any,
+    M: Any,
+    *,
+    keep: Sequence[str] | Any,
+    dofs: Sequence[str] | None = None,
+    names: Sequence[str] | None = None,
+    load_shapes: Mapping[str, ArrayLike] | None = None,
+    modes: int | None = None,
+    accuracy: float = 1e-7,
+    frequency_range: tuple[float, float] | None = None,
+    loss_factor: float | ArrayLike = 0.0,
+    damping_ratio: float | ArrayLike = 0.0,
+    rayleigh: tuple[float, float] = (0.0, 0.0),
+    force: bool = False,
+    solver: str | None = None,
+    cache: str | Path | None = None,
+    listener: Listener | None = None,
+) -> Reduction:
+    """As :func:`reduce`, with where the result comes from and how good it is.
+
+    Arguments and errors are those of :func:`reduce`.
     """
     require_real(K, M, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh)
     K, M = as_csr(K), as_csr(M)

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
+from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import numbers, shown, whole
 
 Array = NDArray[np.float64]
+
+HIGHEST = 10_000
+"""Orders above it are no harmonics of a vibration but a slip of the pen, and tables of them fill the memory."""
+
+_PARTS = {"c": "c", "cos": "c", "s": "s", "sin": "s"}
 
 
 class Harmonics:
@@ -22,12 +30,12 @@ class Harmonics:
     Parameters
     ----------
     orders
-        Integers ``0 = m_0 < m_1 < ... < m_n``; gaps are allowed.
+        Integers ``0 = m_0 < m_1 < ... < m_n``; gaps are allowed. One integer ``n`` stands for all of ``0..n``.
 
     Raises
     ------
     InputError
-        If the orders are empty, not integers, not increasing, or do not start at 0.
+        If the orders are empty, not integers, not increasing, above 10 000, or do not start at 0.
 
     Examples
     --------
@@ -38,14 +46,18 @@ class Harmonics:
     array([1., 1., 0., 1., 0.])
     """
 
-    def __init__(self, orders: Iterable[int]) -> None:
-        given = list(orders)
-        if any(isinstance(m, bool) or int(m) != m for m in given):
-            raise InputError(f"harmonics: found {given}; expected whole numbers such as 0..10 or [0, 1, 3]")
-        self.orders: tuple[int, ...] = tuple(int(m) for m in given)
+    def __init__(self, orders: Iterable[int] | int) -> None:
+        self.orders: tuple[int, ...] = _orders(orders)
         increasing = all(a < b for a, b in zip(self.orders, self.orders[1:], strict=False))
         if not self.orders or self.orders[0] != 0 or not increasing:
-            raise InputError(f"harmonics: found {list(self.orders)}; expected increasing whole numbers starting at 0")
+            raise InputError(
+                f"harmonics: found {shown(list(self.orders))}; expected increasing whole numbers starting at 0"
+            )
+
+    @classmethod
+    def of(cls, given: Harmonics | Iterable[int] | int) -> Harmonics:
+        """The harmonics given, or those with the orders given."""
+        return given if isinstance(given, Harmonics) else cls(given)
 
     @property
     def n(self) -> int:
@@ -73,16 +85,26 @@ class Harmonics:
         return ("0", *(f"{part}{m}" for m in self.orders[1:] for part in "cs"))
 
     def index(self, order: int, part: str = "c") -> int:
-        """Position of the cosine ("c") or sine ("s") coefficient of an order; order 0 is position 0."""
+        """Position of the cosine ("c" or "cos") or sine ("s" or "sin") coefficient of an order.
+
+        Order 0 has one coefficient, position 0, which counts as its cosine. Raises InputError for another part, the
+        sine of order 0, and an order that is not kept.
+        """
+        known = _PARTS.get(part) if isinstance(part, str) else None
+        if known is None:
+            raise InputError(f'harmonics: found part {shown(part)}; expected "c" or "cos", "s" or "sin"')
+        order = whole("harmonics, order", order)
         if order not in self.orders:
             raise InputError(f"harmonic {order} is not kept; the harmonics are {list(self.orders)}")
         if order == 0:
+            if known == "s":
+                raise InputError("harmonic 0 has no sine; it is one constant, harmonics.index(0)")
             return 0
-        return 2 * self.orders.index(order) - (part == "c")
+        return 2 * self.orders.index(order) - (known == "c")
 
     def H_minus(self, tau: ArrayLike) -> Array:
         """``{1, cos m_1 tau, sin m_1 tau, ...}``, shape (..., L) [Eq. 6]."""
-        tau = np.asarray(tau, dtype=float)
+        tau = _floats("tau", tau)
         out = np.ones((*tau.shape, self.size))
         angle = tau[..., None] * self.m
         out[..., 1::2] = np.cos(angle)
@@ -97,7 +119,9 @@ class Harmonics:
 
     def derivative(self, X: ArrayLike) -> Array:
         """Coefficients of ``dx/dtau``: the operator ``L`` of Eq. (40) applied to (..., L)."""
-        X = np.asarray(X, dtype=float)
+        X = _floats("X", X)
+        if X.shape[-1:] != (self.size,):
+            raise InputError(f"X: found shape {X.shape}; expected (..., {self.size}), coefficients of {self}")
         out = np.zeros_like(X)
         out[..., 1::2] = self.m * X[..., 2::2]
         out[..., 2::2] = -self.m * X[..., 1::2]
@@ -111,3 +135,21 @@ class Harmonics:
 
     def __repr__(self) -> str:
         return f"Harmonics({list(self.orders)})"
+
+
+def _orders(given: Any) -> tuple[int, ...]:
+    expected = "a count such as 10 for 0..10, or whole numbers such as range(11) or [0, 1, 3]"
+    if isinstance(given, str | bytes | bool) or (getattr(given, "dtype", None) is not None and given.dtype.kind == "b"):
+        raise InputError(f"harmonics: found {shown(given)}; expected {expected}")
+    if not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
+        given = range(whole("harmonics", given, 0, HIGHEST) + 1)
+    found = list(islice(given, HIGHEST + 2))
+    try:
+        return tuple(whole("harmonics", m, -HIGHEST, HIGHEST) for m in found)
+    except InputError:
+        raise InputError(f"harmonics: found {shown(found)}; expected {expected}, at most {HIGHEST}") from None
+
+
+def _floats(name: str, value: Any) -> Array:
+    """As an array of floats; those that are one already cost nothing, and may hold nan on the way."""
+    return value if isinstance(value, np.ndarray) and value.dtype == np.float64 else numbers(name, value)

@@ -134,7 +134,8 @@ def _den_hartog() -> Pair:
     found = []
     for kt in stiffness:
         pair = ContactPair(name="c", contact=FrictionContact(kt=kt, mu=0.5, gap=-1.0), tangential={"x": 1.0})
-        problem = Problem(structure, contacts=[pair], loads=[Load(dof="x", cos=1.0)], harmonics=Harmonics(range(2)))
+        loads, h = [Load(dof="x", cos=1.0)], Harmonics(range(2))
+        problem = Problem(structure, contacts=[pair], loads=loads, harmonics=h, told=None)  # h is not used in time
         found.append(transient(problem, 0.9, tolerance=1e-12).amplitude[0])
     difference = np.abs(np.array(found) - cf.den_hartog(1.0, 1.0, 1.0, 0.5, 0.9))
     return -0.5, float(np.polyfit(np.log(stiffness), np.log(difference), 1)[0])

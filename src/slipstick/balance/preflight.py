@@ -1,0 +1,185 @@
+"""Physics pre-flight: what can be computed but looks wrong, one sentence each, the same on every road."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import gcd, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.reduction import excited_orders, reduction_warnings
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import ContactPair, Problem
+
+Array = NDArray[np.float64]
+
+FEW_CONTACTS = 16
+"""Up to that many, the static compliance at the contacts is worth its time before a curve asks for it anyway."""
+
+INSIDE = 0.6180339887
+"""Where in the range of a parameter it is looked at: inside, because an end such as mu = 0 is often meant."""
+
+_STIFFNESS_RATIO = 1e6
+_LARGEST_FRICTION = 2.0
+_UNDAMPED = 1e-14
+_WIDE_GAP = 100.0
+
+
+def problem_warnings(problem: Problem, omega: Sequence[float] = (), static: Array | None = None) -> list[str]:
+    """What can be computed but looks wrong.
+
+    Parameters
+    ----------
+    omega
+        The ends of the frequency range, rad/s; without, only what is known without a range.
+    static
+        Static compliance from contact ports, loaded dofs and load shapes to the contact ports, (n_ports, n_columns),
+        where it is known (``Balance.receptance.static``).
+    """
+    found = [*_motion_warnings(problem), *_harmonic_warnings(problem), *_contact_warnings(problem)]
+    if static is None and (len(omega) or len(problem.contacts) <= FEW_CONTACTS):
+        static = _static(problem)
+    if static is not None:
+        found += _proportion_warnings(problem, static)
+    if len(omega):
+        low, high = float(min(omega)), float(max(omega))
+        natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
+        found += [*_damping_warnings(problem, natural, low), *reduction_warnings(problem, omega)]
+        found += _unit_warnings(problem, natural, low, high, static)
+    return list(dict.fromkeys(found))
+
+
+def parameter_warnings(
+    problem: Problem, parameter: str, span: Sequence[float], omega: float, static: Array | None = None
+) -> list[str]:
+    """The same of a problem whose parameter is followed over a range at one frequency."""
+    start, stop = (float(value) for value in span)
+    inside = problem.at_parameter(parameter, start + INSIDE * (stop - start))
+    return problem_warnings(inside, (omega, omega), static)
+
+
+def _static(problem: Problem) -> Array:
+    dofs, shapes = problem.load_targets
+    if not problem.contacts:
+        return np.zeros((0, 0))
+    tangential, normal = zip(*(pair.directions for pair in problem.contacts), strict=True)
+    ports = problem.direction_matrix([*tangential, *(n for n in normal if n is not None)])
+    columns = np.hstack([ports, problem.direction_matrix({dof: 1.0} for dof in dofs)])
+    return np.asarray(problem.structure.project(ports, columns, shapes).static, dtype=float)
+
+
+def _motion_warnings(problem: Problem) -> Iterator[str]:
+    if not problem.load_coefficients().any() and not any(pair.rubbing.moves for pair in problem.contacts):
+        yield "nothing moves the structure: there is no load and no rubbing motion; give one of them"
+
+
+def _harmonic_warnings(problem: Problem) -> Iterator[str]:
+    orders = problem.harmonics.orders
+    driven = excited_orders(problem)
+    base = gcd(*driven) or 1
+    multiples = [m // base for m in orders[1:] if m % base == 0]
+    acting = [pair for pair in problem.contacts if pair.value("mu") > 0 and pair.value("kt") > 0]
+    one_sided = [pair for pair in acting if pair.velocity != 0]
+    if one_sided and driven and not any(m % 2 == 0 for m in multiples):
+        even = f"even multiples of {base}" if base > 1 else "even harmonics"
+        yield (
+            f"harmonics {list(orders)}: friction under one-sided rubbing produces {even}, and none but 0 is "
+            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones too"
+        )
+    if acting and driven and max(multiples, default=0) < 3:
+        yield (
+            f"harmonics {list(orders)}: friction forces are far from sinusoidal; the highest harmonic kept is "
+            f"{orders[-1]}, keep at least 0..{5 * base} and compare with more"
+        )
+
+
+def _contact_warnings(problem: Problem) -> Iterator[str]:
+    for pair, mu in zip(problem.contacts, problem.contact_values("mu"), strict=True):
+        where, value = f"contact '{pair.name}'", pair.value
+        if pair.normal is None and value("normal_load") == 0:
+            yield f"{where}: the normal load is 0 and the contact has no normal direction, so it never acts"
+        elif value("kn") == 0:
+            yield f"{where}: kn = 0, so it carries no normal load and never acts; give the normal contact stiffness"
+        elif value("mu") == 0 and value("kt") > 0:
+            yield f"{where}: mu = 0, so there is no friction force"
+        elif value("kt") == 0:
+            yield f"{where}: kt = 0, so it never sticks; give the tangential contact stiffness"
+        if mu > _LARGEST_FRICTION:
+            yield f"{where}: mu = {mu:g} is more than dry surfaces reach; expected below {_LARGEST_FRICTION:g}"
+
+
+def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
+    """Contact stiffnesses out of all proportion to the structure's own, and gaps that no load can close.
+
+    A very soft normal spring under preload is the common way to a constant normal load, and no slip of the pen.
+    """
+    own = np.diag(static[:, : len(static)])
+    for port, (pair, name) in enumerate(_ports(problem)):
+        where, given = f"contact '{pair.name}'", pair.value(name)
+        ratio = given * own[port]
+        soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and pair.value("gap") < 0)
+        if soft or ratio > _STIFFNESS_RATIO:
+            much = f"{ratio:.2g} times" if ratio > 1 else f"only {ratio:.2g} of"
+            yield (
+                f"{where}: {name} = {given:g} is {much} the static stiffness {1 / own[port]:.3g} of the structure in "
+                "its direction: check the units of both"
+            )
+        if name == "kn" and pair.value("gap") > 0:
+            reach = float(np.abs(static[port, len(static) :]) @ np.abs(problem.load_coefficients()).sum(axis=1))
+            if reach and pair.value("gap") > _WIDE_GAP * reach:
+                yield (
+                    f"{where}: the gap {pair.value('gap'):g} is more than {_WIDE_GAP:g} times the static deflection "
+                    f"{reach:.2g} under the loads; it will hardly ever close: check its units"
+                )
+
+
+def _ports(problem: Problem) -> list[tuple[ContactPair, str]]:
+    """Contact and stiffness of each port, tangential ones first."""
+    normal = [(pair, "kn") for pair in problem.contacts if pair.normal is not None]
+    return [*((pair, "kt") for pair in problem.contacts), *normal]
+
+
+def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:
+    dofs, shapes = problem.load_targets
+    if problem.contacts:
+        rows = columns = problem.direction_matrix([problem.contacts[0].directions[0]])
+        shapes = ()
+    else:
+        rows = columns = problem.direction_matrix({dof: 1.0} for dof in (dofs or problem.structure.dofs)[:1])
+    at = 0.5 * natural[0] if natural.size else omega
+    value, _ = problem.structure.project(rows, columns, shapes).at(np.array([at]))
+    if np.all(np.abs(value.imag) <= _UNDAMPED * np.abs(value.real)):
+        yield (
+            "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "
+            "is infinite and the curve stops; give a little damping, for instance a loss factor of 1e-6"
+        )
+
+
+def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array | None) -> Iterator[str]:
+    factor = problem.load_order
+    low, high = low * factor, high * factor
+    if natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
+        return
+    if low <= _stuck_limit(problem, float(natural[0]), static) and high >= natural[0]:
+        return
+    meant = natural[(natural >= 2 * pi * low) & (natural <= 2 * pi * high)]
+    if meant.size:
+        yield (
+            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but the same numbers in Hz hold "
+            f"{meant[0]:.5g} rad/s = {meant[0] / (2 * pi):.5g} Hz: were they meant in Hz? Multiply them by 2 pi"
+        )
+    elif np.any((natural * 2 * pi >= low) & (natural * 2 * pi <= high)):
+        yield (
+            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but divided by 2 pi they do: "
+            f"was 2 pi applied twice? The first natural frequency is {natural[0]:.5g} rad/s"
+        )
+
+
+def _stuck_limit(problem: Problem, first: float, static: Any) -> float:
+    """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
+    own = np.diag(static[:, : len(static)])
+    given = np.array([pair.value(name) for pair, name in _ports(problem)])
+    return first * float(np.prod(np.sqrt(1.0 + np.maximum(own, 0.0) * given)))

@@ -1,0 +1,211 @@
+"""What users give, checked: the value as it is computed with, or one sentence that says what was expected."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from itertools import islice
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+from slipstick.errors import InputError, SlipstickWarning
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+MOST_ITEMS = 1_000_000
+"""No list a user gives is longer; an endless iterator ends here."""
+
+_PASSED_BY = ("slipstick", "dataclasses", "functools", "contextlib")
+
+
+class Gathering:
+    """Collects the faults of several checks so that a user hears of all at once.
+
+    >>> found = Gathering()
+    >>> found.take(number, "kt", "a"), found.take(number, "mu", 0.3)
+    (None, 0.3)
+    >>> found.problems
+    ["kt: found 'a'; expected a finite number"]
+    """
+
+    def __init__(self) -> None:
+        self.problems: list[str] = []
+
+    def take(self, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
+        """What a check makes of a value, or None and its faults are kept."""
+        try:
+            return check(*args, **options)
+        except InputError as error:
+            self.problems += error.problems
+            return None
+
+    def end(self) -> None:
+        """Raise InputError with everything found, if there is anything."""
+        if self.problems:
+            raise InputError(self.problems)
+
+
+def shown(value: Any, limit: int = 60) -> str:
+    """A value as Python writes it, on one short line.
+
+    >>> shown([1.0] * 50)
+    '[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1...'
+    """
+    try:
+        text = repr(value)
+    except Exception:  # such as an integer of more digits than Python writes
+        text = f"a {type(value).__name__}"
+    text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def wrong(name: str, value: Any, expected: str) -> InputError:
+    """The exception for a value that is not what was expected."""
+    return InputError(f"{name}: found {shown(value)}; expected {expected}")
+
+
+def suggestion(name: Any, known: Sequence[str]) -> str:
+    """A close match among the known names, or some of these."""
+    close = get_close_matches(str(name), known, n=1, cutoff=0.5)
+    if close:
+        return f"did you mean '{close[0]}'?"
+    listed = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
+    return f"known are {listed}" if known else "there are none"
+
+
+def number(name: str, value: Any, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
+    """One finite real number >= ``above``."""
+    found = _scalar(value)
+    if isinstance(found, Real) and not isinstance(found, bool):
+        try:
+            result = float(found)
+        except (OverflowError, ValueError):
+            result = float("inf")
+        if abs(result) < float("inf") and result >= above:
+            return result
+    raise wrong(name, value, expected)
+
+
+def frequency(name: str, value: Any) -> float:
+    """One frequency > 0, rad/s."""
+    expected = "a frequency > 0 in rad/s"
+    result = number(name, value, expected, above=0.0)
+    if result == 0.0:
+        raise wrong(name, value, expected)
+    return result
+
+
+def whole(name: str, value: Any, least: int = 0, most: int | None = None) -> int:
+    """One whole number; 2.0 is one too."""
+    limits = f">= {least}" if most is None else f"from {least} to {most}"
+    expected = f"a whole number {limits}"
+    found = _scalar(value)
+    if isinstance(found, float) and found.is_integer():
+        found = int(found)
+    if isinstance(found, bool) or not isinstance(found, Integral):
+        raise wrong(name, value, expected)
+    result = int(found)
+    if result < least or (most is not None and result > most):
+        raise wrong(name, value, expected)
+    return result
+
+
+def numbers(name: str, value: Any, expected: str = "finite real numbers") -> Array:
+    """Finite real numbers of any shape, as an array of their own."""
+    import numpy as np
+
+    try:
+        array = np.asarray(value)
+    except Exception:  # rows of different lengths, objects that refuse
+        raise wrong(name, value, expected) from None
+    if array.dtype.kind not in "iuf" or not np.all(np.isfinite(array)):
+        raise wrong(name, value, expected)
+    return array.astype(float)
+
+
+def number_or_numbers(name: str, value: Any, expected: str = "a finite number, or one for each element") -> Any:
+    """A float, or an array (n_elements,) of finite numbers that nothing outside can change."""
+    array = numbers(name, value, expected)
+    if array.ndim > 1 or array.size == 0:
+        raise wrong(name, value, expected)
+    if array.ndim == 0:
+        return float(array)
+    array.flags.writeable = False
+    return array
+
+
+def same_length(name: str, values: Mapping[str, Any]) -> None:
+    """InputError where lists (n_elements,) have different lengths; single numbers fit all."""
+    import numpy as np
+
+    sizes = {key: int(np.size(value)) for key, value in values.items() if np.size(value) > 1}
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{size} of {key}" for key, size in sizes.items())
+        raise InputError(f"{name}: the numbers of elements do not agree; found {listed}")
+
+
+def text(name: str, value: Any, expected: str = "a text") -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise wrong(name, value, expected)
+    return str(value)
+
+
+def one(name: str, value: Any, kind: type[T], expected: str) -> T:
+    """One object of a class."""
+    if not isinstance(value, kind):
+        raise wrong(name, value, expected)
+    return value
+
+
+def listed(name: str, value: Any, expected: str) -> tuple[Any, ...]:
+    """The items of a list, tuple, array, generator; a text or a table is none."""
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        raise wrong(name, value, expected)
+    try:
+        return tuple(islice(value, MOST_ITEMS))
+    except TypeError:  # such as an array without dimensions
+        raise wrong(name, value, expected) from None
+
+
+def several(name: str, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
+    """Objects of a class; one alone is taken too. ``expected`` names one of them, such as "an ss.Load"."""
+    if isinstance(value, kind):
+        return (value,)
+    found = listed(name, value, f"{expected}, or a list of them")
+    for place, item in enumerate(found):
+        if not isinstance(item, kind):
+            raise wrong(f"{name}, number {place + 1}", item, expected)
+    return found
+
+
+def names(name: str, value: Any, expected: str = "the name of a dof") -> tuple[str, ...]:
+    """Texts; one alone is taken too."""
+    return tuple(str(item) for item in several(name, value, str, expected))
+
+
+def warn(sentences: Iterable[str]) -> None:
+    """Give each sentence as a SlipstickWarning at the user's own line.
+
+    Steps over the frames of this package and of what stands between it and its user, so that it does not matter how
+    deep the caller is.
+    """
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).partition(".")[0] in _PASSED_BY:
+        level, frame = level + 1, frame.f_back
+    for sentence in sentences:
+        warnings.warn(sentence, SlipstickWarning, stacklevel=level)
+
+
+def _scalar(value: Any) -> Any:
+    """An array without dimensions as the number it holds; anything else as it is."""
+    return value.item() if getattr(value, "shape", None) == () and hasattr(value, "item") else value

@@ -1,0 +1,138 @@
+"""Warnings: Python says what ``check`` says, at the user's own line, once, and nothing where all is well."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.balance.preflight import problem_warnings
+
+SHORT = {"max_points": 2}
+
+
+def problem(
+    *,
+    velocity: float = 10.0,
+    C: float = 0.4,
+    harmonics: Any = 10,
+    loads: Any = None,
+    normal: str | None = None,
+    **contact: Any,
+) -> ss.Problem:
+    structure = ss.MatrixStructure(M=np.eye(2), C=C * np.eye(2), K=40.0 * np.eye(2), dofs=["x", "y"])
+    given = {"kt": 100.0, "mu": 0.3, "normal_load": 800.0} | contact
+    pair = ss.ContactPair(
+        name="damper",
+        contact=ss.FrictionContact(**{name: value for name, value in given.items() if value is not None}),
+        tangential="x",
+        normal=normal,
+        rubbing=ss.RubbingMotion(velocity=velocity),
+    )
+    loads = [ss.Load(dof="x", sin=100.0)] if loads is None else loads
+    return ss.Problem(structure, contacts=pair, loads=loads, harmonics=harmonics)
+
+
+SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: problem(normal_load=0.0), "never acts"),
+    (lambda: problem(normal_load=None, gap=1.0), "never acts"),
+    (lambda: problem(normal="y", kn=0.0, normal_load=None, gap=-1.0), "kn = 0"),
+    (lambda: problem(harmonics=[0, 1, 3, 5, 7]), "even harmonics"),
+    (lambda: problem(harmonics=2), "at least 0..5"),
+    (lambda: problem(loads=[], velocity=0.0), "nothing moves"),
+    (lambda: problem(loads=[ss.Load(dof="x", sin=0.0)], velocity=0.0), "nothing moves"),
+    (lambda: problem(mu=30.0), "mu = 30 is more than"),
+    (lambda: problem(kt=1e9), "kt = 1e+09 is 2.5e+07 times"),
+    (lambda: problem(kt=1e-6), "kt = 1e-06 is only 2.5e-08"),
+    (lambda: problem(normal="y", kn=1e9), "kn = 1e+09 is"),
+    (lambda: problem(normal="y", kn=1e-7, normal_load=None, gap=0.0), "kn = 1e-07 is only"),
+    (lambda: problem(normal="y", normal_load=None, gap=1e4, loads=ss.Load(dof="y", cos=1.0)), "hardly ever close"),
+    (lambda: ss.forced_response(problem(), omega=(0.3, 2.0), options=SHORT), "meant in Hz"),
+    (lambda: ss.forced_response(problem(), omega=(30.0, 60.0), options=SHORT), "2 pi applied twice"),
+    (lambda: ss.forced_response(problem(C=0.0), omega=(2.0, 3.0), options=SHORT), "no damping"),
+    (lambda: ss.parameter_response(problem(C=0.0), "damper.mu", (0.1, 0.2), omega=2.0, options=SHORT), "no damping"),
+    (
+        lambda: ss.parameter_response(
+            problem(velocity=0.0, harmonics=[0, 1, 3, 5]), "damper.velocity", (0.0, 5.0), omega=2.0, options=SHORT
+        ),
+        "even harmonics",
+    ),
+    (lambda: ss.linear_response(problem(C=0.0), omega=[2.0, 3.0]), "no damping"),
+    (lambda: ss.linear_response(free(C=None), omega=[2.0, 3.0]), "no damping"),
+    (lambda: ss.linear_response(free(), omega=[0.5, 1.5]), "meant in Hz"),
+    (lambda: ss.linear_response(modal(), omega=[8.0, 15.0]), "receptance of the reduced structure"),
+]  # fmt: skip
+
+
+def free(C: Any = ((0.4,),)) -> ss.Problem:
+    structure = ss.MatrixStructure(M=[[1.0]], C=C, K=[[40.0]], dofs=["x"])
+    return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
+
+
+def modal(residual: float = 0.01) -> ss.Problem:
+    structure = ss.ModalStructure(
+        omega=[10.0], mode_shapes=[[1.0]], static_compliance=[[0.01 + residual]], dofs=["x"], loss_factor=0.01
+    )
+    return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
+
+
+@pytest.mark.parametrize("make, words", SUSPICIOUS, ids=[words for _, words in SUSPICIOUS])
+def test_python_says_what_looks_wrong_at_the_users_line(make: Callable[[], Any], words: str) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = make()
+    assert [w.category for w in caught] == [ss.SlipstickWarning] * len(caught)
+    assert sum(words in str(w.message) for w in caught) == 1, [str(w.message) for w in caught]
+    assert {w.filename for w in caught} == {__file__}
+    if isinstance(made, ss.Branch):
+        assert any(words in sentence for sentence in made.warnings)
+        assert any(words in sentence for sentence in made.dataset.attrs["warnings"].splitlines())
+
+
+def test_nothing_is_said_where_all_is_well() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ss.forced_response(problem(), omega=(2.0, 3.0), options=SHORT).warnings == ()
+        problem(normal="y", kn=1e-7)  # a very soft spring under preload: a constant normal load
+        ss.linear_response(modal(residual=0.0), omega=[8.0, 15.0])
+        problem(velocity=0.0, harmonics=[0, 1, 3, 5])
+        ss.parameter_response(problem(), "damper.mu", (0.0, 0.3), omega=2.0, options=SHORT)
+
+
+def test_a_problem_and_its_copies_say_a_thing_once() -> None:
+    with pytest.warns(ss.SlipstickWarning, match="mu = 0"):
+        p = problem(mu=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        replace(p, title="again")
+        p.with_parameter("damper.kt", 50.0)
+        pickle.loads(pickle.dumps(p))
+        assert any("mu = 0" in s for s in ss.forced_response(p, omega=(2.0, 3.0), options=SHORT).warnings)
+    with pytest.warns(ss.SlipstickWarning, match="mu = 3"):
+        p.with_parameter("damper.mu", 3.0)
+
+
+def test_curves_repeat_only_what_belongs_to_them() -> None:
+    p = problem(C=0.0)
+    with pytest.warns(ss.SlipstickWarning, match="no damping"):
+        ss.forced_response(p, omega=(2.0, 3.0), options=SHORT)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ss.forced_response(p, omega=(2.0, 3.0), options=SHORT)
+
+
+def test_even_multiples_of_what_moves_count() -> None:
+    """Driven on harmonic 2 alone, the even harmonics are 4, 8, ..."""
+    p = problem(harmonics=4)
+    structure, pair = p.structure, p.contacts[0]
+    with pytest.warns(ss.SlipstickWarning, match="even multiples of 2"):
+        ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", harmonic=2, sin=1.0), harmonics=[0, 2, 6, 10])
+    assert problem_warnings(
+        ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", harmonic=2, sin=1.0), harmonics=[0, 2, 4, 6])
+    ) == []  # fmt: skip
