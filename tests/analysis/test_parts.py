@@ -66,7 +66,7 @@ def test_a_velocity_goes_on_beyond_the_jump_at_zero():
     branch = ss.parameter_response(oscillator(velocity=10.0), "damper.velocity", (-10.0, 20.0), omega=6.0)
     d = branch.dataset
     assert branch.outcome is Outcome.COMPLETED
-    assert "two sides of a jump at" in d.attrs["outcome_text"]
+    assert "end on the two sides of" in d.attrs["outcome_text"]
     v, mean = d.parameter.values, d["mean"].values[:, 0]
     assert v.min() == -10.0
     assert v.max() == 20.0

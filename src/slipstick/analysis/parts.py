@@ -78,8 +78,18 @@ class Part:
         return f"from {self.start:.6g} to {self.reach:.6g}{how}"
 
 
-def joined(parts: list[Part]) -> tuple[Outcome, str]:
-    """Outcome and message of a branch: completed where its parts cover the range."""
+def joined(parts: list[Part], *, undamped: bool = False) -> tuple[Outcome, str]:
+    """Outcome and message of a branch: completed where its parts cover the range.
+
+    Where one broke off and the structure is ``undamped``, that is named as what may be behind it.
+    """
+    outcome, text = _joined(parts)
+    if undamped and any(part.outcome in BROKEN_OFF for part in parts):
+        text += "; the structure has next to no damping, and its motion may have no bound at resonance: give it some"
+    return outcome, text
+
+
+def _joined(parts: list[Part]) -> tuple[Outcome, str]:
     first, second = parts[0], parts[-1]
     if first is second:
         return first.outcome, first.message or first.outcome.text
@@ -88,17 +98,18 @@ def joined(parts: list[Part]) -> tuple[Outcome, str]:
     told = f"{first.text}; from the other end, {second.text}"
     if second.outcome is Outcome.INTERRUPTED:
         return second.outcome, f"{second.outcome.text} ({told})"
-    if gap > _JUMP * abs(first.stop - first.start):
+    tolerance = _JUMP * abs(first.stop - first.start)
+    if gap > tolerance:
         missing = f"between {first.reach:.6g} and {second.reach:.6g} nothing was found"
         return first.outcome, f"{first.message or first.outcome.text}; both ends were tried: {told}; {missing}"
     if not first.points:
         return Outcome.COMPLETED, f"completed from the other end of the range: {told}"
-    return Outcome.COMPLETED, f"completed in two parts, which {_meeting(first, second, gap)}: {told}"
+    return Outcome.COMPLETED, f"completed in two parts, which {_meeting(first, second, gap, tolerance)}: {told}"
 
 
-def _meeting(first: Part, second: Part, gap: float) -> str:
+def _meeting(first: Part, second: Part, gap: float, tolerance: float) -> str:
     if second.met:
         return f"meet at {second.reach:.6g}"
-    if gap >= 0.0:
-        return f"end on the two sides of a jump at {0.5 * (first.reach + second.reach):.6g}"
+    if gap >= -tolerance:
+        return f"end on the two sides of {second.reach:.6g}, where the motion jumps or has no bound"
     return f"are different solutions between {second.reach:.6g} and {first.reach:.6g}"

@@ -65,6 +65,10 @@ def response_options(**given: Any) -> ContinuationOptions:
     return ContinuationOptions(**({"first_step": 1 / 300, "max_step": 1 / 120, "event_tolerance": 1e-9} | given))
 
 
+UNSOLVED = 1e-8
+"""A point whose relative residual rounding keeps above this is no solution: the part ends before it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Task:
     """A branch to be followed: what varies, from where to where."""
@@ -224,6 +228,7 @@ def _frequency_task(
     if faults:
         raise InputError(faults)
     balance, inputs = Balance(problem), inputs_of(problem)
+    balance.anchor_if_undamped(start)
     return _Task(
         problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
         start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
@@ -348,7 +353,7 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
             parts.append(Part(number=2, start=task.stop, stop=task.start))
             task.balance.temperature = None
             yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
-        outcome, message = joined(parts)
+        outcome, message = joined(parts, undamped=task.balance.springs is not None)
         message += jumps_text(jumps, [pair.name for pair in task.problem.contacts])
         message = _placed(task, outcome, message, parts)
         return outcome, message
@@ -388,8 +393,12 @@ def _follow_part(
                 step = next(run, None)
             if step is None:
                 break
-            part.add(step.parameter, step.x)
             point = _point(step, task, part)
+            if point.residual > UNSOLVED:
+                part.outcome = Outcome.STEP_TOO_SMALL
+                part.message = f"{part.outcome.text} (at {step.parameter:g}: rounding leaves {point.residual:.0e})"
+                return
+            part.add(step.parameter, step.x)
             if task.listeners:
                 _tell(task, PointFound(
                     number=sum(p.points for p in parts), point=point, progress=_progress(parts), step=run.step_length,
@@ -451,7 +460,7 @@ def _settled_in_time(task: _Task) -> Array | None:
 
     problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem
     found = transient(problem, task.omega, periods=200, tolerance=1e-6)
-    compliance = task.balance.compliance(task.omega)
+    compliance = task.balance.compliance(task.omega, anchored=False)
     return -task.balance.moved_by(found.friction_coefficients, found.normal_coefficients, task.inputs.P, compliance)
 
 

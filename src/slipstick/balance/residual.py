@@ -81,6 +81,10 @@ def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
     return replace(base, **{field: start}), replace(zero, **{field: slope})
 
 
+_UNDAMPED = 1e-5
+"""Imaginary part of a receptance over itself, below which there is as good as no damping."""
+
+
 class Compliance:
     """Receptances of one frequency for all harmonics: ``conj(A)`` and its derivative, (n_columns, n_rows, n + 1)."""
 
@@ -97,6 +101,18 @@ class Compliance:
             np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
             np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
             self.slope[:, :, 1:] *= orders
+
+    def anchor(self, springs: Array) -> None:
+        """From ``A`` to ``B = A (1 + i k A)^-1`` for ``k`` (n_rows,), the receptance with springs ``i k`` at the rows.
+
+        Undamped structures have infinite ``A`` at their resonances; ``B`` is bounded and smooth there.
+        """
+        rows = springs.size
+        V, dV = (both.transpose(2, 1, 0)[1:] for both in (self.value, self.slope))
+        turned = np.linalg.inv(np.eye(rows) - 1j * V[:, :, :rows] * springs)
+        B = turned @ V
+        dB = turned @ (dV + 1j * (dV[:, :, :rows] * springs) @ B)
+        self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
 
 
 class Detail:
@@ -124,6 +140,8 @@ class Balance:
         Numbers of contacts, ports, unknowns ``N = n_ports L``.
     with_normal
         Indices of the contacts with a normal port, in the order of these ports.
+    springs
+        ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     heated, temperature
         The thermal model of the contacts, or None; temperatures (n_contacts,) near which those of the next evaluations
         are sought, None for from cold: whoever follows a branch sets them at every point found.
@@ -146,14 +164,31 @@ class Balance:
         self.receptance = self.rows_to(self.directions)
         self.heated = problem.heated
         self.temperature: Array | None = None
+        self.springs: Array | None = None
+
+    def anchor_if_undamped(self, omega: float) -> None:
+        """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
+
+        ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
+        smoothly through the resonances at which an undamped ``A`` is infinite.
+        """
+        own = np.arange(self.n_ports)
+        value = self.receptance.at(self.orders * omega)[0][:, own, own]
+        lost = np.abs(value.imag) <= _UNDAMPED * np.abs(value)
+        if np.any(np.all(lost, axis=0)):
+            static = np.abs(self.receptance.static[own, own])
+            self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 
     def rows_to(self, rows: Array) -> Any:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
         return self.problem.structure.project(rows, self.columns, self.shapes)
 
-    def compliance(self, omega: float) -> Compliance:
-        """Receptances at the harmonics of ``omega``, between ports and from loads to ports."""
-        return Compliance(self.receptance, self.orders, omega)
+    def compliance(self, omega: float, *, anchored: bool = True) -> Compliance:
+        """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``."""
+        compliance = Compliance(self.receptance, self.orders, omega)
+        if anchored and self.springs is not None:
+            compliance.anchor(self.springs)
+        return compliance
 
     def split(self, x: Array) -> tuple[Array, Array]:
         """Tangential and normal relative motion (..., n_contacts, L) of unknowns (..., N); zero without a normal."""
@@ -180,6 +215,8 @@ class Balance:
     def residual(self, x: Array, forces: ContactForces, P: Array, compliance: Compliance) -> tuple[Array, ComplexArray]:
         """Residual (N,), and the forces on all columns as complex numbers (n_columns, n + 1)."""
         G = self.excitation(forces.Fx, forces.Fy, P)
+        if self.springs is not None:
+            G[: self.n_ports, 1:] += 1j * self.springs[:, None] * self.paired(x.reshape(self.n_ports, -1))[:, 1:]
         moved = np.add.reduce(compliance.value * G[:, None, :], axis=0)
         return x + self.real(moved), G
 
@@ -230,6 +267,12 @@ class Balance:
     def jacobian(self, xx: Array, xy: Array, yy: Array, compliance: Compliance) -> Array:
         """``I + A dF/dX`` (N, N) for tangents ``dFx/dX``, ``dFx/dY``, ``dFy/dY`` (n_contacts, L, L)."""
         c, p, B = self.n_contacts, self.n_ports, compliance.value
+        if self.springs is not None:
+            turned = np.zeros((p, self.L, self.L))
+            turned[:, np.arange(2, self.L, 2), np.arange(1, self.L, 2)] = self.springs[:, None]
+            turned[:, np.arange(1, self.L, 2), np.arange(2, self.L, 2)] = -self.springs[:, None]
+            xx, yy = xx + turned[:c], yy.copy()
+            yy[self.with_normal] += turned[c:]
         transposed = np.empty((p, self.L, p, self.L))
         self._fill(transposed[:c], self._complex_rows(xx), B[:c])
         if p > c:

@@ -107,8 +107,9 @@ class Locator:
         best: tuple[float, float, Step] | None = None
         for _ in range(_MAX_TRIALS):
             u = root.trial
-            step, _result = self._corrector.correct(arc.point(u), arc.derivative(u), event.kind, name=event.name)
-            if step is None:
+            guess = arc.point(u)
+            step, _result = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name)
+            if step is None or metric.length(step.state - guess) > _TOO_FAR * arc.length:
                 break
             value = float(event.function(step))
             shift = np.inf if best is None else metric.length(step.state - best[2].state)
