@@ -47,14 +47,23 @@ def test_the_limit_of_light_damping():
     np.testing.assert_allclose(amplitudes[0], amplitudes[1], rtol=1e-5)
 
 
-@pytest.mark.parametrize("C", [0.0, 1e-12])
-def test_motion_without_bound_is_blamed_on_the_damping(C):
+def test_motion_without_bound_is_blamed_on_the_damping():
     """The load 400 is above 4 mu N / pi: friction cannot hold the resonance."""
-    branch = ss.forced_response(oscillator(load=400.0, C=C), omega=(2.0, 15.0))
+    branch = ss.forced_response(oscillator(load=400.0), omega=(2.0, 15.0))
     assert_solved_within(branch, 2.0, 15.0)
     text = branch.dataset.attrs["outcome_text"]
     assert "next to no damping" in text
     assert "6.32" in text
+
+
+@pytest.mark.parametrize("C", [1e-9, 1e-6])
+def test_a_peak_of_any_height_leaves_the_rest_as_exact(C):
+    """Down from a resonance of 1e7 to 1e10 times the motion beside it, points are as well solved as before it."""
+    branch = ss.forced_response(oscillator(load=400.0, C=C), omega=(2.0, 15.0))
+    assert branch.outcome.ok
+    assert_solved_within(branch, 2.0, 15.0)
+    (top,) = [size for omega, size in branch.peaks("x") if abs(omega - NATURAL) < 0.01]
+    assert top == pytest.approx((400.0 - 4 / np.pi * 240.0) / (C * NATURAL), rel=1e-4)
 
 
 def test_the_anchored_balance_is_the_same_balance():

@@ -12,6 +12,9 @@ from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
 
+_VANISHED = 1e-12
+"""Fraction of the largest magnitude met below which corrections are no longer measured by the solution itself."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ArclengthScaling:
@@ -77,16 +80,16 @@ class Metric:
         """Follow the magnitude of the solution ``x`` (N,)."""
         if self.weights.size and not self._adaptive:
             return
-        size = 1.0
+        size = present = 1.0
         if self._adaptive:
             magnitude = norm(x * self._unit)
             self._largest = max(self._largest, magnitude)
             size = max(magnitude, self._floor * self._largest) or 1.0
-        self.inverse = np.empty(x.size + 1)
-        np.divide(self._unit, size, out=self.inverse[:-1])
-        self.inverse[-1] = self._parameter
-        self.weights = self.inverse * self._weight
-        self.weights[-1] = self._parameter
+            present = max(magnitude, _VANISHED * self._largest) or 1.0
+        self.inverse, self.weights = np.empty(x.size + 1), np.empty(x.size + 1)
+        np.divide(self._unit, present, out=self.inverse[:-1])
+        np.multiply(self._unit, self._weight / size, out=self.weights[:-1])
+        self.inverse[-1] = self.weights[-1] = self._parameter
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""
