@@ -8,6 +8,8 @@ from slipstick.analysis.parts import Part, joined
 from slipstick.errors import Outcome
 from slipstick.verify.cases import oscillator
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
 
 def opening_contact():
     """Two dofs, a contact that opens and closes: from 2 rad/s the branch comes back, from 15 rad/s it does not."""

@@ -7,6 +7,8 @@ import slipstick as ss
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
 STIFFNESS = 40.0
 
 

@@ -6,6 +6,8 @@ import pytest
 import slipstick as ss
 from slipstick.balance.residual import Balance, FrequencySystem, inputs_of
 
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
 NATURAL = np.sqrt(40.0)
 
 

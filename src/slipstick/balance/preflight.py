@@ -154,7 +154,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
     if np.all(np.abs(value.imag) <= _UNDAMPED * np.abs(value.real)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "
-            "is infinite and the curve stops; give a little damping, for instance a loss factor of 1e-6"
+            "is infinite and the motion may have no bound; give a little damping, for instance a loss factor of 1e-6"
         )
 
 

@@ -346,10 +346,8 @@ def _line_search(
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
-            if natural <= _CLEAR_GAIN or (isfinite(natural) and size <= options.stagnation):
-                result.accept(trial)
-                return allowance
-            if natural < _WORST_LOSS and _is_rounding(result):
+            tiny = size <= options.stagnation and isfinite(natural)
+            if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and _is_rounding(result)):
                 result.accept(trial)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
