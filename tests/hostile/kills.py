@@ -96,8 +96,9 @@ def main(count: int, folder: Path) -> None:
     rng, case = random.Random(1), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(CASE)
+    run_case(case, folder / "whole", figures=False, quiet=True)  # compiles the kernel where that is new
     begin = time.perf_counter()
-    run_case(case, folder / "whole", figures=False, quiet=True)
+    run_case(case, folder / "again", figures=False, quiet=True)
     length = time.perf_counter() - begin
     reference = load_dataset(folder / "whole" / "results.nc")
     found = []
