@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Callable
+from contextlib import suppress
 
 VALUES = (
     "0", "-1", "1", "3", "-0.0", "0.5", "1e308", "-1e308", "1e-308", "5e-324", "1e400", "1e40", "1e-40", "1e12",
@@ -29,7 +30,8 @@ _LINE = re.compile(r"^(\s*)([^=\[#\s]+)(\s*=\s*)(.*)$")
 def _line(kind: Callable[[random.Random, list[str], int], None]) -> Callable[[random.Random, str], str]:
     def mutate(rng: random.Random, text: str) -> str:
         lines = text.splitlines()
-        kind(rng, lines, rng.randrange(len(lines)))
+        with suppress(IndexError):  # nothing is left to be changed in this way
+            kind(rng, lines, rng.randrange(max(len(lines), 1)))
         return "\n".join(lines) + "\n"
 
     return mutate
