@@ -149,7 +149,7 @@ def test_heat_balances_everywhere(curves):
     np.testing.assert_allclose(data.temperature, 25.0 + data.dissipated_power.values @ R.T, rtol=1e-9)
     np.testing.assert_allclose(data.friction_coefficient, shrouded_blade.FRICTION.mu(data.temperature), rtol=1e-10)
     assert shrouded_blade.flash_resistance(0.06) == pytest.approx(7062, rel=1e-3)
-    assert curves.blade.influence.sum(axis=1) == pytest.approx(0.003 * 7062, rel=0.25)
+    assert curves.blade.points.influence.sum(axis=1) == pytest.approx(0.003 * 7062, rel=0.25)
 
 
 def test_newton_stays_quadratic_with_heat(curves):

@@ -6,8 +6,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 from shrouded_blade import FULL_LOAD, OUTPUT, highest, one_mode_peak, total_power
 
-from slipstick.models.blade_mesh import blade as meshed
-from slipstick.models.blade_mesh import blade_shape
+from slipstick.models.blade_mesh import blade_mesh, blade_shape
 from slipstick.plots.style import COLOURS, GREY, styled
 
 COLOURED = {"shroud_top": "#009E73", "concave": "#E69F00", "root": "#666666", "root_sides": "#999999"}
@@ -36,7 +35,7 @@ def amplitude(branch):
 
 def mesh(blade, size):
     """The finite element mesh: root, concave side, top of the shroud, contacts and rubbing direction."""
-    body = meshed(blade_shape(size))
+    body = blade_mesh(blade_shape(size))
     figure = Figure(figsize=(8, 5.5))
     # larger than its half of the figure: axes in space keep much room around what they show
     whole = figure.add_axes((-0.3, -0.1, 1.0, 1.15), projection="3d")
@@ -48,7 +47,7 @@ def mesh(blade, size):
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     show(tip, body, shroud, low, high, 1.15)
     # drawn above the surface: the depth sorting of matplotlib would hide half of the contacts
-    tip.plot(*(1e3 * blade.positions).T, "o", color="#D55E00", markersize=6, zorder=100)
+    tip.plot(*(1e3 * blade.points.positions).T, "o", color="#D55E00", markersize=6, zorder=100)
     whole.view_init(20, -65)
     tip.view_init(60, -75)
     ends = [proj_transform(high[0], low[1] + y, high[2], tip.get_proj())[:2] for y in (2.0, 18.0)]

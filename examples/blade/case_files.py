@@ -76,7 +76,7 @@ def contact(blade, curve, k):
     mu = f'{{ table = {FRICTION.tables["mu"].tolist()}, interpolation = "cubic" }}' if curve.hot else MU
     tangential, normal = (
         "{ " + ", ".join(f"{dof} = {cosine!r}" for dof, cosine in directions.items()) + " }"
-        for directions in (blade.tangential(RUBBING_DIRECTION)[k], blade.normal[k])
+        for directions in (blade.points.tangential(RUBBING_DIRECTION)[k], blade.points.normal[k])
     )
     return (
         f'[[contact]]\nname = "c{k + 1}"\ntangential = {tangential}\nnormal = {normal}\n'

@@ -9,10 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import slipstick as ss
-from slipstick.models.blade import INCONEL_718, BladeModel, rubbing_blade
-from slipstick.models.blade_mesh import blade_shape
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
+from slipstick.models.blade import INCONEL_718
 
 LOSS_FACTOR = 0.001
 PRESSURE = 300.0
@@ -39,7 +36,9 @@ BACKGROUND = 25.0
 HARDNESS = 4.0e9
 """Indentation hardness of aged alloy 718, Pa: normal load over hardness is the real area of contact."""
 
-FRICTION = FrictionCurve(temperature=[25, 200, 400, 600, 800], mu=[0.50, 0.45, 0.38, 0.31, 0.27], interpolation="cubic")
+FRICTION = ss.FrictionCurve(
+    temperature=[25, 200, 400, 600, 800], mu=[0.50, 0.45, 0.38, 0.31, 0.27], interpolation="cubic"
+)
 """Friction coefficient of a nickel alloy over the contact temperature, degrees C (illustrative)."""
 
 MU = 0.50
@@ -60,10 +59,17 @@ def reduced_blade(size="small", *, modes=128, contacts=CONTACTS, radius=None, ca
 
     ``contacts`` is their number or their positions, ``radius`` that of the patches.
     """
-    setup = BladeModel(
-        shape=blade_shape(size), material=INCONEL_718, contacts=contacts, radius=radius, film=FILM, modes=modes
+    return ss.reduced_blade(
+        size,
+        material=INCONEL_718,
+        contacts=contacts,
+        radius=radius,
+        film=FILM,
+        modes=modes,
+        loss_factor=LOSS_FACTOR,
+        cache=cache,
+        listener=listener,
     )
-    return rubbing_blade(setup, loss_factor=LOSS_FACTOR, cache=cache, listener=listener)
 
 
 def contact_load(percent):
@@ -82,23 +88,20 @@ def flash_resistance(load):
 
 def heat(blade, percent):
     """Contact temperature: through the body by the finite element model, and at the spots themselves."""
-    resistance = blade.influence + flash_resistance(contact_load(percent)) * np.eye(CONTACTS)
-    return ThermalModel(curve=FRICTION, background=BACKGROUND, resistance=resistance)
+    resistance = blade.points.resistance(own=flash_resistance(contact_load(percent)))
+    return ss.ThermalModel(curve=FRICTION, background=BACKGROUND, resistance=resistance)
 
 
 def rubbed(blade, percent, velocity, *, hot=False, harmonics=range(6)):
     """The blade under a normal load in percent, rubbed with a velocity in m/s; ``hot`` with mu of temperature."""
-    contact = ss.FrictionContact(kt=KT, kn=KN, mu=MU, gap=-contact_load(percent) / KN)
-    pairs = [
-        ss.ContactPair(
-            name=f"c{k}",
-            contact=contact,
-            tangential=tangential,
-            normal=normal,
-            rubbing=ss.RubbingMotion(velocity=velocity),
-        )
-        for k, (tangential, normal) in enumerate(zip(blade.tangential(RUBBING_DIRECTION), blade.normal, strict=True), 1)
-    ]
+    pairs = ss.surface_contacts(
+        blade,
+        "shroud",
+        contact=ss.FrictionContact(kt=KT, kn=KN, mu=MU, normal_load=contact_load(percent)),
+        direction=RUBBING_DIRECTION,
+        normal=True,
+        rubbing=ss.RubbingMotion(velocity=velocity),
+    )
     return ss.Problem(
         blade.structure,
         contacts=pairs,

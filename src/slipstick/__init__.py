@@ -23,6 +23,13 @@ _PUBLIC = {
     "ContactPair": "slipstick.balance.problem",
     "Load": "slipstick.balance.problem",
     "Problem": "slipstick.balance.problem",
+    "import_model": "slipstick.importers.import_model",
+    "reduced_body": "slipstick.models.reduced_body",
+    "reduced_blade": "slipstick.models.blade",
+    "surface_contacts": "slipstick.models.surface_contacts",
+    "Material": "slipstick.fem.materials",
+    "Case": "slipstick.app.case",
+    "load_case": "slipstick.app.case",
     "FrictionCurve": "slipstick.thermal.friction_curve",
     "ThermalModel": "slipstick.thermal.model",
     "Branch": "slipstick.results.branch",
@@ -42,6 +49,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.response import linear_response as linear_response
     from slipstick.analysis.response import parameter_response as parameter_response
     from slipstick.analysis.transient import transient as transient
+    from slipstick.app.case import Case as Case
+    from slipstick.app.case import load_case as load_case
     from slipstick.balance.problem import ContactPair as ContactPair
     from slipstick.balance.problem import Load as Load
     from slipstick.balance.problem import Problem as Problem
@@ -52,6 +61,11 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning
+    from slipstick.fem.materials import Material as Material
+    from slipstick.importers.import_model import import_model as import_model
+    from slipstick.models.blade import reduced_blade as reduced_blade
+    from slipstick.models.reduced_body import reduced_body as reduced_body
+    from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.results.branch import Branch as Branch
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure

@@ -14,12 +14,12 @@ from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.importers.import_model import ImportOptions, import_model, read_model
-from slipstick.io.model_file import load_model
+from slipstick.io.model_file import load_model, save_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 SENTENCE = (
     "6 tet4 elements are linear, far too stiff in bending; put nodes in the middle of their edges "
-    "(import: --quadratic; case: quadratic = true; Python: to_quadratic=True, or slipstick.fem.refine.quadratic) "
+    "(import: --quadratic; case: quadratic = true; Python: quadratic=True, or slipstick.fem.refine.quadratic) "
     "or mesh with quadratic elements"
 )
 CASE = """
@@ -75,7 +75,7 @@ def test_linear_tetrahedra_on_every_road(tmp_path: Path) -> None:
     options = ImportOptions(material=STEEL, fixed=["ROOT"])
     for road in (
         lambda: read_model(mesh, options),
-        lambda: import_model(mesh, tmp_path / "model.h5", options)[0],
+        lambda: import_model(mesh, output=tmp_path / "model.h5", material=STEEL, fixed="ROOT"),
         lambda: load_model(tmp_path / "model.h5"),
         lambda: read_model(tmp_path / "model.h5"),
     ):
@@ -95,7 +95,7 @@ def test_linear_tetrahedra_on_every_road(tmp_path: Path) -> None:
 
 def test_quadratic_ones_are_not_warned_of(tmp_path: Path) -> None:
     mesh = write_mesh(tmp_path)
-    assert read_model(mesh, ImportOptions(material=STEEL, fixed=["ROOT"], to_quadratic=True)).warnings == ()
+    assert read_model(mesh, ImportOptions(material=STEEL, fixed=["ROOT"], quadratic=True)).warnings == ()
 
 
 def test_linear_tetrahedra_from_gmsh_and_in_python(tmp_path: Path) -> None:
@@ -145,10 +145,10 @@ def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> No
 
 def test_files_and_options_without_effect_are_refused(tmp_path: Path) -> None:
     mesh = write_mesh(tmp_path)
-    import_model(mesh, tmp_path / "model.h5", ImportOptions(material=STEEL, fixed=["ROOT"]), quiet=True)
+    save_model(read_model(mesh, ImportOptions(material=STEEL, fixed=["ROOT"]), quiet=True), tmp_path / "model.h5")
     (tmp_path / "other.inp").write_text(mesh.read_text())
     with pytest.raises(InputError, match=r"other\.inp: what it is for does not show; leave it out"):
         read_model([mesh, tmp_path / "other.inp"], ImportOptions(material=STEEL))
-    for options in (ImportOptions(material=STEEL), ImportOptions(to_quadratic=True)):
-        with pytest.raises(InputError, match=r"model\.h5: holds matrices; a material or to_quadratic has no effect"):
+    for options in (ImportOptions(material=STEEL), ImportOptions(quadratic=True)):
+        with pytest.raises(InputError, match=r"model\.h5: holds matrices; a material or quadratic has no effect"):
             read_model(tmp_path / "model.h5", options)

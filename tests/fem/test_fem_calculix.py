@@ -17,7 +17,7 @@ from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.refine import quadratic
-from slipstick.models.blade_mesh import WETTED, blade, blade_shape
+from slipstick.models.blade_mesh import WETTED, blade_mesh, blade_shape
 
 pytestmark = [pytest.mark.verify, pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not here")]
 
@@ -108,7 +108,7 @@ def test_mass_with_their_fewer_points(kind, tmp_path, monkeypatch):
 
 
 def test_blade(tmp_path):
-    mesh = rounded(blade(blade_shape("small")))
+    mesh = rounded(blade_mesh(blade_shape("small")))
     steel = Material(young=200e9, poisson=0.3, density=7850.0)
     theirs = calculix(mesh, steel, tmp_path)
     ours = assemble(mesh, steel)
@@ -130,7 +130,7 @@ def faces_of(mesh: Mesh, surface: Surface) -> list[tuple[int, int]]:
 
 def test_heat_of_the_blade(tmp_path):
     """Temperatures under convection, a fixed root and a source at one node of the shroud, to the digits printed."""
-    made = blade(blade_shape("small"))
+    made = blade_mesh(blade_shape("small"))
     mesh = replace(rounded(made), surfaces=made.surfaces)
     source, root = int(mesh.surface("shroud_top").nodes[5]), mesh.surface("root").nodes
     lines = [*model_lines(mesh), "*NSET,NSET=ROOT", *(f"{n}," for n in root + 1)]

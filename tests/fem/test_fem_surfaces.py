@@ -85,18 +85,18 @@ def test_patches():
     top = mesh.surface("z1")
     patches = contact_patches(mesh, top, spread_nodes(mesh, top, 4))
     np.testing.assert_allclose(patches.weights.sum(axis=0), 1.0, atol=1e-14)
-    np.testing.assert_allclose(patches.normals, np.tile([0, 0, 1.0], (4, 1)), atol=1e-14)
-    np.testing.assert_allclose(patches.areas, 0.25, rtol=1e-2)
-    assert patches.areas.sum() == pytest.approx(1.0)
-    assert patches.share(80.0).sum() == pytest.approx(80.0)
-    np.testing.assert_allclose(patches.radii, np.sqrt(patches.areas / (2 * np.pi)))
+    np.testing.assert_allclose(patches.points.normals, np.tile([0, 0, 1.0], (4, 1)), atol=1e-14)
+    np.testing.assert_allclose(patches.points.areas, 0.25, rtol=1e-2)
+    assert patches.points.areas.sum() == pytest.approx(1.0)
+    assert patches.points.share(80.0).sum() == pytest.approx(80.0)
+    np.testing.assert_allclose(patches.radii, np.sqrt(patches.points.areas / (2 * np.pi)))
     centroids = patches.weights.T @ mesh.nodes
-    np.testing.assert_allclose(centroids, patches.positions, atol=2e-3)
-    np.testing.assert_allclose(patches.tangents([3.0, 4.0, 7.0]), np.tile([0.6, 0.8, 0.0], (4, 1)), atol=1e-14)
+    np.testing.assert_allclose(centroids, patches.points.positions, atol=2e-3)
+    np.testing.assert_allclose(patches.points.tangents([3.0, 4.0, 7.0]), np.tile([0.6, 0.8, 0.0], (4, 1)), atol=1e-14)
     moved = np.tile([1.0, 2.0, 3.0], mesh.n_nodes)
-    np.testing.assert_allclose(patches.directions(patches.tangents([3.0, 4.0, 0.0])).T @ moved, 2.2)
-    with pytest.raises(InputError, match="not normal to the surface"):
-        patches.tangents([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(patches.directions(patches.points.tangents([3.0, 4.0, 0.0])).T @ moved, 2.2)
+    with pytest.raises(InputError, match="is normal to the surface"):
+        patches.points.tangents([0.0, 0.0, 1.0])
     with pytest.raises(InputError, match="not on the surface"):
         contact_patches(mesh, top, mesh.surface("z0").nodes[:2])
     with pytest.raises(InputError, match="given twice"):
@@ -126,7 +126,7 @@ def test_patch_compliance_converges_and_point_compliance_does_not():
         patches = contact_patches(mesh, mesh.surface("z1"), [[0.5, 0.5, 0.5]], radius=0.2)
         vertical = 3 * int(patches.nodes[0]) + 2
         columns = np.zeros((3 * mesh.n_nodes, 2))
-        columns[:, [0]] = patches.directions(patches.normals).toarray()
+        columns[:, [0]] = patches.directions(patches.points.normals).toarray()
         columns[vertical, 1] = 1.0
         loads = model.restrict(columns)
         compliance = np.diag(loads.T @ factorise(model.K).solve(loads))

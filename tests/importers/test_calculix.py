@@ -160,7 +160,7 @@ def test_input_file_sets_surfaces_materials(tmp_path):
 
 def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
     write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
-    model = read_model(tmp_path / "m.inp", ImportOptions(to_quadratic=True))
+    model = read_model(tmp_path / "m.inp", ImportOptions(quadratic=True))
     reference = skewed("hex20")
     # every middle of an edge between held nodes is held too; the lone y support stays alone
     assert len(model.constrained) == 3 * len(reference.node_set("ROOT")) + 1

@@ -36,7 +36,7 @@ def raw(K, M, held=(), nodes=None, **matrices) -> RawModel:
 @pytest.fixture(scope="module")
 def cantilever() -> ImportedModel:
     mesh = box((4.0, 1.0, 1.0), (4, 1, 1), "hex8")
-    return assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, fixed=["x0"], to_quadratic=True)
+    return assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, fixed=["x0"], quadratic=True)
 
 
 @pytest.mark.parametrize("stored", ["full", "upper", "lower", "mixed"])
@@ -123,11 +123,11 @@ def test_a_hinge_is_found_as_one_motion():
 
 def test_fixing_later_equals_fixing_at_once(cantilever):
     mesh = box((4.0, 1.0, 1.0), (4, 1, 1), "hex8")
-    free = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, to_quadratic=True)
+    free = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, quadratic=True)
     later = free.fix("x0")
     assert later.dofs == cantilever.dofs
     assert abs(later.K - cantilever.K).max() == 0.0
-    with pytest.raises(InputError, match="'root' is not in the imported model; it has: x0, x1"):
+    with pytest.raises(InputError, match="fixed: there is no node set 'root' in the model; known are x0, x1"):
         free.fix("root")
     partly = free.fix("x0", "x")
     assert partly.n_dofs == free.n_dofs - len(free.nodes_of("x0"))

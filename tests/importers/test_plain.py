@@ -16,7 +16,7 @@ from slipstick.fem.geometry import volume
 from slipstick.fem.materials import Material
 from slipstick.importers import extras
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.import_model import ImportOptions, import_model, read_model
+from slipstick.importers.import_model import ImportOptions, import_model, read_model, summary
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.plain.matrix_market import read_matrix_market
 
@@ -164,9 +164,8 @@ def test_gmsh(gmsh):
 
 
 def test_gmsh_to_a_model_with_options(gmsh, tmp_path):
-    model, notes = import_model(
-        gmsh, tmp_path / "m.h5", ImportOptions(material=STEEL, fixed=["tip"], to_quadratic=True, units="SI")
-    )
+    model = import_model(gmsh, output=tmp_path / "m.h5", material=STEEL, fixed=["tip"], quadratic=True, units="SI")
+    notes = summary(model)
     assert set(model.mesh.blocks) == {"tet10"}
     assert model.units == "SI"
     assert notes[0].startswith("box.msh: ")

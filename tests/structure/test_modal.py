@@ -7,7 +7,7 @@ import pytest
 
 from slipstick.errors import InputError
 from slipstick.structure.matrices import MatrixStructure
-from slipstick.structure.modal import LoadShape, ModalStructure, read_arrays
+from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Structure
 
 RNG = np.random.default_rng(9)
@@ -255,9 +255,13 @@ def test_arrays_from_a_file(tmp_path):
 def test_files_that_are_not_plain_arrays(tmp_path):
     (tmp_path / "text.npz").write_text("not an archive")
     np.savez(tmp_path / "objects.npz", omega=np.array([{"a": 1}], dtype=object))
-    for name in ("text.npz", "objects.npz", "missing.npz"):
-        with pytest.raises(InputError, match="not readable"):
-            read_arrays(tmp_path / name)
+    for name, said in (
+        ("text.npz", "not a readable .npz file"),
+        ("objects.npz", "holds Python objects"),
+        ("missing.npz", "there is no such file"),
+    ):
+        with pytest.raises(InputError, match=said):
+            ModalStructure.load(tmp_path / name)
 
 
 def test_reduced_blade():

@@ -191,6 +191,23 @@ def test_a_stored_reduction_is_reused_and_recognised_by_content(
     assert make().reused
 
 
+def test_what_other_code_stored_is_made_again(
+    beam: ElasticModel, tip: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The key holds the text of the code: a change of one byte in a room is another key."""
+    made = [reduce_model(beam.K, beam.M, keep=tip, dofs=beam.dofs, modes=4, cache=tmp_path).reused for _ in range(2)]
+    monkeypatch.setattr(reduction_store, "code_digest", lambda *rooms: "other")
+    made.append(reduce_model(beam.K, beam.M, keep=tip, dofs=beam.dofs, modes=4, cache=tmp_path).reused)
+    assert made == [False, True, False]
+    room = tmp_path / "room" / "inner"
+    room.mkdir(parents=True)
+    (room / "a.py").write_text("x = 1\n")
+    before = reduction_store.folders_digest([tmp_path / "room"])
+    assert reduction_store.folders_digest([tmp_path / "room"]) == before
+    (room / "a.py").write_text("x = 2\n")
+    assert reduction_store.folders_digest([tmp_path / "room"]) != before
+
+
 def test_a_stored_file_of_something_else_is_made_again(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     assert reduction_store.read(path) is None

@@ -12,6 +12,7 @@ from slipstick.app.reading import Reading
 from slipstick.app.source import parse, read_text
 from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
+from slipstick.faults import warn
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -128,3 +129,26 @@ class Case:
         if self.parameter is None:
             return forced_response(self.problem(), omega=self.span, **common)
         return parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
+
+
+def load_case(path: str | Path) -> Problem:
+    """The problem a case file describes, for a script or a notebook; what ``[response]`` asks for is in :class:`Case`.
+
+    Parameters
+    ----------
+    path
+        The case file; files it names lie in its folder, and reductions are kept there.
+
+    Raises
+    ------
+    InputError
+        One sentence for each fault in the file.
+
+    Warns
+    -----
+    SlipstickWarning
+        What is approximated or looks wrong in the model of the structure.
+    """
+    case = Case.from_file(path)
+    warn(case.body.warnings)
+    return case.problem()

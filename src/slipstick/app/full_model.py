@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.app.body import Body, ContactPoints, FullModel
+from slipstick.app.body import Body
 from slipstick.app.guard import say
 from slipstick.app.progress import duration
-from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.fem.contact_points import ContactPoints
+    from slipstick.models.reduced_body import ReducedBody
 
 _LARGE = 20_000
 """From this many dofs a direct solution takes seconds."""
@@ -20,19 +24,19 @@ _FEW, _MANY = 3, 6
 
 def show_full_model(body: Body, omega: tuple[float, float], highest_order: int) -> None:
     """Print the full model behind a reduced structure, the error of the reduction and the contact points."""
-    if body.full is None:
+    full = body.reduced
+    if full is None:
         return
-    full = body.full
     kept = "read from disk" if full.reused else "made"
     say(
-        f"full model: {full.n_dofs} dofs ({full.note}); {full.modes} modes, solver {full.solver}; "
-        f"{kept} in {duration(full.seconds)}"
+        f"full model: {full.n_dofs} dofs ({full.source}); {len(full.structure.omega)} modes, solver {full.solver}; "
+        f"{kept} in {duration(body.seconds)}"
     )
-    for note in body.notes:
+    for note in full.notes:
         say(f"  {note}")
     _errors(full, omega, highest_order)
-    if body.points is not None:
-        _points(body.points)
+    if full.points is not None:
+        _points(full.points)
 
 
 def frequencies(omega: tuple[float, float], highest_order: int, count: int) -> list[float]:
@@ -47,19 +51,14 @@ def frequencies(omega: tuple[float, float], highest_order: int, count: int) -> l
     return [float(value) for value in dict.fromkeys(wanted)]
 
 
-def _errors(full: FullModel, omega: tuple[float, float], highest_order: int) -> None:
+def _errors(full: ReducedBody, omega: tuple[float, float], highest_order: int) -> None:
     large = full.n_dofs > _LARGE
     wanted = frequencies(omega, highest_order, _FEW if large else _MANY)
     few = "; the model is large, so at few frequencies" if large else ""
     say(f"reduction against direct solutions of the full model, relative error of the receptance{few}:")
     if large:
         say("  putting the full model together, then a direct solution for each of the frequencies ...")
-    compared = full.comparison()
-    for value in wanted:
-        try:
-            error = full.error(compared, value)
-        except InputError:
-            continue
+    for value, error in full.receptance_errors(wanted):
         say(f"  {value:.6g} rad/s ({value / (2 * pi):.5g} Hz): {error:.1e}")
 
 

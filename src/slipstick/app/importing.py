@@ -50,7 +50,8 @@ def import_files(request: ImportRequest) -> None:
     InputError
         With all faults; the output is then as it was before.
     """
-    from slipstick.importers.import_model import ImportOptions, import_model
+    from slipstick.importers.import_model import ImportOptions, read_model, summary
+    from slipstick.io.model_file import save_model
 
     material, faults = _material(request)
     names, more = _names(request.names)
@@ -66,11 +67,13 @@ def import_files(request: ImportRequest) -> None:
         constraints=request.constraints,
         material=material,
         fixed=tuple(request.fixed),
-        to_quadratic=request.quadratic,
+        quadratic=request.quadratic,
         units=request.units,
     )
     say(f"reading {', '.join(path.name for path in request.files)} ...")
-    model, notes = import_model(list(request.files), request.output, options, quiet=True)
+    model = read_model(list(request.files), options, quiet=True)
+    save_model(model, request.output)
+    notes = summary(model)
     for line in notes:
         say(line)
     for warning in model.warnings:

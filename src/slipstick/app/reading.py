@@ -6,15 +6,23 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.fe_tables import SurfaceContactTable, contact_table
-from slipstick.app.heating import background_of, cold_value, heating_faults, thermal_model
+from slipstick.app.heating import background_of, heating_faults, thermal_model
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
-from slipstick.app.surface_contacts import INFLUENCE, expanded, own_influence
+from slipstick.app.surface_contacts import (
+    INFLUENCE,
+    Placed,
+    cold_contact,
+    contacts_on_surface,
+    own_influence,
+    rubbing_motion,
+)
 from slipstick.app.tables import (
     ContactTable,
     LoadTable,
@@ -63,10 +71,10 @@ class Reading:
         output = self._one("output", OutputTable, optional=True)
         self._references(loads, blocks, output)
         contacts = self._contacts(blocks)
-        tables = [c for _, c in contacts]
+        tables = [c.table for c in contacts]
         if self._heat_is_known(blocks):
             self.faults += heating_faults(tables, self.thermal)
-        pairs = [p for i, c in contacts if (p := self._built("contact", i, c, self._pair))]
+        pairs = [p for c in contacts if (p := c.pair or self._built("contact", c.block, c.table, self._pair))]
         forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
         if not self.faults and top is not None and self.structure is not None:
             self.title = top.title
@@ -83,32 +91,29 @@ class Reading:
             return False
         return self.body is not None or not any(isinstance(block, SurfaceContactTable) for _, block in blocks)
 
-    def _contacts(self, blocks: list[tuple[int, Any]]) -> list[tuple[int, ContactTable]]:
-        """Single contacts, and those on a surface written out; the influence matrix of the structure written out."""
+    def _contacts(self, blocks: list[tuple[int, Any]]) -> list[Placed]:
+        """Single contacts, and those on a surface; the influence matrix of the structure written out."""
         if self.body is None:
             blocks = [(i, block) for i, block in blocks if not isinstance(block, SurfaceContactTable)]
-        points = self.body.points if self.body is not None else None
-        contacts: list[tuple[int, ContactTable]] = []
-        on_surface: dict[int, tuple[int, int]] = {}
+        reduced = self.body.reduced if self.body is not None else None
+        contacts: list[Placed] = []
         for i, block in blocks:
             if not isinstance(block, SurfaceContactTable):
-                contacts.append((i, block))
+                contacts.append(Placed(block=i, table=block))
                 continue
-            for point, contact in (self._built("contact", i, block, lambda b: expanded(b, points)) or {}).items():
-                if point in on_surface:
-                    self.faults.append(f"[[contact]] '{block.name}' points: point {point + 1} has a contact already")
-                on_surface[point] = (len(contacts), i)
-                contacts.append((i, contact))
+            cold = background_of(block, self.thermal)
+            placed = self._built("contact", i, block, partial(contacts_on_surface, i, body=reduced, background=cold))
+            taken = {c.point for c in contacts if c.point is not None}
+            for c in placed or []:
+                if c.point in taken:
+                    self.faults.append(f"[[contact]] '{block.name}' points: point {c.point + 1} has a contact already")
+            contacts += placed or []
         if self.body is None or self.thermal is None or self.thermal.influence != INFLUENCE or self.faults:
             return contacts
         try:
-            own = {point: contacts[at][1] for point, (at, _) in on_surface.items()}
-            self.thermal, own = own_influence(self.thermal, own, points)
+            self.thermal, contacts = own_influence(self.thermal, contacts, reduced)
         except InputError as error:
             self.faults += error.problems
-            return contacts
-        for point, (at, i) in on_surface.items():
-            contacts[at] = (i, own[point])
         return contacts
 
     def _top(self) -> Any:
@@ -259,7 +264,7 @@ class Reading:
 
         if self.problem is None or self.response is None or self.body is None or self.body.force or self.faults:
             return
-        count = self.body.full.modes_below if self.body.full is not None else None
+        count = self.body.reduced.modes_below if self.body.reduced is not None else None
         found = reduction_faults(self.problem, frequencies_met(self.response), count)
         self.faults += [f"[structure] {fault}" for fault in found]
 
@@ -294,18 +299,11 @@ def load(table: LoadTable) -> Load:
 def contact_pair(table: ContactTable, background: float | None = None) -> ContactPair:
     """The contact of a ``[[contact]]`` table, cold; a normal load N0 is the interference gap = -N0 / kn."""
     from slipstick.balance.problem import ContactPair
-    from slipstick.contact.parameters import FrictionContact
-    from slipstick.contact.rubbing import RubbingMotion
 
-    kn = 1.0 if table.kn is None else cold_value(table.kn, background)
-    gap = table.gap if table.gap is not None else -(table.normal_load or 0.0) / (kn or 1.0)
-    rub = table.rubbing
     return ContactPair(
         name=table.name,
-        contact=FrictionContact(
-            kt=cold_value(table.kt, background), mu=cold_value(table.mu, background), kn=kn, gap=gap
-        ),
+        contact=cold_contact(table, background),
         tangential=table.tangential,
         normal=table.normal,
-        rubbing=RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin) if rub is not None else RubbingMotion(),
+        rubbing=rubbing_motion(table),
     )

@@ -7,14 +7,15 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from slipstick.app.body import Tell
+from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import MaterialTable
 from slipstick.errors import InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
+    from slipstick.models.reduced_body import ReducedBody
     from slipstick.solve.eigen import Progress
 
 CACHE = "slipstick-cache"
@@ -48,16 +49,18 @@ def stages(tell: Tell) -> Callable[[Progress], None]:
     return hear
 
 
-def reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], Any]) -> Any:
+def reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], ReducedBody], *, force: bool) -> Body:
     """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
+    began = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SlipstickWarning)
-            return make(stages(tell))
+            body = make(stages(tell))
     except InputError:
         raise
     except SlipstickError as error:
         raise InputError(str(error)) from None
+    return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)
 
 
 def material_of(table: MaterialTable) -> Material:

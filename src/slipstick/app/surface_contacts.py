@@ -2,23 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from slipstick.app.body import Array, ContactPoints
 from slipstick.app.fe_tables import SurfaceContactTable
-from slipstick.app.sentences import shown, suggestion
+from slipstick.app.heating import cold_value
+from slipstick.app.sentences import suggestion
 from slipstick.app.tables import ContactTable, ThermalTable
 from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import ContactPair
+    from slipstick.contact.parameters import FrictionContact
+    from slipstick.contact.rubbing import RubbingMotion
+    from slipstick.models.reduced_body import ReducedBody
 
 INFLUENCE = "structure"
 """``[thermal] influence = "structure"``: the matrix of the finite element model."""
 
 
-def expanded(table: SurfaceContactTable, points: ContactPoints | None) -> dict[int, ContactTable]:
-    """Contacts "NAME 1", "NAME 2", ... by their point, counted from 0.
+@dataclass(frozen=True, kw_only=True)
+class Placed:
+    """One contact of a case: the number of its block, its table by its own name, and the point it lies on, from 0.
+
+    ``pair`` is there already for a contact on a surface; a single one is made from its table.
+    """
+
+    block: int
+    table: ContactTable
+    point: int | None = None
+    pair: ContactPair | None = None
+
+
+def contacts_on_surface(
+    block: int, table: SurfaceContactTable, body: ReducedBody | None, background: float | None
+) -> list[Placed]:
+    """Contacts "NAME 1", "NAME 2", ... of one block, cold.
 
     Raises
     ------
@@ -26,90 +46,94 @@ def expanded(table: SurfaceContactTable, points: ContactPoints | None) -> dict[i
         If the structure has no contact points, a point is not there or given twice, or the rubbing direction is normal
         to the surface.
     """
-    from slipstick.models.surface_model import cosines
+    from slipstick.models.surface_contacts import surface_contacts
 
-    if points is None:
+    if body is None or body.points is None:
         raise InputError(
             'points: the structure has no contact surface; give [structure] kind = "blade", or kind = "fe" with surface'
         )
-    chosen = _chosen(table.points, points.count)
-    along = cosines(_tangents(points, table.direction))
-    across = cosines(points.normals)
-    load = _loads(table, points.areas[chosen])
-    return {
-        k: ContactTable.model_construct(
-            **{
-                **{name: getattr(table, name) for name in ContactTable.model_fields},
-                "name": f"{table.name} {k + 1}",
-                "tangential": along[k],
-                "normal": across[k] if table.normal else None,
-                "normal_load": load[i],
-            }
+    pairs = surface_contacts(
+        body,
+        table.name,
+        contact=cold_contact(table, background, table.normal_load_total),
+        direction=table.direction,
+        points=table.points,
+        normal=table.normal is not None,
+        shared=table.normal_load_total is not None,
+        rubbing=rubbing_motion(table),
+    )
+    shared = {name: getattr(table, name) for name in ContactTable.model_fields}
+    return [
+        Placed(
+            block=block,
+            table=ContactTable.model_construct(**{**shared, "name": pair.name}),
+            point=point,
+            pair=pair,
         )
-        for i, k in enumerate(chosen)
-    }
+        for point, pair in zip(body.points.chosen(table.points), pairs, strict=True)
+    ]
 
 
-def _chosen(wanted: Any, count: int) -> list[int]:
-    if wanted == "all":
-        return list(range(count))
-    outside = [p for p in wanted if p > count]
-    if outside:
-        raise InputError(f"points: found {outside[0]}; the surface has the points 1 to {count}")
-    if len(set(wanted)) != len(wanted):
-        raise InputError(f"points: found {shown(wanted)}; give every point once")
-    return [p - 1 for p in wanted]
+def cold_contact(table: ContactTable, background: float | None, total: float | None = None) -> FrictionContact:
+    """The parameters of a contact, cold; ``total``: the normal load of all contacts of a block, instead of its own."""
+    from slipstick.contact.parameters import FrictionContact
+
+    return FrictionContact(
+        kt=cold_value(table.kt, background),
+        mu=cold_value(table.mu, background),
+        kn=1.0 if table.kn is None else cold_value(table.kn, background),
+        gap=table.gap,
+        normal_load=table.normal_load if total is None else total,
+    )
 
 
-def _tangents(points: ContactPoints, direction: Sequence[float]) -> Array:
-    wanted = np.asarray(direction)
-    flat = wanted - (points.normals @ wanted)[:, None] * points.normals
-    size = np.linalg.norm(flat, axis=1, keepdims=True)
-    if not size.min() > 1e-3 * np.linalg.norm(wanted):
-        raise InputError(f"direction: {list(direction)} is normal to the surface; give one along it")
-    return np.asarray(flat / size)
+def rubbing_motion(table: ContactTable) -> RubbingMotion:
+    """The motion of the counter surface of a contact."""
+    from slipstick.contact.rubbing import RubbingMotion
 
-
-def _loads(table: SurfaceContactTable, areas: Array) -> list[float | None]:
-    """Normal load of each point: the same for all, or a total by area."""
-    if table.normal_load_total is None:
-        return [table.normal_load] * len(areas)
-    return [float(load) for load in table.normal_load_total * areas / areas.sum()]
+    rub = table.rubbing
+    return RubbingMotion() if rub is None else RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin)
 
 
 def own_influence(
-    top: ThermalTable, contacts: Mapping[int, ContactTable], points: ContactPoints | None
-) -> tuple[ThermalTable, dict[int, ContactTable]]:
+    top: ThermalTable, contacts: Sequence[Placed], body: ReducedBody | None
+) -> tuple[ThermalTable, list[Placed]]:
     """``influence = "structure"`` written out, the resistance of each contact itself added to the diagonal.
 
-    Returns the table with the matrix and the contacts without their resistance.
+    Returns the table with the matrix, and all contacts, those on the surface without their resistance.
 
     Raises
     ------
     InputError
         If the structure has no influence matrix, or no contact lies on its surface.
     """
+    points = body.points if body is not None else None
     if points is None or points.influence is None:
         raise InputError(
             "[thermal] influence: the structure has no influence matrix; give [structure] films or cold and a "
             'conductivity (kind = "fe"), or use kind = "blade"'
         )
-    names = [c.name for c in contacts.values()]
+    names = [c.table.name for c in contacts if c.point is not None]
     stray = [name for name in top.contacts or () if name not in names]
     if stray:
         hint = suggestion(stray[0], names)
         raise InputError(f"[thermal] contacts: '{stray[0]}' does not lie on the surface of the structure; {hint}")
-    heated = {k: c for k, c in contacts.items() if top.contacts is None or c.name in top.contacts}
+    heated = [name for name in names if top.contacts is None or name in top.contacts]
     if not heated:
         raise InputError('[thermal] influence: no contact lies on the surface; give [[contact]] with points = "all"')
-    at = list(heated)
-    own = [c.thermal.resistance or 0.0 if c.thermal is not None else 0.0 for c in heated.values()]
-    matrix = points.influence[np.ix_(at, at)] + np.diag(own)
-    bare = {
-        k: c
-        if c.thermal is None
-        else c.model_copy(update={"thermal": c.thermal.model_copy(update={"resistance": None})})
-        for k, c in heated.items()
-    }
-    written = top.model_copy(update={"influence": matrix.tolist(), "contacts": [c.name for c in heated.values()]})
-    return written, {**contacts, **bare}
+    on = {c.table.name: c for c in contacts if c.table.name in heated}
+    numbers = [on[name].point + 1 for name in heated]  # type: ignore[operator]
+    matrix = points.resistance(numbers, own=[_own_resistance(on[name].table) for name in heated])
+    written = top.model_copy(update={"influence": matrix.tolist(), "contacts": heated})
+    return written, [replace(c, table=_bare(c.table)) if c.table.name in heated else c for c in contacts]
+
+
+def _own_resistance(table: ContactTable) -> float:
+    return table.thermal.resistance or 0.0 if table.thermal is not None else 0.0
+
+
+def _bare(table: ContactTable) -> ContactTable:
+    """The contact without its own resistance, which the matrix holds."""
+    if table.thermal is None:
+        return table
+    return table.model_copy(update={"thermal": table.thermal.model_copy(update={"resistance": None})})

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.faults import suggestion
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
 
@@ -150,15 +151,39 @@ class ImportedModel:
         Raises
         ------
         InputError
-            If a set is unknown, or nothing is left to hold or to move.
+            One sentence for each unknown set; if nothing is left to hold or to move.
         """
         names = [where] if isinstance(where, str) else where
-        nodes = names if isinstance(names, np.ndarray) else np.concatenate([self.nodes_of(n) for n in names])
+        if not isinstance(names, np.ndarray):
+            known = user_names(self.node_sets)
+            unknown = [name for name in names if name not in self.node_sets]
+            if unknown:
+                raise InputError(
+                    [f"fixed: there is no node set '{n}' in the model; {suggestion(n, known)}" for n in unknown]
+                )
+        nodes = names if isinstance(names, np.ndarray) else np.concatenate([self.node_sets[n] for n in names])
         wanted = [i for i, name in enumerate(COMPONENTS) if name in _directions(components)]
         held = np.isin(self.dof_nodes, nodes) & np.isin(self.dof_components, wanted)
         if not held.any() or held.all():
             raise InputError(f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
         return self._without(held)
+
+    def _named(self, sets: Sequence[str]) -> IntArray:
+        """Node labels of several named sets."""
+        known = user_names(self.node_sets)
+        unknown = [
+            f"fixed: there is no node set '{name}' in the model; {suggestion(name, known)}"
+            for name in sets
+            if name not in self.node_sets
+        ]
+        if unknown:
+            raise InputError(unknown)
+        return np.concatenate([self.node_sets[name] for name in sets])
+
+    def conducting(self, conductivity: float) -> ImportedModel:
+        """The model with this conductivity in every material, power/(length temperature)."""
+        known = self.materials or {"all": Material(young=1.0, poisson=0.0)}
+        return replace(self, materials={n: replace(m, conductivity=conductivity) for n, m in known.items()})
 
     def _without(self, held: NDArray[np.bool_]) -> ImportedModel:
         kept = np.flatnonzero(~held)

@@ -175,3 +175,20 @@ def _connectivity_problems(what: str, element: Element | None, block: IntArray, 
         repeated = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
         if len(repeated):
             yield f"{what}: number {int(repeated[0]) + 1} uses a node twice ({len(repeated)} such in all)"
+
+
+def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
+    """Indices of node labels.
+
+    Raises
+    ------
+    InputError
+        If a label is not there; ``what`` says who asks for it.
+    """
+    order = np.argsort(labels, kind="stable")
+    place = np.searchsorted(labels, wanted, sorter=order).clip(max=len(labels) - 1)
+    found = order[place]
+    missing = labels[found] != wanted
+    if missing.any():
+        raise InputError(f"{what} uses node {np.asarray(wanted)[missing][0]}, which is not in the mesh")
+    return found

@@ -21,7 +21,7 @@ def linear_warnings(mesh: Mesh, source: str, kinds: Collection[str] = LINEAR_TO_
     if found:
         yield (
             f"{source}: {', '.join(found)} elements are linear, far too stiff in bending; put nodes in the middle of "
-            "their edges (import: --quadratic; case: quadratic = true; Python: to_quadratic=True, or "
+            "their edges (import: --quadratic; case: quadratic = true; Python: quadratic=True, or "
             "slipstick.fem.refine.quadratic) or mesh with quadratic elements"
         )
 

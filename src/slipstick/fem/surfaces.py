@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.elements import FACES
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh, Surface
@@ -31,45 +32,24 @@ _PATCH_POINTS = 8
 
 @dataclass(frozen=True, kw_only=True)
 class ContactPatches:
-    """Contacts on one surface.
+    """Patches around the contact points of one surface.
 
     Attributes
     ----------
+    points
+        Positions, normals averaged over the patch, areas.
     nodes
         Contact node of each, (n_contacts,).
-    positions, normals
-        Its coordinates and the outward unit normal averaged over the patch, (n_contacts, 3).
     weights
         Sparse (n_nodes, n_contacts), each column sums to 1.
-    areas
-        Share of the surface nearest to each contact, (n_contacts,); they sum to the surface's area.
     radii
         Radius of each patch, (n_contacts,).
     """
 
+    points: ContactPoints
     nodes: IntArray
-    positions: Array
-    normals: Array
     weights: csc_array
-    areas: Array
     radii: Array
-
-    def tangents(self, direction: ArrayLike) -> Array:
-        """Unit vectors (n_contacts, 3): a direction (3,), as of rubbing, projected on the surface at each contact.
-
-        Raises
-        ------
-        InputError
-            If the direction is zero or normal to the surface at a contact.
-        """
-        wanted = np.asarray(direction, dtype=float)
-        flat = wanted - (self.normals @ wanted)[:, None] * self.normals
-        size = np.linalg.norm(flat, axis=1)
-        if wanted.shape != (3,) or not np.all(size > 1e-3 * np.linalg.norm(wanted)):
-            raise InputError(
-                f"rubbing direction {wanted.tolist()}: expected a vector (3,) that is not normal to the surface"
-            )
-        return flat / size[:, None]
 
     def directions(self, vectors: Array) -> csc_array:
         """Columns (3 n_nodes, n_contacts): motion of each contact along its unit vector, (n_contacts, 3)."""
@@ -81,10 +61,6 @@ class ContactPatches:
         columns = np.concatenate([part.col for part in coo])
         values = np.concatenate([part.data for part in coo])
         return csc_array((values, (rows, columns)), shape=(3 * self.weights.shape[0], self.weights.shape[1]))
-
-    def share(self, total: float) -> Array:
-        """A total (normal load, stiffness) shared among the contacts by area, (n_contacts,)."""
-        return total * self.areas / self.areas.sum()
 
 
 def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
@@ -157,8 +133,8 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
 
     nodes, positions = _located(mesh, surface, np.asarray(at))
     owned = np.zeros(len(nodes))
-    for _, _, points, areas, _ in _samples(mesh, surface):
-        owner = _distances(points.reshape(-1, 3), positions).argmin(axis=1)
+    for _, _, places, areas, _ in _samples(mesh, surface):
+        owner = _distances(places.reshape(-1, 3), positions).argmin(axis=1)
         owned += np.bincount(owner, areas.ravel(), minlength=len(nodes))
     radii = np.sqrt(owned / (2.0 * np.pi)) if radius is None else np.full(len(nodes), float(radius))
     columns, normals = [], np.zeros((len(nodes), 3))
@@ -166,7 +142,8 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
         column, normals[k] = _patch(mesh, surface, position, r)
         columns.append(csc_array(column[:, None]))
     weights = csc_array(hstack(columns))
-    return ContactPatches(nodes=nodes, positions=positions, normals=normals, weights=weights, areas=owned, radii=radii)
+    points = ContactPoints(positions=positions, normals=normals, areas=owned)
+    return ContactPatches(points=points, nodes=nodes, weights=weights, radii=radii)
 
 
 def _located(mesh: Mesh, surface: Surface, at: NDArray[Any]) -> tuple[IntArray, Array]:

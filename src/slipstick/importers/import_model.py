@@ -42,9 +42,11 @@ class ImportOptions:
         Number of the Nastran SPC set in force.
     material
         Material for a mesh, instead of the file's own.
+    conductivity
+        Of every material, power/(length temperature), where the files have none.
     fixed
         Node sets or surfaces to hold.
-    to_quadratic
+    quadratic
         Put a node in the middle of every edge of a linear mesh.
     units
         Text kept with the model.
@@ -57,8 +59,9 @@ class ImportOptions:
     names: Mapping[str, str] = field(default_factory=dict)
     constraints: int | None = None
     material: Material | None = None
+    conductivity: float | None = None
     fixed: Sequence[str] = ()
-    to_quadratic: bool = False
+    quadratic: bool = False
     units: str | None = None
 
 
@@ -72,22 +75,73 @@ class _Roles:
 
 
 def import_model(
-    files: Sequence[Path] | Path, out: Path, options: ImportOptions | None = None, *, quiet: bool = False
-) -> tuple[ImportedModel, tuple[str, ...]]:
-    """Read a model from the files of another code and write it to one HDF5 file.
+    files: Sequence[str | Path] | str | Path,
+    *,
+    output: str | Path | None = None,
+    mass: str | Path | None = None,
+    damping: str | Path | None = None,
+    dof_map: str | Path | None = None,
+    nodes: str | Path | None = None,
+    names: Mapping[str, str] | None = None,
+    constraints: int | None = None,
+    material: Material | None = None,
+    conductivity: float | None = None,
+    fixed: str | Sequence[str] = (),
+    quadratic: bool = False,
+    units: str | None = None,
+) -> ImportedModel:
+    """A finite element model from the files of another code, or from a model file of our own.
 
-    Returns the model and what the user should be told, one sentence each; its warnings as in :func:`read_model`.
+    Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
+    .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh; model.h5.
+
+    Parameters
+    ----------
+    files
+        One file, or several that belong together.
+    output
+        Where the model is kept as one HDF5 file, which a case file may name; a file there is replaced once the new one
+        is whole.
+    mass, damping, dof_map, nodes, names, constraints, material, conductivity, fixed, quadratic, units
+        What the files do not say: see :class:`ImportOptions`.
+
+    Returns
+    -------
+    ImportedModel
+        Its ``notes`` say what was left out.
 
     Raises
     ------
     InputError
         One sentence for each fault of the files.
+
+    Warns
+    -----
+    SlipstickWarning
+        What is approximated or looks wrong, as in the model's ``warnings``.
     """
+    options = ImportOptions(
+        mass=_path(mass),
+        damping=_path(damping),
+        dof_map=_path(dof_map),
+        nodes=_path(nodes),
+        names=names or {},
+        constraints=constraints,
+        material=material,
+        conductivity=conductivity,
+        fixed=(fixed,) if isinstance(fixed, str) else tuple(fixed),
+        quadratic=quadratic,
+        units=units,
+    )
     model = read_model(files, options, quiet=True)
-    save_model(model, Path(out))
-    if not quiet:
-        model.announce()
-    return model, summary(model)
+    if output is not None:
+        save_model(model, Path(output))
+    model.announce()
+    return model
+
+
+def _path(given: str | Path | None) -> Path | None:
+    return None if given is None else Path(given)
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:
@@ -109,12 +163,9 @@ def _sizes(model: ImportedModel) -> str:
 
 
 def read_model(
-    files: Sequence[Path] | Path, options: ImportOptions | None = None, *, quiet: bool = False
+    files: Sequence[str | Path] | str | Path, options: ImportOptions | None = None, *, quiet: bool = False
 ) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
-
-    Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
-    .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh; our own .h5.
 
     What is approximated or looks wrong is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
 
@@ -123,13 +174,16 @@ def read_model(
     InputError
         One sentence for each fault.
     """
-    model = _read_model(files, options or ImportOptions())
+    options = options or ImportOptions()
+    model = _read_model(files, options)
+    if options.conductivity is not None:
+        model = model.conducting(options.conductivity)
     if not quiet:
         model.announce()
     return model
 
 
-def _read_model(files: Sequence[Path] | Path, options: ImportOptions) -> ImportedModel:
+def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions) -> ImportedModel:
     paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
     if not paths:
         raise InputError("no file to import was given")
@@ -180,14 +234,12 @@ def _refuse_unused(paths: Sequence[Path], roles: _Roles, options: ImportOptions)
         used.add(paths[0])
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
     faults = [f"{path.name}: what it is for does not show; leave it out" for path in paths if path not in used | beside]
-    if roles.matrices and options.to_quadratic:
-        faults.append("to_quadratic: the matrices have elements already; import the mesh alone, or mesh it quadratic")
+    if roles.matrices and options.quadratic:
+        faults.append("quadratic: the matrices have elements already; import the mesh alone, or mesh it quadratic")
     if roles.matrices and options.material is not None and roles.nodes is None:
         faults.append("material: matrices hold their material already; give it with a mesh, or leave it out")
-    if paths[0].suffix.lower() in _MODELS and (options.material is not None or options.to_quadratic):
-        faults.append(
-            f"{paths[0].name}: holds matrices; a material or to_quadratic has no effect on them: leave it out"
-        )
+    if paths[0].suffix.lower() in _MODELS and (options.material is not None or options.quadratic):
+        faults.append(f"{paths[0].name}: holds matrices; a material or quadratic has no effect on them: leave it out")
     if faults:
         raise InputError(faults)
 
@@ -207,7 +259,7 @@ def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedMo
         source=source,
         material=options.material,
         fixed=options.fixed,
-        to_quadratic=options.to_quadratic,
+        quadratic=options.quadratic,
         units=options.units,
     )
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
 from slipstick.fem.elements import FACES
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, Surface
-from slipstick.fem.refine import linear_warnings, quadratic
+from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.findings import Coupling
 from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
@@ -54,23 +54,6 @@ class MeshModel:
     rotated: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
-def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:
-    """Indices of node labels.
-
-    Raises
-    ------
-    InputError
-        If a label is not there; ``what`` says who asks for it.
-    """
-    order = np.argsort(labels, kind="stable")
-    place = np.searchsorted(labels, wanted, sorter=order).clip(max=len(labels) - 1)
-    found = order[place]
-    missing = labels[found] != wanted
-    if missing.any():
-        raise InputError(f"{what} uses node {np.asarray(wanted)[missing][0]}, which is not in the file")
-    return found
-
-
 def with_surfaces(mesh: Mesh, names: Iterable[str]) -> Mesh:
     """The mesh with a surface for each of these node sets that holds whole boundary faces."""
     skin = boundary(mesh).faces
@@ -103,7 +86,7 @@ def assemble_mesh(
     source: str,
     material: Material | None = None,
     fixed: Sequence[str] = (),
-    to_quadratic: bool = False,
+    quadratic: bool = False,
     units: str | None = None,
 ) -> ImportedModel:
     """Stiffness and mass of an imported mesh by our own elements, supports taken out.
@@ -118,7 +101,7 @@ def assemble_mesh(
         One material for the whole mesh instead of those in the file.
     fixed
         Node sets or surfaces held in x, y and z, besides what the file holds.
-    to_quadratic
+    quadratic
         Put a node in the middle of every edge first: linear elements are far too stiff in bending.
     units
         What the numbers are in, where the file does not say.
@@ -139,8 +122,8 @@ def assemble_mesh(
     for name in fixed:
         imported.mesh.node_set(name)
     mesh = _with_held_sets(imported)
-    if to_quadratic:
-        mesh = quadratic(mesh)
+    if quadratic:
+        mesh = refine.quadratic(mesh)
     whole = assemble(mesh, materials)
     count = np.arange(3 * mesh.n_nodes)
     held = _held(mesh, fixed)
@@ -158,7 +141,7 @@ def assemble_mesh(
         notes=imported.notes,
         warnings=(
             *imported.warnings,
-            *linear_warnings(mesh, source),
+            *refine.linear_warnings(mesh, source),
             *variant_warnings(mesh, imported.variants, source),
             *material_warnings(imported.materials, material, source),
         ),

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import suggestion
 from slipstick.fem.boundary import boundary
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.models.blade_plan import Plan, plan_of
@@ -100,25 +101,25 @@ class BladeShape:
             raise InputError(problems)
 
 
-def blade_shape(size: str = "large") -> BladeShape:
-    """The default blade with the "small", "medium" or "large" mesh.
+def blade_shape(size: str = "large", **dimensions: float) -> BladeShape:
+    """The default blade with the "small", "medium" or "large" mesh, or with other dimensions of :class:`BladeShape`.
 
     Raises
     ------
     InputError
-        For another size.
+        For another size, or dimensions that make no blade.
     """
     if size not in ELEMENT_SIZES:
-        raise InputError(f"blade size '{size}': expected one of {', '.join(ELEMENT_SIZES)}; or give an element_size")
-    return BladeShape(element_size=ELEMENT_SIZES[size])
+        raise InputError(f"size: found '{size}'; {suggestion(size, tuple(ELEMENT_SIZES))}")
+    return BladeShape(element_size=ELEMENT_SIZES[size], **dimensions)
 
 
-def blade(shape: BladeShape | None = None) -> Mesh:
+def blade_mesh(shape: BladeShape | None = None) -> Mesh:
     """Mesh of the blade (see the module for axes and surfaces).
 
     Examples
     --------
-    >>> mesh = blade(blade_shape("small"))
+    >>> mesh = blade_mesh(blade_shape("small"))
     >>> sorted(mesh.surfaces)
     ['concave', 'convex', 'edges', 'platform', 'root', 'root_sides', 'shroud_bottom', 'shroud_sides', 'shroud_top']
     """

@@ -1,14 +1,13 @@
 """A meshed body with contacts on one of its surfaces, ready for reduction.
 
-Contacts are named "c1", "c2", ...; the motion of contact k, averaged over its patch, has the degrees of freedom
-"c<k>x", "c<k>y", "c<k>z". All three are kept, so that rubbing direction and contact law can change without a new
-reduction.
+All three directions of every contact point are kept, so that rubbing direction and contact law can change without a
+new reduction.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.errors import InputError
 from slipstick.fem.assembly import conduction
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
+from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
@@ -41,34 +41,26 @@ class ContactModel:
     model
         Constrained stiffness and mass.
     patches
-        Contact positions, normals, areas and weights.
+        Contact points, and where force and heat of each are spread.
     loads
         Full load vectors (n_free,) by name.
-    influence
-        Temperature rise per power, (n_contacts, n_contacts), K/W; None when the body has no conductivity.
     """
 
     model: ElasticModel
     patches: ContactPatches
     loads: Mapping[str, Array]
-    influence: Array | None
 
     @property
-    def contacts(self) -> tuple[str, ...]:
-        """Names of the contacts."""
-        return contact_names(len(self.patches.nodes))
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the kept degrees of freedom, contact by contact, x y z."""
-        return dof_names(len(self.patches.nodes))
+    def points(self) -> ContactPoints:
+        """The contact points; their influence is None when the body has no convection and nothing cold."""
+        return self.patches.points
 
     @cached_property
     def directions(self) -> csr_array:
         """Directions of the kept degrees of freedom, sparse (n_free, 3 n_contacts)."""
         from scipy.sparse import hstack
 
-        n = len(self.patches.nodes)
+        n = self.points.count
         axes = [self.patches.directions(np.tile(axis, (n, 1))) for axis in np.eye(3)]
         order = np.arange(3 * n).reshape(3, n).T.ravel()
         return self.model.restrict(hstack(axes, format="csc")[:, order])
@@ -76,37 +68,7 @@ class ContactModel:
     @property
     def request(self) -> dict[str, Any]:
         """Keywords ``keep``, ``names`` and ``load_shapes`` for ``slipstick.structure.reduction.reduce_model``."""
-        return {"keep": self.directions.tocsc(), "names": self.names, "load_shapes": dict(self.loads)}
-
-
-def contact_names(n: int) -> tuple[str, ...]:
-    """Names of n contacts.
-
-    >>> contact_names(2)
-    ('c1', 'c2')
-    """
-    return tuple(f"c{k}" for k in range(1, n + 1))
-
-
-def dof_names(n: int) -> tuple[str, ...]:
-    """Names of the degrees of freedom of n contacts.
-
-    >>> dof_names(1)
-    ('c1x', 'c1y', 'c1z')
-    """
-    return tuple(f"{contact}{axis}" for contact in contact_names(n) for axis in "xyz")
-
-
-def cosines(vectors: Array) -> list[dict[str, float]]:
-    """Direction cosines of each contact by degree of freedom, from unit vectors (n_contacts, 3).
-
-    >>> cosines(np.array([[0.0, 1.0, 0.0]]))
-    [{'c1y': 1.0}]
-    """
-    return [
-        {f"{contact}{axis}": float(value) for axis, value in zip("xyz", vector, strict=True) if abs(value) > 1e-12}
-        for contact, vector in zip(contact_names(len(vectors)), vectors, strict=True)
-    ]
+        return {"keep": self.directions.tocsc(), "names": self.points.dofs, "load_shapes": dict(self.loads)}
 
 
 def contact_model(
@@ -152,11 +114,11 @@ def with_contacts(
     loads = {name: pressure_load(mesh, mesh.surface(on)) for name, on in (pressures or {}).items()}
     at = spread_nodes(mesh, where, contacts) if isinstance(contacts, int) else contacts
     patches = contact_patches(mesh, where, at, radius)
+    points = replace(patches.points, influence=_influence(model, patches, films or {}, cold, solve))
     return ContactModel(
         model=model,
-        patches=patches,
+        patches=replace(patches, points=points),
         loads={name: model.restrict(load) for name, load in loads.items()},
-        influence=_influence(model, patches, films or {}, cold, solve),
     )
 
 

@@ -14,13 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.errors import InputError
 from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, real, symmetry_faults
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
+from slipstick.structure.npz import read_any
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.truncation import Truncation
 
 Array = NDArray[np.float64]
-
-_LARGEST_FILE_ENTRIES = 200_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +251,7 @@ class ModalStructure:
     @classmethod
     def load(cls, path: str | Path, **options: Any) -> ModalStructure:
         """``from_arrays`` of an npz file (never unpickled); ``options`` as there."""
-        return cls.from_arrays(read_arrays(path), **options)
+        return cls.from_arrays(read_any(Path(path)), **options)
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -320,26 +319,6 @@ class ModalStructure:
 
     def __repr__(self) -> str:
         return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
-
-
-def read_arrays(path: str | Path) -> dict[str, Array]:
-    """Arrays of an npz file, never unpickled, sizes checked before reading.
-
-    Raises InputError if the file cannot be read as such.
-    """
-    import zipfile
-
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-        if size > 8 * _LARGEST_FILE_ENTRIES:
-            raise InputError(f"{path}: holds {size / 1e9:.1f} GB of arrays; at most {8e-9 * _LARGEST_FILE_ENTRIES} GB")
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (InputError, MemoryError):
-        raise
-    except Exception as error:  # whatever zipfile, numpy and the decompressors say of a damaged or encrypted file
-        raise InputError(f"{path}: not readable as an npz file of plain arrays ({error})") from error
 
 
 def _names(arrays: Mapping[str, ArrayLike]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,11 @@ def array_shapes(path: Path, *, limit: int = LARGEST) -> dict[str, tuple[int, ..
     Raises
     ------
     InputError
-        If the file is no .npz archive, holds Python objects, or would unpack to more than ``limit`` bytes.
+        If there is no such file, it is no .npz archive, holds Python objects, or would unpack to more than ``limit``
+        bytes.
     """
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
     shapes: dict[str, tuple[int, ...]] = {}
     total = 0
     with readable(path), zipfile.ZipFile(path) as archive:
@@ -66,6 +70,13 @@ def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
     return shape, dtype
 
 
+def read_any(path: Path, *, limit: int = LARGEST) -> dict[str, NDArray[Any]]:
+    """All arrays of a file as they are, of numbers or texts; raises InputError as :func:`array_shapes` does."""
+    array_shapes(path, limit=limit)
+    with readable(path), np.load(path, allow_pickle=False) as data:
+        return {name: data[name] for name in data.files}
+
+
 def read_arrays(
     path: Path, required: Mapping[str, int], optional: Iterable[str] = (), *, limit: int = LARGEST, remedy: str = ""
 ) -> dict[str, NDArray[np.float64]]:
@@ -100,8 +111,7 @@ def read_arrays(
     ]
     if problems:
         raise InputError(problems)
-    with readable(path), np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in (*required, *optional) if name in shapes}
+    arrays = {name: array for name, array in read_any(path, limit=limit).items() if name in {*required, *optional}}
     problems = [fault for name, a in arrays.items() for fault in _faults(path.name, name, a, remedy)]
     if problems:
         raise InputError(problems)

@@ -240,22 +240,28 @@ def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> N
 def estimate_error(
     reduction: Reduction, K: Any, M: Any, frequencies: ArrayLike, *, solver: str | None = None
 ) -> dict[float, float]:
-    """Relative error of the undamped receptance between the kept directions against the full model, by frequency.
+    """:func:`receptance_error` of a reduction, by frequency."""
+    return {
+        float(omega): receptance_error(reduction.structure, reduction.directions, K, M, float(omega), solver=solver)
+        for omega in np.atleast_1d(np.asarray(frequencies, dtype=float))
+    }
 
-    One direct solution of ``K - omega^2 M`` (sparse, n rows) for each frequency (rad/s), Frobenius norm over the kept
-    directions. Undamped, because damping changes the physics, not the quality of the reduction; next to a resonance the
-    figure grows with the receptance's own sensitivity to frequency. Raises InputError at a resonance itself.
+
+def receptance_error(
+    structure: ModalStructure, directions: Any, K: Any, M: Any, omega: float, *, solver: str | None = None
+) -> float:
+    """Relative error of the undamped receptance between the kept directions against the full model.
+
+    One direct solution of ``K - omega^2 M`` (sparse, n rows; rad/s), Frobenius norm over the kept directions.
+    Undamped, because damping changes the physics, not the quality of the reduction; next to a resonance the figure
+    grows with the receptance's own sensitivity to frequency. Raises InputError at a resonance itself.
     """
-    K, M = as_csr(K), as_csr(M)
-    s = reduction.structure
+    s = structure
+    exact = direct_receptance(as_csr(K), as_csr(M), directions, omega, solver)[0]
     residual = s.static_compliance - (s.mode_shapes / s.omega**2) @ s.mode_shapes.T
-    errors = {}
-    for omega in np.atleast_1d(np.asarray(frequencies, dtype=float)):
-        exact = direct_receptance(K, M, reduction.directions, float(omega), solver)[0]
-        second = 0.0 if s.second_residual is None else omega**2 * s.second_residual
-        modal = (s.mode_shapes / (s.omega**2 - omega**2)) @ s.mode_shapes.T
-        errors[float(omega)] = float(np.linalg.norm(modal + residual + second - exact) / np.linalg.norm(exact))
-    return errors
+    second = 0.0 if s.second_residual is None else omega**2 * s.second_residual
+    modal = (s.mode_shapes / (s.omega**2 - omega**2)) @ s.mode_shapes.T
+    return float(np.linalg.norm(modal + residual + second - exact) / np.linalg.norm(exact))
 
 
 def modal_structure(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -88,8 +88,8 @@ def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
 
 
 def store_path(folder: Path, K: Any, M: Any, directions: Any, loads: Array, want: Accuracy, solver: str | None) -> Path:
-    """Where the reduction of exactly these matrices and wishes is kept."""
-    parameters = (want.modes, want.relative, want.highest, solver)
+    """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
+    parameters = (asdict(want), solver, reduction_store.code_digest("solve", "structure"))
     key = reduction_store.content_key((K, M, directions, sparse.csr_array(loads)), parameters)
     return folder / f"reduction-{key}.npz"
 

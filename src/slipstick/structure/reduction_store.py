@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick import __version__
 from slipstick.errors import InputError
-
-FORMAT = 1
+from slipstick.structure.npz import read_any
 
 
 def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
@@ -23,8 +23,21 @@ def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
     arrays = [array for A in matrices for array in (np.array(A.shape), A.indptr, A.indices, A.data)]
     with ThreadPoolExecutor(2) as pool:  # hashing leaves the interpreter lock
         digests = list(pool.map(_digest, arrays))
-    text = repr((FORMAT, digests, list(parameters)))
+    text = repr((digests, list(parameters)))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def code_digest(*rooms: str) -> str:
+    """Hash of the code in some rooms of the package: what other code stored is made again."""
+    return folders_digest(Path(__file__).parents[1] / room for room in rooms)
+
+
+def folders_digest(folders: Iterable[Path]) -> str:
+    """Hash of the Python files below folders, and of the version for what is installed without its sources."""
+    found = hashlib.sha256(__version__.encode())
+    for path in sorted(path for folder in folders for path in folder.rglob("*.py")):
+        found.update(path.name.encode() + path.read_bytes())
+    return found.hexdigest()
 
 
 def _digest(array: NDArray[Any]) -> str:
@@ -35,9 +48,8 @@ def _digest(array: NDArray[Any]) -> str:
 def read(path: Path) -> dict[str, NDArray[Any]] | None:
     """Arrays of a stored reduction; None when there is none or it cannot be read (it is then made again)."""
     try:
-        with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except Exception:  # whatever zipfile, numpy and the decompressors say of a damaged file
+        return read_any(path)
+    except InputError:
         return None
 
 

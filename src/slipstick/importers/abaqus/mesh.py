@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS, FACES
 from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.input_file import Content, Section, named, read_content
 from slipstick.importers.findings import Verdict
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, matching_surface, node_indices, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, matching_surface, with_surfaces
 
 IntArray = NDArray[np.int64]
 

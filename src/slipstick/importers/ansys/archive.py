@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.fem.mesh import Mesh
+from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.ansys.commands import classify
 from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, node_indices, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, with_surfaces
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
 
 IntArray = NDArray[np.int64]

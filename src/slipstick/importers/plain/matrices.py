@@ -11,7 +11,7 @@ from slipstick.errors import InputError
 from slipstick.importers.dof_map import direction, read_dof_map
 from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
-from slipstick.structure.npz import array_shapes, readable
+from slipstick.structure.npz import array_shapes, read_any
 
 
 def read_plain(files: Mapping[str, Path], dof_map: Path | None) -> RawModel:
@@ -47,8 +47,7 @@ def read_bundle(path: Path) -> RawModel:
         problems.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
     if problems:
         raise InputError(problems)
-    with readable(path), np.load(path, allow_pickle=False) as data:
-        arrays = {name: data[name] for name in shapes}
+    arrays = read_any(path)
     try:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)
         nodes = arrays["dof_nodes"].astype(np.int64)

@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
-from slipstick.structure.npz import LARGEST, array_shapes, read_arrays, readable
+from slipstick.structure.npz import LARGEST, array_shapes, read_any, read_arrays
 
 _SPARSE = {"format", "shape", "data", "indices", "indptr"}
 
@@ -36,28 +36,28 @@ def read_matrix(path: Path, *, limit: int = LARGEST) -> Any:
 def _from_npz(path: Path, limit: int) -> Any:
     shapes = array_shapes(path, limit=limit)
     if set(shapes) >= _SPARSE:
-        return _sparse_npz(path)
+        return _sparse_npz(path, limit)
     if len(shapes) != 1:
         raise InputError(f"{path.name}: holds the arrays {', '.join(shapes) or '(none)'}; expected one matrix alone")
     name = next(iter(shapes))
     return read_arrays(path, {name: 2}, limit=limit, remedy=DAMPING_ELSEWHERE)[name]
 
 
-def _sparse_npz(path: Path) -> Any:
-    from scipy.sparse import csr_array, load_npz
+def _sparse_npz(path: Path, limit: int) -> Any:
+    from scipy.sparse import bsr_array, csc_array, csr_array
 
-    with readable(path):
-        with np.load(path, allow_pickle=False) as data:
-            shape = np.asarray(data["shape"]).tolist()
+    arrays = read_any(path, limit=limit)
+    kinds = {"csr": csr_array, "csc": csc_array, "bsr": bsr_array}
+    try:
+        shape = tuple(int(size) for size in arrays["shape"])
         for size in shape:
-            require_plausible(int(size), 0, path)
-        try:
-            matrix = csr_array(load_npz(path))
-            matrix.check_format(full_check=True)
-        except (ValueError, TypeError, NotImplementedError) as error:
-            raise InputError(
-                f"{path.name}: not a sound sparse matrix ({error}); write it with scipy's save_npz"
-            ) from None
+            require_plausible(size, 0, path)
+        name = arrays["format"].item()
+        kind = kinds[name.decode() if isinstance(name, bytes) else str(name)]
+        matrix = csr_array(kind((arrays["data"], arrays["indices"], arrays["indptr"]), shape=shape))
+        matrix.check_format(full_check=True)
+    except (ValueError, TypeError, KeyError, OverflowError, UnicodeError) as error:
+        raise InputError(f"{path.name}: not a sound sparse matrix ({error}); write it with scipy's save_npz") from None
     return _real(path, matrix)
 
 

@@ -1,0 +1,126 @@
+"""Contact points on a surface: where they are, which way is out, what share of the surface each has.
+
+Points are named "c1", "c2", ...; the motion of point k, averaged over its patch, has the degrees of freedom "c<k>x",
+"c<k>y", "c<k>z".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.errors import InputError
+from slipstick.faults import shown
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPoints:
+    """Contact points of one surface.
+
+    Attributes
+    ----------
+    positions, normals
+        Coordinates and outward unit normals, (n, 3).
+    areas
+        Share of the surface nearest to each point, (n,); they sum to the surface's area.
+    influence
+        Temperature rise per power, (n, n); None without conduction.
+    """
+
+    positions: Array
+    normals: Array
+    areas: Array
+    influence: Array | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.positions)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points: "c1", "c2", ..."""
+        return tuple(f"c{k}" for k in range(1, self.count + 1))
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom, point by point, x y z."""
+        return tuple(f"{name}{axis}" for name in self.names for axis in "xyz")
+
+    def tangents(self, direction: ArrayLike) -> Array:
+        """Unit vectors (n, 3): a direction (3,), as of rubbing, projected on the surface at each point.
+
+        Raises
+        ------
+        InputError
+            If the direction is zero or normal to the surface at a point.
+        """
+        wanted = np.asarray(direction, dtype=float)
+        if wanted.shape != (3,) or not np.all(np.isfinite(wanted)):
+            raise InputError(f"direction: found {shown(direction)}; expected a vector of three finite numbers")
+        flat = wanted - (self.normals @ wanted)[:, None] * self.normals
+        size = np.linalg.norm(flat, axis=1)
+        if not np.all(size > 1e-3 * np.linalg.norm(wanted)):
+            raise InputError(f"direction: {wanted.tolist()} is normal to the surface; give one along it")
+        return np.asarray(flat / size[:, None])
+
+    def tangential(self, direction: ArrayLike) -> list[dict[str, float]]:
+        """A direction projected on the surface, as direction cosines by dof, one dict a point; see ``tangents``."""
+        return self.cosines(self.tangents(direction))
+
+    @property
+    def normal(self) -> list[dict[str, float]]:
+        """Outward normals as direction cosines by dof: a positive motion closes the contact."""
+        return self.cosines(self.normals)
+
+    def cosines(self, vectors: Array) -> list[dict[str, float]]:
+        """Direction cosines by dof of one unit vector a point, (n, 3); those that are rounding alone are left out."""
+        return [
+            {f"{name}{axis}": float(value) for axis, value in zip("xyz", vector, strict=True) if abs(value) > 1e-12}
+            for name, vector in zip(self.names, vectors, strict=True)
+        ]
+
+    def chosen(self, points: str | Iterable[int]) -> list[int]:
+        """Rows of points by their numbers, counted from 1, or of "all".
+
+        Raises
+        ------
+        InputError
+            If a point is not there or given twice.
+        """
+        if isinstance(points, str):
+            if points != "all":
+                raise InputError(f"points: found '{points}'; expected \"all\" or numbers counted from 1")
+            return list(range(self.count))
+        numbers = [int(p) for p in points]
+        outside = [p for p in numbers if not 1 <= p <= self.count]
+        if outside:
+            raise InputError(f"points: found {outside[0]}; the surface has the points 1 to {self.count}")
+        if not numbers or len(set(numbers)) != len(numbers):
+            raise InputError(f"points: found {numbers}; give every point once")
+        return [p - 1 for p in numbers]
+
+    def share(self, total: float, points: str | Iterable[int] = "all") -> Array:
+        """A total (normal load, stiffness) shared among the chosen points by area, (n_chosen,)."""
+        areas = self.areas[self.chosen(points)]
+        return np.asarray(total * areas / areas.sum())
+
+    def resistance(self, points: str | Iterable[int] = "all", *, own: ArrayLike = 0.0) -> Array:
+        """Temperature per power among the chosen points, (n_chosen, n_chosen), for a thermal model.
+
+        ``own`` is added to the diagonal: what each contact has by itself, as at the spots where the metals touch.
+
+        Raises
+        ------
+        InputError
+            If the body has no influence matrix.
+        """
+        if self.influence is None:
+            raise InputError("influence: the body has no influence matrix; give films or cold and a conductivity")
+        at = self.chosen(points)
+        return np.asarray(self.influence[np.ix_(at, at)] + np.diag(np.broadcast_to(np.asarray(own, float), len(at))))

@@ -1,0 +1,293 @@
+"""A finite element model reduced to what touches, is loaded or is looked at; with contacts on a surface or without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipstick.errors import InputError
+from slipstick.faults import suggestion, warn
+from slipstick.fem.boundary import surface_towards
+from slipstick.fem.contact_points import ContactPoints
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
+from slipstick.models.surface_model import ContactModel, of_import, with_contacts
+from slipstick.structure.reduction import receptance_error, reduce_model
+
+if TYPE_CHECKING:
+    from slipstick.solve.eigen import Listener
+    from slipstick.structure.modal import ModalStructure
+
+
+@dataclass(frozen=True, kw_only=True)
+class FullMatrices:
+    """Stiffness and mass (n, n) of the full model and the kept directions (n, n_keep), all sparse."""
+
+    K: Any
+    M: Any
+    directions: Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedBody:
+    """A reduced finite element model.
+
+    Attributes
+    ----------
+    structure
+        Modes and residuals at the kept dofs: "c1x", "c1y", "c1z", "c2x", ... of the contact points, then others.
+    points
+        The contact points; None without a surface.
+    n_dofs, solver
+        Size of the full model and the direct solver used.
+    seconds, reused
+        Time by stage, and whether the reduction was read from disk.
+    source
+        Where the model comes from and its units.
+    notes, warnings
+        Of the imported model: what was left out; what is approximated or looks wrong.
+    full
+        Gives the full model, for comparison; that of a stored reduction may have to be made again.
+    """
+
+    structure: ModalStructure
+    points: ContactPoints | None
+    n_dofs: int
+    solver: str
+    seconds: Mapping[str, float]
+    reused: bool
+    source: str
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    full: Callable[[], FullMatrices]
+
+    def modes_below(self, omega: float) -> int | None:
+        """How many modes of the full model lie below a frequency, rad/s; one factorisation."""
+        from slipstick.structure.reduction_compute import modes_below
+
+        full = self.full()
+        return modes_below(full.K, full.M, omega)
+
+    def receptance_errors(self, frequencies: ArrayLike) -> Iterator[tuple[float, float]]:
+        """Frequency (rad/s) and relative error of the receptance between the kept dofs; one direct solution each.
+
+        A frequency that is a resonance of the full model is left out.
+        """
+        full = self.full()
+        for omega in np.atleast_1d(np.asarray(frequencies, dtype=float)).tolist():
+            try:
+                yield omega, receptance_error(self.structure, full.directions, full.K, full.M, omega)
+            except InputError:
+                continue
+
+
+def reduced_body(
+    model: ImportedModel,
+    *,
+    surface: str | Surface | Mapping[str, Any] | None = None,
+    contacts: int | ArrayLike = 8,
+    radius: float | None = None,
+    pressure: str | Mapping[str, str] | None = None,
+    films: Mapping[str, float] | None = None,
+    cold: str | None = None,
+    keep: Sequence[str] = (),
+    modes: int | None = None,
+    accuracy: float | None = None,
+    up_to: float | None = None,
+    loss_factor: float = 0.0,
+    damping_ratio: float = 0.0,
+    force: bool = False,
+    cache: str | Path | None = None,
+    listener: Listener | None = None,
+) -> ReducedBody:
+    """Reduce an imported model to contact points on a surface and to named dofs.
+
+    Parameters
+    ----------
+    surface
+        Where contacts lie: a name, a surface of the mesh, or ``{"direction": (0, 1, 0), "angle": ..., "depth": ...}``
+        for the part of the boundary that looks that way; None: no contacts on a surface.
+    contacts, radius
+        How many points, spread uniformly; or node labels (n,), or positions (n, 3); radius of their patches, by default
+        that of half the area of each.
+    pressure
+        Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
+    films, cold
+        Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
+    keep
+        Dofs of the full model to keep besides, such as "n123y".
+    modes, accuracy, up_to
+        A number of modes (128, or all there are, by default), or as many as bring the receptance to a relative accuracy
+        up to a frequency (rad/s).
+    loss_factor, damping_ratio
+        Hysteretic loss factor; ratio to critical damping.
+    force
+        Take a reduction that is too coarse for ``up_to``.
+    cache
+        Folder in which reductions are kept and found again by content.
+
+    Raises
+    ------
+    InputError
+        For names and labels that are not there, and models that are not held: one sentence for each.
+
+    Warns
+    -----
+    SlipstickWarning
+        A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
+    """
+    wanted = _Wanted(
+        surface=surface,
+        pressure={"pressure": pressure} if isinstance(pressure, str) else dict(pressure or {}),
+        films=dict(films or {}),
+        cold=cold,
+        keep=tuple(keep),
+        modes=modes,
+        accuracy=accuracy,
+        up_to=up_to,
+    )
+    _refuse(model, wanted)
+    whole = None if surface is None else _with_contacts(model, wanted, contacts, radius)
+    request: dict[str, Any] = {"keep": wanted.keep} if whole is None else _with_kept(whole, model, wanted.keep)
+    if accuracy is not None:
+        request |= {"accuracy": accuracy, "frequency_range": (0.0, up_to)}
+    reduction = reduce_model(
+        model.K,
+        model.M,
+        **request,
+        dofs=model.dofs,
+        modes=modes,
+        loss_factor=loss_factor,
+        damping_ratio=damping_ratio,
+        force=force,
+        cache=cache,
+        listener=listener,
+    )
+    unused = tuple(_unused(model))
+    warn(unused)
+    return ReducedBody(
+        structure=reduction.structure,
+        points=None if whole is None else whole.points,
+        n_dofs=reduction.n_full,
+        solver=reduction.solver,
+        seconds=reduction.seconds,
+        reused=reduction.reused,
+        source=f"{model.source}; units: {model.units}",
+        notes=model.notes,
+        warnings=(*model.warnings, *unused),
+        full=partial(FullMatrices, K=model.K, M=model.M, directions=reduction.directions),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Wanted:
+    """What :func:`reduced_body` is asked for, tables instead of their short forms."""
+
+    surface: str | Surface | Mapping[str, Any] | None
+    pressure: Mapping[str, str]
+    films: Mapping[str, float]
+    cold: str | None
+    keep: tuple[str, ...]
+    modes: int | None
+    accuracy: float | None
+    up_to: float | None
+
+
+def _with_contacts(model: ImportedModel, wanted: _Wanted, contacts: Any, radius: float | None) -> ContactModel:
+    assert wanted.surface is not None
+    elastic = of_import(model)
+    return with_contacts(
+        elastic,
+        surface=_surface(wanted.surface, elastic.mesh),
+        contacts=_contact_nodes(contacts, elastic.mesh),
+        radius=radius,
+        pressures=wanted.pressure,
+        films=wanted.films,
+        cold=wanted.cold,
+    )
+
+
+def _refuse(model: ImportedModel, wanted: _Wanted) -> None:
+    """All that is missing or said twice, at once."""
+    faults = [*_request_faults(model, wanted)]
+    if wanted.surface is not None and model.mesh is not None:
+        faults += _name_faults(model.mesh, wanted)
+    if faults:
+        raise InputError(faults)
+
+
+def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[str]:
+    if wanted.surface is None:
+        if not wanted.keep:
+            yield 'surface: nothing is kept; give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
+        for key in ("pressure", "films", "cold"):
+            if getattr(wanted, key):
+                yield f"{key}: is given without surface; give the surface the contacts lie on"
+    if wanted.modes is not None and wanted.accuracy is not None:
+        yield "modes: both modes and accuracy are given; keep one"
+    if (wanted.accuracy is None) != (wanted.up_to is None):
+        yield "accuracy: accuracy and up_to belong together; give both or neither"
+    free = set(model.dofs) if wanted.keep else set()
+    for name in wanted.keep:
+        if name not in free:
+            yield f"keep: there is no free dof '{name}' in the model; names look like {', '.join(model.dofs[:3])}"
+
+
+def _name_faults(mesh: Mesh, wanted: _Wanted) -> Iterator[str]:
+    """Surfaces and sets that are not in the mesh."""
+    surfaces, sets = user_names(mesh.surfaces), user_names({*mesh.node_sets, *mesh.surfaces})
+    named = {"surface": [wanted.surface] if isinstance(wanted.surface, str) else []}
+    named |= {f"pressure.{shape}": [on] for shape, on in wanted.pressure.items()}
+    for key, names in named.items():
+        for name in names:
+            if name not in mesh.surfaces:
+                yield f"{key}: there is no surface '{name}' in the model; {suggestion(name, surfaces)}"
+    for name in wanted.films:
+        if name not in mesh.surfaces and name != "boundary":
+            yield f"films: there is no surface '{name}' in the model; {suggestion(name, [*surfaces, 'boundary'])}"
+    if wanted.cold is not None and wanted.cold not in {*mesh.node_sets, *mesh.surfaces}:
+        yield f"cold: there is no node set '{wanted.cold}' in the model; {suggestion(wanted.cold, sets)}"
+
+
+def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
+    if isinstance(wanted, Surface):
+        return wanted
+    if isinstance(wanted, str):
+        return mesh.surface(wanted)
+    if "direction" not in wanted or set(wanted) - {"direction", "angle", "depth"}:
+        raise InputError(f"surface: found {dict(wanted)}; expected a name, or direction with angle and depth")
+    return surface_towards(mesh, **wanted)
+
+
+def _contact_nodes(wanted: int | ArrayLike, mesh: Mesh) -> Any:
+    """How many, node indices of labels, or positions."""
+    if isinstance(wanted, int | np.integer):
+        return int(wanted)
+    places = np.asarray(wanted)
+    return node_indices(mesh.labels, places, "contacts") if places.dtype.kind in "iu" else places.astype(float)
+
+
+def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:
+    """The kept directions: those of the contacts, then the dofs asked for by name."""
+    from scipy.sparse import csc_array, hstack
+
+    if not keep:
+        return whole.request
+    rows = [model.index(name) for name in keep]
+    units = csc_array(([1.0] * len(rows), (rows, range(len(rows)))), shape=(model.n_dofs, len(rows)))
+    directions = csc_array(hstack([whole.directions, units]))
+    return {**whole.request, "keep": directions, "names": (*whole.points.dofs, *keep)}
+
+
+def _unused(model: ImportedModel) -> Iterator[str]:
+    if model.C is not None and model.C.nnz:
+        yield (
+            f"{model.source}: holds a damping matrix, which a reduction to real modes does not use; give "
+            "loss_factor or damping_ratio"
+        )
