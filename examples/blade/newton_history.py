@@ -11,7 +11,8 @@ from shrouded_blade import DEFAULT_CACHE, OUTPUT, RANGE, reduced_blade, rubbed
 
 import slipstick as ss
 from slipstick.balance.heat import heat_columns, power_rows
-from slipstick.balance.residual import Balance, FrequencySystem, inputs_of
+from slipstick.balance.ports import Balance
+from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.newton import NewtonOptions, newton_at
 
 
@@ -32,7 +33,7 @@ def corrections(branch, system=FrequencySystem, *, disturbed=0.05, seed=1):
     solution = np.concatenate([point.contact_tangential.values, point.contact_normal.values]).ravel()
     start = solution * (1 + disturbed * np.random.default_rng(seed).standard_normal(solution.size))
     result = newton_at(
-        system(Balance(branch.problem), inputs_of(branch.problem)),
+        system(Balance(branch.problem), branch.problem.inputs),
         start,
         float(point.omega),
         options=NewtonOptions(tolerance=1e-12, max_iterations=60),

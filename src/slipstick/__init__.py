@@ -13,15 +13,16 @@ __version__ = "0.1.0"
 
 _PUBLIC = {
     "Harmonics": "slipstick.trig.harmonics",
-    "FrictionContact": "slipstick.contact.parameters",
+    "FrictionContact": "slipstick.contact.friction",
     "RubbingMotion": "slipstick.contact.rubbing",
+    "SampledLaw": "slipstick.contact.sampled",
     "common_period": "slipstick.contact.rubbing",
-    "contact_forces": "slipstick.contact.forces",
+    "contact_forces": "slipstick.contact.friction",
     "MatrixStructure": "slipstick.structure.matrices",
     "ModalStructure": "slipstick.structure.modal",
     "reduce": "slipstick.structure.reduction",
-    "ContactPair": "slipstick.balance.problem",
-    "Load": "slipstick.balance.problem",
+    "ContactPair": "slipstick.balance.contacts",
+    "Load": "slipstick.balance.loads",
     "Problem": "slipstick.balance.problem",
     "import_model": "slipstick.importers.import_model",
     "reduced_body": "slipstick.models.reduced_body",
@@ -51,13 +52,14 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.transient import transient as transient
     from slipstick.app.case import Case as Case
     from slipstick.app.case import load_case as load_case
-    from slipstick.balance.problem import ContactPair as ContactPair
-    from slipstick.balance.problem import Load as Load
+    from slipstick.balance.contacts import ContactPair as ContactPair
+    from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
-    from slipstick.contact.forces import contact_forces as contact_forces
-    from slipstick.contact.parameters import FrictionContact as FrictionContact
+    from slipstick.contact.friction import FrictionContact as FrictionContact
+    from slipstick.contact.friction import contact_forces as contact_forces
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion
     from slipstick.contact.rubbing import common_period as common_period
+    from slipstick.contact.sampled import SampledLaw as SampledLaw
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import problem_warnings
-from slipstick.balance.residual import Balance, inputs_of
 from slipstick.balance.start import FirstPoint
 
 
@@ -39,11 +39,11 @@ def test_the_ladder_ends_when_no_harmonic_can_be_left_out():
     """Orders 0 to 3, driven on 3: fewer harmonics would be the same ones again."""
     problem = oscillator(harmonics=range(4), harmonic=3)
     balance = Balance(problem)
-    names = [name for name, _ in FirstPoint(balance, inputs_of(problem), 2.0).strategies()]
+    names = [name for name, _ in FirstPoint(balance, problem.inputs, 2.0).strategies()]
     assert "fewer harmonics first" not in names
     assert "Newton homotopy" in names
     full = Balance(oscillator())
-    assert "fewer harmonics first" in [name for name, _ in FirstPoint(full, inputs_of(full.problem), 2.0).strategies()]
+    assert "fewer harmonics first" in [name for name, _ in FirstPoint(full, full.problem.inputs, 2.0).strategies()]
 
 
 def test_no_damping_is_warned_of():

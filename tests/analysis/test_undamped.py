@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.residual import Balance, FrequencySystem, inputs_of
+from slipstick.balance.ports import Balance
+from slipstick.balance.systems import FrequencySystem
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
@@ -72,7 +73,7 @@ def test_the_anchored_balance_is_the_same_balance():
     """With springs i k on both sides: same solutions, exact derivatives."""
     problem = oscillator(load=100.0, velocity=10.0, C=0.4)
     branch = ss.forced_response(problem, omega=(4.0, 5.0))
-    balance, inputs = Balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), problem.inputs
     balance.anchor_if_undamped(4.0)
     assert balance.springs is None
     balance.springs = np.array([40.0])

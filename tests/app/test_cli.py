@@ -443,7 +443,5 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_states_are_averaged_over_the_contacts() -> None:
-    from types import SimpleNamespace
-
-    forces = SimpleNamespace(stick_fraction=[0.5, 0.0], slip_fraction=[0.5, 0.5], separation_fraction=[0.0, 0.5])
-    assert run_module.states_text(forces) == "stick 25 % slip 50 % separation 25 %"
+    record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
+    assert run_module.states_text(record) == "stick 25 % slip 50 % separation 25 %"

@@ -53,7 +53,7 @@ def test_a_table_and_a_resistance() -> None:
     assert problem.heated is not None
     np.testing.assert_array_equal(problem.heated.resistance, [8.0])
     np.testing.assert_array_equal(problem.heated.background, [25.0])
-    assert problem.contacts[0].value("mu") == 0.5
+    assert problem.contacts[0].values("mu") == 0.5
     assert problem.heated.limits[1][0] == 900.0
 
 
@@ -67,7 +67,7 @@ def test_tables_of_several_parameters_each_with_its_interpolation() -> None:
     assert problem.heated is not None
     curve = problem.heated.curves[0][0]
     assert curve.interpolation == {"mu": "pchip", "kt": "cubic"}
-    assert problem.contacts[0].value("kt") == pytest.approx(float(curve.kt(25.0)))
+    assert problem.contacts[0].values("kt") == pytest.approx(float(curve.kt(25.0)))
 
 
 def test_influence_matrix_in_the_file_and_own_resistance_of_the_rest() -> None:

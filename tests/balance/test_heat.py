@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.balance.problem import ContactPair, Load, Problem
-from slipstick.balance.residual import Balance, FrequencySystem, ParameterSystem, inputs_of, parameter_direction
+from slipstick.balance.contacts import ContactPair
+from slipstick.balance.loads import Load
+from slipstick.balance.parameters import parameter_direction
+from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
 from slipstick.balance.start import first_point
-from slipstick.contact.parameters import FrictionContact
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.solve.newton import NewtonOptions, newton
@@ -77,15 +81,15 @@ def random_state(balance: Balance, seed: int) -> Array:
 @pytest.mark.parametrize("seed", range(6))
 def test_jacobian_and_frequency_derivative(seed: int) -> None:
     problem = two_contacts(coupled())
-    balance, inputs = Balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), problem.inputs
     system, x, omega = FrequencySystem(balance, inputs), random_state(balance, seed), 5.3
-    balance.temperature = system.evaluate(x, omega).detail.heat.temperature
-    at = system.evaluate(x, omega)
+    warm = system.evaluate(x, omega).context
+    at = system.evaluate(x, omega, warm)
     assert at.detail.heat.temperature.max() > 40.0
     for k in range(balance.size):
         unit = np.eye(balance.size)[k]
-        assert_difference(at.jacobian[:, k], lambda h, u=unit: system.evaluate(x + h * u, omega).residual, 1.0)
-    assert_difference(at.parameter_derivative, lambda h: system.evaluate(x, omega + h).residual, omega)
+        assert_difference(at.jacobian[:, k], lambda h, u=unit: system.evaluate(x + h * u, omega, warm).residual, 1.0)
+    assert_difference(at.parameter_derivative, lambda h: system.evaluate(x, omega + h, warm).residual, omega)
 
 
 @pytest.mark.parametrize(
@@ -97,11 +101,11 @@ def test_parameter_derivatives(name: str) -> None:
     base, direction = parameter_direction(problem, name)
     system, x = ParameterSystem(balance, base, direction, 5.3), random_state(balance, 1)
     value = problem.parameter(name)
-    balance.temperature = system.evaluate(x, value).detail.heat.temperature
-    at = system.evaluate(x, value)
+    warm = system.evaluate(x, value).context
+    at = system.evaluate(x, value, warm)
     exact = at.parameter_derivative
-    assert_difference(exact, lambda h: system.evaluate(x, value + h).residual, abs(value))
-    np.testing.assert_allclose(at.residual, FrequencySystem(balance, inputs_of(problem)).evaluate(x, 5.3).residual)
+    assert_difference(exact, lambda h: system.evaluate(x, value + h, warm).residual, abs(value))
+    np.testing.assert_allclose(at.residual, FrequencySystem(balance, problem.inputs).evaluate(x, 5.3).residual)
 
 
 def test_a_tabulated_parameter_cannot_be_followed() -> None:
@@ -113,10 +117,10 @@ def test_a_tabulated_parameter_cannot_be_followed() -> None:
 
 def test_cold_parameters_are_those_of_the_curves() -> None:
     problem = two_contacts(coupled())
-    assert problem.contacts[0].value("mu") == pytest.approx(float(FALLING.mu(25.0)))
-    assert problem.contacts[0].value("kt") == pytest.approx(float(FALLING.kt(25.0)))
-    assert problem.contacts[1].value("kn") == pytest.approx(float(WITH_KN.kn(25.0)))
-    assert problem.contacts[1].value("kt") == 80.0
+    assert problem.contacts[0].values("mu") == pytest.approx(float(FALLING.mu(25.0)))
+    assert problem.contacts[0].values("kt") == pytest.approx(float(FALLING.kt(25.0)))
+    assert problem.contacts[1].values("kn") == pytest.approx(float(WITH_KN.kn(25.0)))
+    assert problem.contacts[1].values("kt") == 80.0
 
 
 @pytest.mark.parametrize("omega", [3.0, 5.5, 7.5])
@@ -126,12 +130,12 @@ def test_newton_is_quadratic(omega: float) -> None:
     x = first_point(problem, omega)
     assert x is not None
     balance = Balance(problem)
-    system = FrequencySystem(balance, inputs_of(problem))
-    balance.temperature = system.evaluate(x, omega).detail.heat.temperature
+    system = FrequencySystem(balance, problem.inputs)
+    warm = system.evaluate(x, omega).context
     start = x * (1 + 1e-3 * np.random.default_rng(2).normal(size=x.size))
     sizes = []
     for _ in range(6):
-        at = system.evaluate(start, omega)
+        at = system.evaluate(start, omega, warm)
         step = np.linalg.solve(at.jacobian, -at.residual)
         sizes.append(np.linalg.norm(step) / np.linalg.norm(x))
         start = start + step
@@ -147,14 +151,14 @@ def test_frozen_parameters_lose_quadratic_convergence() -> None:
     problem, omega = two_contacts(coupled(10.0)), 5.5
     x = first_point(problem, omega)
     assert x is not None
-    balance, inputs = Balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), problem.inputs
     system, compliance = FrequencySystem(balance, inputs), balance.compliance(omega)
-    balance.temperature = system.evaluate(x, omega).detail.heat.temperature
+    warm = system.evaluate(x, omega).context
     start, sizes = x * 1.001, []
     for _ in range(6):
-        at = system.evaluate(start, omega)
-        f = at.detail.forces
-        step = np.linalg.solve(balance.jacobian(f.dFx_dX, f.dFx_dY, f.dFy_dY, compliance), -at.residual)
+        at = system.evaluate(start, omega, warm)
+        tangents = [response.by_motion for response in at.detail.responses]
+        step = np.linalg.solve(balance.jacobian(tangents, compliance), -at.residual)
         sizes.append(np.linalg.norm(step) / np.linalg.norm(x))
         start = start + step
     assert sizes[3] > 1e-8, sizes
@@ -185,8 +189,8 @@ def test_permanent_slip_of_the_oscillator() -> None:
     x = first_point(problem, omega)
     assert x is not None
     balance = Balance(problem)
-    heat = FrequencySystem(balance, inputs_of(problem)).evaluate(x, omega).detail.heat
-    T, mu = heat.temperature[0], heat.mu[0]
+    heat = FrequencySystem(balance, problem.inputs).evaluate(x, omega).detail.heat
+    T, mu = heat.temperature[0], heat.response.values["mu"][0]
     curve = problem.thermal.curve
     assert T > 200.0
     assert mu == pytest.approx(float(curve.mu(T)), rel=1e-14)
@@ -221,7 +225,7 @@ def test_newton_solver_converges_from_the_cold_solution() -> None:
     """The whole damped iteration, from the solution without heat."""
     cold, hot = two_contacts(None), two_contacts(coupled())
     x = first_point(cold, 5.5)
-    system = FrequencySystem(Balance(hot), inputs_of(hot))
+    system = FrequencySystem(Balance(hot), hot.inputs)
     result = newton(lambda z: system.evaluate(z, 5.5), x, options=NewtonOptions(), scale=float(np.linalg.norm(x)))
     assert result.converged
     assert result.iterations <= 12

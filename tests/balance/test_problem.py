@@ -59,7 +59,7 @@ def test_period_ratio_maps_loads_and_rubbing_to_the_principal_frequency() -> Non
     p = problem(harmonics=ss.Harmonics([0, 2, 3]), period_ratio=(2, 3))
     assert (p.load_order, p.rubbing_order) == (3, 2)
     assert p.load_coefficients()[0].tolist() == [0, 0, 0, 0, 100.0]
-    assert p.rubbing_coefficients()[0].tolist() == [0, 2.0, 0, 0, 0]
+    assert p.inputs.batches[0].motion[0, 0].tolist() == [0, 2.0, 0, 0, 0]
 
 
 def test_all_faults_at_once() -> None:

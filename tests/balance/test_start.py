@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.residual import Balance, FrequencySystem, inputs_of
+from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint, StrategyTried, first_point
+from slipstick.balance.systems import FrequencySystem
 
 STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
 
@@ -36,7 +37,7 @@ def test_every_curve_starts(velocity: float, a: float, p: float, omega: float) -
     assert x is not None
     assert tried[-1].found
     assert not any(event.found for event in tried[:-1])
-    residual = FrequencySystem(Balance(problem), inputs_of(problem)).evaluate(x, omega).residual
+    residual = FrequencySystem(Balance(problem), problem.inputs).evaluate(x, omega).residual
     # corrections are below 1e-10; near resonance the residual is larger by the norm of the Jacobian, some 40
     assert np.linalg.norm(residual) < 1e-8 * np.linalg.norm(x)
 
@@ -45,7 +46,7 @@ def test_every_curve_starts(velocity: float, a: float, p: float, omega: float) -
 @pytest.mark.parametrize("velocity, a", [(0.0, 0.0), (1.0, 0.0), (10.0, 2.0), (-20.0, 0.0)])
 def test_every_strategy_finds_the_same_point(velocity: float, a: float) -> None:
     problem = oscillator(velocity, a)
-    search = FirstPoint(Balance(problem), inputs_of(problem), 3.0, guess=np.zeros(21))
+    search = FirstPoint(Balance(problem), problem.inputs, 3.0, guess=np.zeros(21))
     names, found = [], []
     for name, attempt in search.strategies():
         x = attempt()
@@ -63,7 +64,7 @@ def test_a_problem_without_solution_in_reach_is_reported() -> None:
     """A guess that is no number makes that rung fail with its reason; the next one finds the point."""
     tried: list[StrategyTried] = []
     problem = oscillator(10.0)
-    x = FirstPoint(Balance(problem), inputs_of(problem), 3.0, guess=np.full(21, np.nan), report=tried.append).find()
+    x = FirstPoint(Balance(problem), problem.inputs, 3.0, guess=np.full(21, np.nan), report=tried.append).find()
     assert x is not None
     assert not tried[0].found
     assert tried[0].reason

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slipstick.contact.forces import element_forces
+from slipstick.contact.friction import FrictionContact
+from slipstick.contact.law import Motion
 from slipstick.errors import InputError
 from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import HeatedContacts, HeatedForces, ThermalModel
+from slipstick.thermal.model import Heat, HeatedContacts, ThermalModel
 from slipstick.thermal.search import SurfaceEquilibria
-from slipstick.thermal.tangent import power_derivatives
+from slipstick.thermal.tangent import Power
 from slipstick.trig.harmonics import Harmonics
 
 Array = np.ndarray
@@ -46,10 +47,29 @@ def state(seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def forces(heated: HeatedContacts, given: dict[str, Any], start: Array | None = None) -> HeatedForces:
-    given = dict(given)
-    velocity = given.pop("velocity")
-    return heated.forces(H, v=velocity / given["omega"], start=start, **given)
+LAW = FrictionContact(kt=KT, mu=MU, kn=KN, gap=-0.5)
+
+
+def inputs(given: dict[str, Any]) -> tuple[Motion, dict[str, Array]]:
+    """Motion and parameters of a state."""
+    drift = np.array([given["velocity"], np.zeros(N)]) / given["omega"]
+    values = {name: given[name] for name in ("kt", "mu", "kn", "gap")}
+    return Motion(H, given["omega"], (given["W"], given["Y"]), drift), values
+
+
+def forces(heated: HeatedContacts, given: dict[str, Any], start: Array | None = None) -> Heat:
+    return heated.respond(LAW, *inputs(given), start)
+
+
+def coupled(at: Heat, dpower: Array) -> list[Array]:
+    """What heat adds to ``dF_i/dq_f`` at element e, (n, L, n, L) for each port, for own coordinates q_f."""
+    by_q = at.tangent.gain[:, :, None] * dpower[None]
+    return [at.tangent.by_temperature[i][:, :, None, None] * by_q[:, None] for i in (0, 1)]
+
+
+def common(at: Heat, dpower: Array) -> Array:
+    """What heat adds to the derivative of the tangential force by one parameter common to all."""
+    return at.tangent.by_temperature[0] * at.tangent.temperature(dpower)[:, None]
 
 
 def central(function: Callable[[float], Array], h: float) -> Array:
@@ -74,17 +94,17 @@ def test_power_derivatives(seed: int) -> None:
     given = state(seed)
 
     def power(change: dict[str, Any]) -> Array:
-        v = change["velocity"] / change["omega"]
-        element = {name: change[name] for name in ("kt", "mu", "kn", "gap")}
-        return change["omega"] * element_forces(H, change["W"], change["Y"], v=v, **element).work
+        motion, values = inputs(change)
+        return change["omega"] * LAW.respond(motion, values).work
 
-    v = given["velocity"] / given["omega"]
-    at = element_forces(H, given["W"], given["Y"], v=v, **{name: given[name] for name in ("kt", "mu", "kn", "gap")})
-    found = power_derivatives(H, given["W"], at, v=v, omega=given["omega"])
-    np.testing.assert_allclose(found.power, power(given), rtol=1e-14)
-    for name in ("omega", "velocity", "mu", "kt", "kn", "gap"):
-        assert_difference(getattr(found, name), lambda h, name=name: power(moved(given, name, 1.0, h)))
-    for name, exact in (("W", found.X), ("Y", found.Y)):
+    motion, values = inputs(given)
+    found = Power(LAW, motion, LAW.respond(motion, values))
+    np.testing.assert_allclose(found.value, power(given), rtol=1e-14)
+    by = {"omega": found.omega, "velocity": found.by_velocity[0]}
+    by |= {name: found.by_parameter(name) for name in ("mu", "kt", "kn", "gap")}
+    for name, exact in by.items():
+        assert_difference(exact, lambda h, name=name: power(moved(given, name, 1.0, h)))
+    for name, exact in (("W", found.by_motion[0]), ("Y", found.by_motion[1])):
         for k in range(H.size):
             direction = np.eye(H.size)[k]
             assert_difference(exact[:, k], lambda h, n=name, d=direction: power(moved(given, n, d, h)))
@@ -100,11 +120,12 @@ def test_total_tangent(seed: int, resistance: Array) -> None:
     assert at.equilibrium.problem() is None
     T = at.temperature
     assert T.max() > 30.0
+    own_forces = at.response.detail
     for name, own_x, own_y, power in (
-        ("W", at.forces.dFx_dX, np.zeros_like(at.forces.dFx_dX), at.power.X),
-        ("Y", at.forces.dFx_dY, at.forces.dFy_dY, at.power.Y),
+        ("W", own_forces.dFx_dX, np.zeros_like(own_forces.dFx_dX), at.power.by_motion[0]),
+        ("Y", own_forces.dFx_dY, own_forces.dFy_dY, at.power.by_motion[1]),
     ):
-        by_x, by_y = at.tangent.forces(power)
+        by_x, by_y = coupled(at, power)
         for e in range(N):
             by_x[e, :, e] += own_x[e]
             by_y[e, :, e] += own_y[e]
@@ -115,15 +136,18 @@ def test_total_tangent(seed: int, resistance: Array) -> None:
 
                 def both(h: float, name: str = name, direction: Array = direction) -> Array:
                     got = forces(heated, moved(given, name, direction, h), start=T)
-                    return np.stack([got.forces.Fx, got.forces.Fy])
+                    return np.stack(got.response.force)
 
                 assert_difference(np.stack([by_x[:, :, f, k], by_y[:, :, f, k]]), both)
-    own = {"omega": at.forces.dFx_dv * (-given["velocity"] / given["omega"] ** 2)[:, None]}
-    own["velocity"], own["gap"] = at.forces.dFx_dv / given["omega"], at.forces.dFx_dgap
-    for name, own_x in own.items():
-        added = at.tangent.forces_common(getattr(at.power, name))[0]
+    own = {
+        "omega": (own_forces.dFx_dv * (-given["velocity"] / given["omega"] ** 2)[:, None], at.power.omega),
+        "velocity": (own_forces.dFx_dv / given["omega"], at.power.by_velocity[0]),
+        "gap": (own_forces.dFx_dgap, at.power.by_parameter("gap")),
+    }
+    for name, (own_x, power) in own.items():
         assert_difference(
-            own_x + added, lambda h, name=name: forces(heated, moved(given, name, 1.0, h), start=T).forces.Fx
+            own_x + common(at, power),
+            lambda h, name=name: forces(heated, moved(given, name, 1.0, h), start=T).response.force[0],
         )
 
 
@@ -132,18 +156,18 @@ def test_frozen_parameters_would_be_wrong() -> None:
     ratios = []
     for seed in range(12):
         at = forces(model(4 * INFLUENCE), state(seed))
-        added, _ = at.tangent.forces(at.power.X)
-        ratios.append(np.abs(added).max() / np.abs(at.forces.dFx_dX).max())
+        added, _ = coupled(at, at.power.by_motion[0])
+        ratios.append(np.abs(added).max() / np.abs(at.response.by_motion[0, 0]).max())
     assert max(ratios) > 0.3
 
 
 def test_temperatures_balance_the_power_of_the_forces() -> None:
     for seed in range(8):
         at = forces(model(), state(seed))
-        np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.power, rtol=1e-11)
-        np.testing.assert_allclose(at.mu, FALLING.mu(at.temperature), rtol=1e-14)
-        np.testing.assert_allclose(at.kt, FALLING.kt(at.temperature), rtol=1e-14)
-        np.testing.assert_allclose(at.kn, FALLING.kn(at.temperature), rtol=1e-14)
+        np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
+        np.testing.assert_allclose(at.response.values["mu"], FALLING.mu(at.temperature), rtol=1e-14)
+        np.testing.assert_allclose(at.response.values["kt"], FALLING.kt(at.temperature), rtol=1e-14)
+        np.testing.assert_allclose(at.response.values["kn"], FALLING.kn(at.temperature), rtol=1e-14)
 
 
 def test_equal_curves_are_evaluated_together() -> None:
@@ -155,10 +179,10 @@ def test_contact_without_curve_keeps_its_parameters_and_heats_the_others() -> No
     curve = FrictionCurve(temperature=[20, 3000], mu=[0.5, 0.2])
     heated = ThermalModel(curve={"b": curve}, background=25.0, resistance=INFLUENCE).elements(NAMES)
     at = forces(heated, state(0))
-    np.testing.assert_array_equal(at.mu[[0, 2]], MU)
-    np.testing.assert_array_equal(at.kt, KT)
-    np.testing.assert_allclose(at.mu[1], curve.mu(at.temperature[1]) * MU / curve.mu(25.0))
-    np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.power, rtol=1e-11)
+    np.testing.assert_array_equal(at.response.values["mu"][[0, 2]], MU)
+    np.testing.assert_array_equal(at.response.values["kt"], KT)
+    np.testing.assert_allclose(at.response.values["mu"][1], curve.mu(at.temperature[1]) * MU / curve.mu(25.0))
+    np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
 
 
 def test_total_derivative_by_a_cold_value() -> None:
@@ -167,10 +191,10 @@ def test_total_derivative_by_a_cold_value() -> None:
     at = forces(heated, given)
     ratio = heated.per_cold("mu", at.temperature)
     np.testing.assert_allclose(ratio, FALLING.mu(at.temperature) / MU, rtol=1e-14)
-    added = at.tangent.forces_common(at.power.mu * ratio)[0]
+    added = common(at, at.power.by_parameter("mu") * ratio)
     assert_difference(
-        at.forces.dFx_dmu * ratio[:, None] + added,
-        lambda h: forces(heated, moved(given, "mu", 1.0, h), start=at.temperature).forces.Fx,
+        at.response.by_parameter("mu")[0] * ratio[:, None] + added,
+        lambda h: forces(heated, moved(given, "mu", 1.0, h), start=at.temperature).response.force[0],
     )
 
 
@@ -178,11 +202,11 @@ def test_beyond_the_table_the_solver_gets_a_value_and_the_user_a_sentence() -> N
     curve = FrictionCurve(temperature=[20, 60], mu=[0.5, 0.45])
     heated = ThermalModel(curve=curve, background=25.0, resistance=50.0).elements(NAMES)
     at = forces(heated, state(1))
-    assert np.all(np.isfinite(at.forces.Fx))
+    assert np.all(np.isfinite(at.response.force[0]))
     hot = at.temperature > 60
     assert hot.any()
-    np.testing.assert_allclose(at.mu[hot], 0.45 * MU / curve.mu(25.0), rtol=1e-14)
-    np.testing.assert_array_equal(at.tangent.dFx_dT[hot], 0.0)
+    np.testing.assert_allclose(at.response.values["mu"][hot], 0.45 * MU / curve.mu(25.0), rtol=1e-14)
+    np.testing.assert_array_equal(at.tangent.by_temperature[0][hot], 0.0)
     assert "leaves its table, 20 to 60" in (at.equilibrium.problem(NAMES) or "")
 
 
@@ -190,8 +214,7 @@ def test_all_equilibria_contain_the_one_taken() -> None:
     for resistance in (INFLUENCE, INFLUENCE.diagonal()):
         heated, given = model(resistance), state(2)
         at = forces(heated, given)
-        v = given.pop("velocity") / given["omega"]
-        found = heated.all_equilibria(H, v=v, **given)
+        found = heated.all_equilibria(LAW, *inputs(given))
         if isinstance(found, SurfaceEquilibria):
             assert np.abs(found.temperature - at.temperature).max(axis=1).min() < 1e-8 * at.temperature.max()
         else:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import FrictionSystem
+from slipstick.contact.friction_law import FrictionLaw
 from slipstick.faults import Gathering, numbers, shown, wrong
 
 if TYPE_CHECKING:
@@ -31,23 +32,29 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
         If a name in ``held`` is unknown, or the contacts heat up and their friction coefficients are not held.
     """
     held = _held(problem, held)
-    pairs = problem.contacts
-    tangential = [pair.directions[0] for pair in pairs]
-    normal = [pair.directions[1] for pair in pairs]
+    tangential = [pair.direction("tangential", k) or {} for pair in problem.contacts for k in range(len(pair))]
+    normal = [pair.direction("normal", k) for pair in problem.contacts for k in range(len(pair))]
     has_normal = np.array([direction is not None for direction in normal], dtype=bool)
     contact = problem.direction_matrix([*tangential, *(direction for direction in normal if direction is not None)])
     dofs, shapes = problem.load_targets
     forces = problem.direction_matrix({dof: 1.0} for dof in dofs)
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
     equations = problem.structure.time_equations(np.hstack([contact, outputs]), np.hstack([contact, forces]), shapes)
-    rubbing, loads, h = problem.rubbing_coefficients(), problem.load_coefficients(), problem.harmonics
-    moving = np.abs(np.vstack([rubbing, loads])).max(axis=0, initial=0.0)
+    loads, h = problem.load_coefficients(), problem.harmonics
+    batches, inputs = problem.batches, problem.inputs.batches
+    rubbing, approach = np.zeros((2, len(tangential), h.size))
+    velocity = np.zeros(len(tangential))
+    for batch, given in zip(batches, inputs, strict=True):
+        rubbing[batch.elements], approach[batch.elements] = given.motion
+        velocity[batch.elements] = given.velocity[0]
+    moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(h.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
     kept = [0, *(i for m in orders for i in (h.index(m, "c"), h.index(m, "s")))]
     values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD}
+    approach[:, 0] -= values.pop("gap")
     return FrictionSystem(
-        equations=equations, omega=omega, velocity=problem.contact_values("velocity"), has_normal=has_normal,
-        orders=orders, rubbing=rubbing[:, kept], loads=loads[:, kept], **values,
+        equations=equations, omega=omega, velocity=velocity, has_normal=has_normal,
+        orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept], loads=loads[:, kept], **values,
     )  # fmt: skip
 
 
@@ -55,7 +62,9 @@ def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]
     """Contact parameters given instead of the problem's, (n_contacts,) each."""
     if given is not None and not isinstance(given, Mapping):
         raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD)}")
-    n, found, held = len(problem.contacts), Gathering(), {}
+    n, found, held = len(problem.elements), Gathering(), {}
+    if any(batch.law.ports != FrictionLaw.ports for batch in problem.batches):
+        found.problems.append("time integration: it knows friction contacts only; there are contacts of another law")
     for name, value in (given or {}).items():
         where = f"time integration, held {shown(name)}"
         if name not in HELD:

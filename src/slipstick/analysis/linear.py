@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Balance, Inputs, inputs_of
+from slipstick.contact import traits
 from slipstick.errors import Outcome
 from slipstick.faults import Gathering, numbers, one, shown, wrong
 from slipstick.results.branch import Branch, attributes_of
@@ -27,8 +29,9 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     omega
         Principal frequencies (n,), rad/s.
     state
-        "free": without the contacts. "stuck": every contact that is closed at rest holds by kt and kn and follows the
-        periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out.
+        "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
+        follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other
+        laws act with their stiffness at rest.
 
     Returns
     -------
@@ -60,7 +63,7 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
         found.problems.append(f'state: found {shown(state)}; expected "free" or "stuck"')
     found.end()
     assert w is not None
-    balance, inputs = Balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), problem.inputs
     warnings = problem_warnings(problem, (w.min(), w.max()), balance.receptance.static)
     problem.warn(warnings)
     return _branch(problem, w, _motion(balance, inputs, w, state), state, warnings)
@@ -77,22 +80,35 @@ def _frequencies(given: ArrayLike) -> Array:
 def _motion(balance: Balance, inputs: Inputs, w: Array, state: str) -> Array:
     """Coefficients of the outputs (n, n_outputs, L)."""
     outputs = Outputs(balance, balance.problem.outputs or ())
-    c, held = balance.n_contacts, (inputs.gap < 0) * (state == "stuck")
-    at = balance.with_normal
-    stiffness = np.concatenate([inputs.kt * held, (inputs.kn * held)[at]])
-    offset = np.zeros((balance.n_ports, balance.L))
-    offset[:c] = inputs.U
-    offset[c:, 0] -= inputs.gap[at]
-    x = np.empty((w.size, balance.n_ports, balance.L))
+    p = balance.n_ports
+    stiffness, constant = _held(balance, inputs, state)
+    x = np.empty((w.size, p, balance.L))
     slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
     for first in range(0, w.size, slices):
         chosen = slice(first, first + slices)
-        x[chosen] = _ports(balance, w[chosen], stiffness, stiffness[:, None] * offset, inputs.P)
-    force = stiffness[:, None] * (x + offset)
-    Fx, Fy = force[:, :c], np.zeros((w.size, c, balance.L))
-    Fy[:, at] = force[:, c:]
+        x[chosen] = _ports(balance, w[chosen], stiffness, constant, inputs.P)
+    force = np.einsum("pq,nql->npl", stiffness, x) + constant
     P = np.broadcast_to(inputs.P, (w.size, *inputs.P.shape))
-    return outputs.motion(x.reshape(w.size, -1), Fx, Fy, P, w)
+    return outputs.motion(x.reshape(w.size, -1), force, P, w)
+
+
+def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
+    """Stiffness (n_ports, n_ports) and force at rest (n_ports, L) of all contacts held in one state."""
+    stiffness, constant = np.zeros((balance.n_ports, balance.n_ports)), np.zeros((balance.n_ports, balance.L))
+    for batch, given in zip(balance.batches, inputs.batches, strict=True):
+        held = traits.linear(batch.law, state, given.values, np.zeros_like(given.velocity))
+        if held is None:
+            continue
+        rows = np.full((len(batch.ports), batch.count), -1)
+        for i, port in enumerate(batch.ports):
+            rows[i, port.members] = np.arange(balance.n_ports)[port.rows]
+        for (i, j), k in held.stiffness.items():
+            both = (rows[i] >= 0) & (rows[j] >= 0)
+            stiffness[rows[i, both], rows[j, both]] += k[both]
+            constant[rows[i, rows[i] >= 0]] += (k[:, None] * given.motion[j])[rows[i] >= 0]
+        for i, c in held.constant.items():
+            constant[rows[i, rows[i] >= 0], 0] += c[rows[i] >= 0]
+    return stiffness, constant
 
 
 def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
@@ -101,11 +117,11 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
     unit, x = np.eye(p), np.empty((w.size, p, balance.L))
     push = np.concatenate([-c, P])
     static = balance.receptance.static
-    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] * stiffness, static @ push[:, 0])
+    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
     if n:
         A = balance.receptance.at((w[:, None] * balance.orders).ravel())[0].reshape(w.size, n, *static.shape)
         hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
-        moved = np.linalg.solve(unit + A[..., :p] * stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
+        moved = np.linalg.solve(unit + A[..., :p] @ stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
         x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag
     return x
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.residual import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.measures import amplitude, amplitude_slope
 from slipstick.results.record import Outputs
 from slipstick.solve.events import Event

@@ -51,12 +51,14 @@ class FrictionSystem:
         Equations of motion in time (t, not tau).
     omega
         Principal frequency, rad/s.
-    kt, mu, kn, gap, velocity
+    kt, mu, kn, velocity
         Contact parameters, (n_contacts,); velocity in length/time.
+    approach
+        Normal motion of the counter surface less the gap, (n_contacts, 1 + 2 len(orders)).
     has_normal
-        (n_contacts,) of bool; False means a constant normal load ``-kn gap``.
+        (n_contacts,) of bool; False means that the structure does not move along the normal.
     orders
-        Nonzero harmonic orders of loads and rubbing motion.
+        Nonzero harmonic orders of loads and of the counter surfaces' motion.
     rubbing
         Periodic rubbing motion, (n_contacts, 1 + 2 len(orders)).
     loads
@@ -68,7 +70,7 @@ class FrictionSystem:
     kt: Array
     mu: Array
     kn: Array
-    gap: Array
+    approach: Array
     velocity: Array
     has_normal: NDArray[np.bool_]
     orders: tuple[int, ...]
@@ -84,6 +86,11 @@ class FrictionSystem:
     def n_contacts(self) -> int:
         """Contacts."""
         return len(self.kt)
+
+    @property
+    def varies(self) -> NDArray[np.bool_]:
+        """Whether the normal load of each contact varies, so that it can separate."""
+        return self.has_normal | np.any(self.approach[:, 1:] != 0, axis=1)
 
     @property
     def n_dynamic(self) -> int:
@@ -171,7 +178,8 @@ class PiecewiseLinear:
             if state is State.SEPARATION:
                 continue
             if normal is not None:
-                S[normal, normal], T[normal, one] = s.kn[j], -s.kn[j] * s.gap[j]
+                S[normal, normal] = s.kn[j]
+                T[normal, one:] = s.kn[j] * s.approach[j]
             if state is State.STICK:
                 S[j, j], T[j, 2 * s.n + j] = s.kt[j], 1.0
                 T[j, one:] = s.kt[j] * s.rubbing[j]
@@ -179,7 +187,7 @@ class PiecewiseLinear:
                 sign = 1.0 if state is State.SLIP_PLUS else -1.0
                 if normal is not None:
                     S[j, normal] = sign * s.mu[j] * s.kn[j]
-                T[j, one] = -sign * s.mu[j] * s.kn[j] * s.gap[j]
+                T[j, one:] = sign * s.mu[j] * s.kn[j] * s.approach[j]
         return S, T
 
     def _build(self, states: Combination) -> Linear:
@@ -217,8 +225,8 @@ class PiecewiseLinear:
         for j in range(nc):
             if s.has_normal[j]:
                 fy[j] = forces[nc + self._normal_of[j]]
-            else:
-                fy[j, one] = -s.kn[j] * s.gap[j]
+            elif states[j] is not State.SEPARATION:
+                fy[j, one:] = s.kn[j] * s.approach[j]
         linear = Linear(
             A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
             switches=(), margins=np.zeros((0, s.size)),
@@ -233,12 +241,13 @@ class PiecewiseLinear:
             opening = np.zeros(s.size)
             if s.has_normal[j]:
                 opening = linear.motion[s.n_contacts + self._normal_of[j]].copy()
-                opening[s.n_dynamic] -= s.gap[j]
-            if state is State.SEPARATION:
+            opening[s.n_dynamic :] += s.approach[j]
+            if state is State.SEPARATION and s.varies[j]:
                 switches.append(Switch(contact=j, target=None))
                 rows.append(-opening)
+            if state is State.SEPARATION:
                 continue
-            if s.has_normal[j]:
+            if s.varies[j]:
                 switches.append(Switch(contact=j, target=State.SEPARATION))
                 rows.append(opening)
             if not self.frictional[j]:
@@ -269,7 +278,7 @@ class PiecewiseLinear:
         s = self.system
         radius = 1.0
         for state in (State.SEPARATION, State.STICK):
-            states = tuple(state if s.has_normal[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
+            states = tuple(state if s.varies[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
             A = self._build(states).A[: 2 * s.n, : 2 * s.n]
             radius = max(radius, float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)))
         return max(radius, *s.orders, 1)

@@ -16,20 +16,16 @@ from slipstick.analysis.events import Listener, PointFound, Started, Stopped
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
-from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
+from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text, relative_residual
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.parameters import parameter_direction
+from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import (
-    Balance,
-    FrequencySystem,
-    Inputs,
-    ParameterSystem,
-    inputs_of,
-    parameter_direction,
-)
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import (
     frequency,
@@ -49,7 +45,6 @@ from slipstick.results.branch import Branch, attributes_of, make_dataset
 from slipstick.results.record import Point, Recorder
 from slipstick.results.truncation import truncation_sentence
 from slipstick.solve.continuation import ContinuationOptions, NewtonOptions, Step
-from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
 
@@ -63,10 +58,6 @@ def response_options(**given: Any) -> ContinuationOptions:
     Any field of ``ContinuationOptions`` can be given.
     """
     return ContinuationOptions(**({"first_step": 1 / 300, "max_step": 1 / 120, "event_tolerance": 1e-9} | given))
-
-
-UNSOLVED = 1e-8
-"""A point whose relative residual rounding keeps above this is no solution: the part ends before it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +218,7 @@ def _frequency_task(
     faults = range_faults(start, stop) or requested_faults(requested, start, stop)
     if faults:
         raise InputError(faults)
-    balance, inputs = Balance(problem), inputs_of(problem)
+    balance, inputs = Balance(problem), problem.inputs
     balance.anchor_if_undamped(start)
     return _Task(
         problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
@@ -310,7 +301,8 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str
         if len(outputs) <= PEAK_OUTPUTS:
             return outputs
         loaded = [load.dof for load in problem.loads if load.dof in outputs]
-        rubbed = [dof for pair in problem.contacts[:1] for dof in pair.directions[0] if dof in outputs]
+        first = [pair.direction(pair.contact.ports[0]) or {} for pair in problem.contacts[:1]]
+        rubbed = [dof for direction in first for dof in direction if dof in outputs]
         return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
     chosen = names("peaks_of", given)
     faults = [
@@ -351,10 +343,9 @@ def _walk(task: _Task) -> Generator[Point, None, tuple[Outcome, str]]:
         yield from _follow_part(task, parts, recorder, jumps, work)
         if parts[0].outcome in BROKEN_OFF:
             parts.append(Part(number=2, start=task.stop, stop=task.start))
-            task.balance.temperature = None
             yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
         outcome, message = joined(parts, undamped=task.balance.springs is not None)
-        message += jumps_text(jumps, [pair.name for pair in task.problem.contacts])
+        message += jumps_text(jumps, task.balance.heated_names)
         message = _placed(task, outcome, message, parts)
         return outcome, message
     except KeyboardInterrupt:
@@ -394,10 +385,6 @@ def _follow_part(
             if step is None:
                 break
             point = _point(step, task, part)
-            if point.residual > UNSOLVED:
-                part.outcome = Outcome.STEP_TOO_SMALL
-                part.message = f"{part.outcome.text} (at {step.parameter:g}: rounding leaves {point.residual:.0e})"
-                return
             part.add(step.parameter, step.x)
             if task.listeners:
                 _tell(task, PointFound(
@@ -461,16 +448,17 @@ def _settled_in_time(task: _Task) -> Array | None:
     problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem
     found = transient(problem, task.omega, periods=200, tolerance=1e-6)
     compliance = task.balance.compliance(task.omega, anchored=False)
-    return -task.balance.moved_by(found.friction_coefficients, found.normal_coefficients, task.inputs.P, compliance)
+    by_port = (found.friction_coefficients, found.normal_coefficients)
+    forces = [dict(enumerate(F[batch.elements] for F in by_port)) for batch in task.balance.batches]
+    return -task.balance.moved_by(forces, task.inputs.P, compliance)
 
 
 def _point(step: Step, task: _Task, part: Part) -> Point:
     value, kind = step.evaluation, step.kind
     if kind == "requested" and step.parameter not in task.requested:
         kind = "regular"
-    terms = value.terms()
     return Point.at(
-        value.detail, x=step.x, residual=norm(value.residual / np.where(terms > 0, terms, 1.0)),
+        value.detail, x=step.x, residual=relative_residual(step),
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
     )  # fmt: skip

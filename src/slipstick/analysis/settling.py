@@ -6,14 +6,15 @@ Vibration settles within periods, a body within seconds: on its way the motion i
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.residual import Balance, FrequencySystem, Inputs
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance
+from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.newton import NewtonOptions, NewtonResult, newton
-from slipstick.thermal.model import HeatedForces
+from slipstick.thermal.model import Heat
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ class _MotionLostError(Exception):
 
 def settled_body(
     balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array, *, reach: float = np.inf
-) -> tuple[Array, HeatedForces] | None:
+) -> tuple[Array, Heat] | None:
     """Motion (N,) and heat where the body comes to rest from temperatures T (n_contacts,) at the motion x (N,).
 
     Beyond the tables the parameters are held. None where the motion is lost on the way, or no rest is found, or the
@@ -64,7 +65,7 @@ class _Rates:
         heated = balance.heated
         assert heated is not None
         self.heated, self.inputs, self.omega, self.x = heated, inputs, omega, x
-        self._given = {name: getattr(inputs, name) for name in ("mu", "kt", "kn")}
+        self._given = inputs.batches[heated.batch].values
         self._scales = heated.scales(self._given)
         self._cold = copy(balance)
         self._cold.heated = None
@@ -74,25 +75,23 @@ class _Rates:
 
     def __call__(self, t: float, T: Array) -> Array:
         parameters, _ = self.heated.parameters(T, self._given, self._scales)
-        result = _solve(self._cold, replace(self.inputs, **parameters), self.omega, self.x)
+        result = _solve(self._cold, self.inputs.with_batch(self.heated.batch, **parameters), self.omega, self.x)
         if not result.converged:
             raise _MotionLostError
         self.x = result.x
-        power = self.omega * np.maximum(result.evaluation.detail.forces.work, 0.0)
+        power = self.omega * np.maximum(result.evaluation.detail.responses[self.heated.batch].work, 0.0)
         R = self.heated.resistance
         rise = R * power if R.ndim == 1 else R @ power
         return np.where(self._follows, self.heated.background + rise - T, 0.0)
 
 
-def _exact(balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array) -> tuple[Array, HeatedForces] | None:
+def _exact(balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array) -> tuple[Array, Heat] | None:
     """The solution next to a motion and temperatures."""
-    near = copy(balance)
-    near.temperature = T
-    result = _solve(near, inputs, omega, x)
+    result = _solve(balance, inputs, omega, x, T)
     return (result.x, result.evaluation.detail.heat) if result.converged else None
 
 
-def _solve(balance: Balance, inputs: Inputs, omega: float, x: Array) -> NewtonResult:
+def _solve(balance: Balance, inputs: Inputs, omega: float, x: Array, T: Array | None = None) -> NewtonResult:
     system = FrequencySystem(balance, inputs)
     scale = float(np.linalg.norm(x)) or 1.0
-    return newton(lambda z: system.evaluate(z, omega), x, options=_NEWTON, scale=scale)
+    return newton(lambda z: system.evaluate(z, omega, T), x, options=_NEWTON, scale=scale)

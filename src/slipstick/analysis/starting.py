@@ -31,12 +31,10 @@ class HarmonicStart:
 
 
 def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
-    """No displacement, no velocity, springs without force; contacts touch where the gap is negative."""
+    """No displacement, no velocity, springs without force; contacts touch where their gap is closed."""
     system = stepper.model.system
-    states: Combination = tuple(
-        State.SEPARATION if gap >= 0 and normal else State.STICK
-        for gap, normal in zip(system.gap, system.has_normal, strict=True)
-    )
+    closed = system.approach @ system.forcing(0.0) > 0
+    states: Combination = tuple(State.STICK if touching else State.SEPARATION for touching in closed)
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
     return _with_forces(stepper, z, states, np.zeros(system.n_contacts))
@@ -86,7 +84,7 @@ def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array,
     H = start.harmonics.H_minus(tau)
     H_u = Harmonics((0, *system.orders)).H_minus(tau)
     w = start.tangential @ H.T + system.rubbing @ H_u.T
-    y_g = np.where(system.has_normal[:, None], start.normal @ H.T, 0.0) - system.gap[:, None]
+    y_g = np.where(system.has_normal[:, None], start.normal @ H.T, 0.0) + system.approach @ H_u.T
     fy = system.kn[:, None] * np.maximum(y_g, 0.0)
     b = np.where(y_g > 0, system.mu[:, None] * fy, 0.0)
     v = system.velocity / system.omega

@@ -10,12 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.settling import settled_body
-from slipstick.balance.residual import Balance, FrequencySystem, ParameterSystem
+from slipstick.balance.ports import Balance
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Step, continuation
-from slipstick.thermal.model import HeatedForces
+from slipstick.solve.newton import norm
+from slipstick.thermal.model import Heat
 
 Array = NDArray[np.float64]
+
+UNSOLVED = 1e-8
+"""A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""
 
 _FOLD = 0.5
 _BEYOND = (1e-5, 1e-4, 1e-3)
@@ -29,8 +34,8 @@ class Jump:
     """A place where the thermal equilibrium ended and the contacts went on to the next one."""
 
     parameter: float
-    before: HeatedForces
-    after: HeatedForces
+    before: Heat
+    after: Heat
     turned: bool
     """Whether the branch turned back there."""
 
@@ -54,6 +59,13 @@ class Jump:
         changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}" for i in order[:3]]
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         return f"{self.parameter:.6g} (temperature of {', '.join(changes)}{more})"
+
+
+def relative_residual(step: Step) -> float:
+    """Norm of the residual of a step, each entry over the size of its own terms."""
+    value = step.evaluation
+    terms = value.terms()
+    return norm(value.residual / np.where(terms > 0, terms, 1.0))
 
 
 class WarmContinuation(Iterator[Step]):
@@ -81,7 +93,7 @@ class WarmContinuation(Iterator[Step]):
     ) -> None:
         self._system, self._ends, self._options = system, (start, stop), options
         self._balance: Balance = system.balance
-        self._names = [pair.name for pair in self._balance.problem.contacts]
+        self._names = self._balance.heated_names
         self.jumps: list[Jump] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message = ""
@@ -115,8 +127,13 @@ class WarmContinuation(Iterator[Step]):
         landed = False
         while True:
             run, last, over = self._runs[-1], None, False
+            outcome, message = run.outcome, run.message
             for step in run:
-                if fault := self._carry(step):
+                if (left := relative_residual(step)) > UNSOLVED:
+                    outcome = Outcome.STEP_TOO_SMALL
+                    message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {left:.0e})"
+                    break
+                if fault := self._fault(step):
                     self._end(Outcome.OUTSIDE_TABLE, f"at {step.parameter:g}: {fault}")
                     return
                 if landed:
@@ -126,23 +143,21 @@ class WarmContinuation(Iterator[Step]):
                 if over:
                     break
                 last = step
+            else:
+                outcome, message = run.outcome, run.message
             if self.outcome is Outcome.OUTSIDE_TABLE:
                 return
             if not over:
-                self.outcome, self.message = run.outcome, run.message
-                stuck = run.outcome in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
+                self.outcome, self.message = outcome, message
+                stuck = outcome in (Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
                 if last is None or not stuck or not self._jump(last, last):
                     return
             landed = True
 
-    def _carry(self, step: Step) -> str | None:
-        """Take the temperatures of a step; a sentence where they are no result."""
+    def _fault(self, step: Step) -> str | None:
+        """A sentence where the temperatures of a step are no result."""
         heat = step.evaluation.detail.heat
-        if heat is None:
-            return None
-        fault: str | None = heat.equilibrium.problem(self._names)
-        if fault is None:
-            self._balance.temperature = heat.temperature
+        fault: str | None = None if heat is None else heat.equilibrium.problem(self._names)
         return fault
 
     def _jump(self, fold: Step, before: Step, *, turned: bool = False) -> bool:
@@ -172,9 +187,8 @@ class WarmContinuation(Iterator[Step]):
             if jump.far(self._balance) if turned else jump.beyond_fold:
                 if jump.far(self._balance):
                     self.jumps.append(jump)
-                self._balance.temperature = there.temperature
                 direction = np.append(np.zeros(x.size), forward)
-                options = self._options | {"at": p, "direction": direction}
+                options = self._options | {"at": p, "direction": direction, "context": there.temperature}
                 self._runs.append(continuation(self._system, x, *self._ends, **options))
                 return True
         return False

@@ -15,6 +15,7 @@ from slipstick.app.guard import complain, say
 from slipstick.app.references import linear_references
 
 if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
 
 _LISTED = 10
@@ -79,7 +80,7 @@ def _request(case: Case, problem: Problem) -> None:
     else:
         say(f"range: {case.parameter} from {start:g} to {stop:g} at {hertz(case.omega[0])}")
     orders = problem.harmonics.orders
-    unknowns = sum(1 + (pair.normal is not None) for pair in problem.contacts) * problem.harmonics.size
+    unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
     say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
     if problem.period_ratio != (1, 1):
         ratio = "{}/{}".format(*problem.period_ratio)
@@ -87,18 +88,27 @@ def _request(case: Case, problem: Problem) -> None:
     say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
 
 
+_ALONG = {"tangential": "slides along"}
+
+
 def _contacts(problem: Problem) -> None:
     for pair in problem.contacts:
-        c, rub = pair.contact, pair.rubbing
-        load = float(np.asarray(c.normal_load))
-        varying = f"normal {_cosines(pair.directions[1])}, kn {float(np.asarray(c.kn)):g}, load at rest"
-        what = "constant normal load" if pair.normal is None else varying
-        moving = f", rubbing at {float(np.asarray(rub.velocity)):g}" if rub.moves else ", no rubbing"
-        periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
-        say(
-            f"contact '{pair.name}': slides along {_cosines(pair.directions[0])}, "
-            f"kt {float(np.asarray(c.kt)):g}, mu {float(np.asarray(c.mu)):g}, {what} {load:g}{moving}{periodic}"
-        )
+        for k, name in enumerate(pair.elements):
+            ports = {port: pair.direction(port, k) for port in pair.contact.ports}
+            along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
+            numbers = [f"{quantity} {float(pair.values(quantity)[k]):g}" for quantity in _told(pair, k)]
+            rub = pair.rubbing
+            moving = f"rubbing at {float(pair.values('velocity')[k]):g}" if rub.moves else "no rubbing"
+            periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
+            say(f"contact '{name}': {', '.join([*along, *numbers, moving])}{periodic}")
+
+
+def _told(pair: ContactPair, k: int) -> list[str]:
+    """Quantities worth a word: of a friction contact the normal load at rest instead of the gap that makes it."""
+    load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
+    hidden = {"gap"} if load else {"normal_load"}
+    hidden |= {"kn"} if pair.direction("normal", k) is None else set()
+    return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
 
 
 def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:

@@ -36,7 +36,9 @@ from slipstick.app.tables import (
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.balance.problem import ContactPair, Load, Problem
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.loads import Load
+    from slipstick.balance.problem import Problem
     from slipstick.structure.protocol import Structure
 
 MOST_TABLES = 10_000
@@ -230,7 +232,7 @@ class Reading:
         from slipstick.trig.harmonics import Harmonics
 
         harmonics = Harmonics(top.harmonics)
-        unknowns = sum(1 + (pair.normal is not None) for pair in pairs) * harmonics.size
+        unknowns = sum(pair.n_ports for pair in pairs) * harmonics.size
         if unknowns > MOST_UNKNOWNS:
             self.faults.append(
                 f"{len(pairs)} contacts with {harmonics.size} coefficients make {unknowns} unknowns; "
@@ -287,7 +289,7 @@ def _tables(raw: Any) -> list[Mapping[str, Any]]:
 
 def load(table: LoadTable) -> Load:
     """The load of a ``[[load]]`` table: amplitude cos(m tau + phase) becomes its cosine and sine parts."""
-    from slipstick.balance.problem import Load
+    from slipstick.balance.loads import Load
 
     cos, sin = table.cos, table.sin
     if table.amplitude is not None:
@@ -298,7 +300,7 @@ def load(table: LoadTable) -> Load:
 
 def contact_pair(table: ContactTable, background: float | None = None) -> ContactPair:
     """The contact of a ``[[contact]]`` table, cold; a normal load N0 is the interference gap = -N0 / kn."""
-    from slipstick.balance.problem import ContactPair
+    from slipstick.balance.contacts import ContactPair
 
     return ContactPair(
         name=table.name,

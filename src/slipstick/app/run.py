@@ -78,7 +78,7 @@ class _Run:
 
     def compute(self, *, quiet: bool) -> None:
         """Follow the branch; every point goes to the store at once."""
-        from slipstick.balance.residual import Balance
+        from slipstick.balance.ports import Balance
         from slipstick.io.journal import Layout
         from slipstick.io.store import ResultStore
         from slipstick.results.record import Recorder
@@ -221,27 +221,30 @@ class _Listener:
             self._shown.note(f"  first point at {event.omega:.6g} rad/s, {event.name}: {result}")
 
     def _point(self, point: Any) -> None:
-        self._store.append(self._recorder.record(point))
+        record = self._recorder.record(point)
+        self._store.append(record)
         value = float(point.parameter)
         if point.part != self._part:
             self._part, self._last = point.part, None
             self._shown.note(f"  the branch broke off: it is followed from the other end too, from {value:.6g}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
-        self._shown.at(value, step, states_text(point.forces))
+        self._shown.at(value, step, states_text(record))
 
 
-def states_text(forces: Any) -> str:
-    """How the contacts share stick, slip and separation, averaged over them.
+def states_text(record: Mapping[str, Any]) -> str:
+    """How the contacts share stick, slip and separation, averaged over those that have such states.
 
-    >>> from types import SimpleNamespace as N
-    >>> states_text(N(stick_fraction=[0.25], slip_fraction=[0.75], separation_fraction=[0.0]))
+    >>> states_text({"stick_fraction": [0.25], "slip_fraction": [0.75], "separation_fraction": [0.0]})
     'stick 25 % slip 75 %'
     """
     import numpy as np
 
-    names = ("stick", "slip", "separation")
-    parts = [(name, float(np.mean(v)) if np.size(v := getattr(forces, f"{name}_fraction")) else 0.0) for name in names]
+    parts = []
+    for name in ("stick", "slip", "separation"):
+        value = np.asarray(record.get(f"{name}_fraction", ()), dtype=float)
+        known = value[np.isfinite(value)]
+        parts.append((name, float(known.mean()) if known.size else 0.0))
     return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
 
 

@@ -13,8 +13,8 @@ from slipstick.app.tables import ContactTable, ThermalTable
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.balance.problem import ContactPair
-    from slipstick.contact.parameters import FrictionContact
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.contact.friction import FrictionContact
     from slipstick.contact.rubbing import RubbingMotion
     from slipstick.models.reduced_body import ReducedBody
 
@@ -76,7 +76,7 @@ def contacts_on_surface(
 
 def cold_contact(table: ContactTable, background: float | None, total: float | None = None) -> FrictionContact:
     """The parameters of a contact, cold; ``total``: the normal load of all contacts of a block, instead of its own."""
-    from slipstick.contact.parameters import FrictionContact
+    from slipstick.contact.friction import FrictionContact
 
     return FrictionContact(
         kt=cold_value(table.kt, background),

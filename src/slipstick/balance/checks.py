@@ -8,15 +8,15 @@ from math import isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from slipstick.balance.heat import heat_faults
+from slipstick.balance.contacts import direction_faults
+from slipstick.balance.warm import heat_faults
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import InputError
 from slipstick.faults import listed, number, suggestion, wrong
 
 if TYPE_CHECKING:
-    from slipstick.balance.problem import ContactPair, Problem
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.problem import Problem
 
 
 def problem_faults(problem: Problem) -> list[str]:
@@ -84,9 +84,10 @@ def requested_faults(requested: Sequence[float], start: float, stop: float) -> l
 
 def _heat_faults(problem: Problem) -> list[str]:
     try:
-        return heat_faults(problem.contacts, problem.heated) if problem.heated is not None else []
+        heated = problem.heated
     except InputError as error:
         return list(error.problems)
+    return [] if heated is None else heat_faults(problem.contacts, problem.batches[heated.batch], heated)
 
 
 def _name_faults(problem: Problem) -> Iterator[str]:
@@ -108,23 +109,23 @@ def _name_faults(problem: Problem) -> Iterator[str]:
 
 
 def _contact_faults(pair: ContactPair, dofs: Sequence[str]) -> Iterator[str]:
-    for side, cosines in zip(("tangential", "normal"), pair.directions, strict=True):
-        if cosines is None:
-            continue
-        where = f"contact '{pair.name}', {side} direction"
-        for dof in cosines:
-            if dof not in dofs:
-                yield f"{where}: there is no dof '{dof}' in the structure; {suggestion(dof, dofs)}"
-        if not all(isfinite(c) for c in cosines.values()):
-            yield f"{where}: found {dict(cosines)}; expected finite direction cosines"
-        elif not any(cosines.values()):
-            yield f"{where}: found {dict(cosines)}, which has no direction; expected a direction cosine other than zero"
-    for name in ("kt", "mu", "kn", "gap"):
-        if np.ndim(getattr(pair.contact, name)):
-            yield f"contact '{pair.name}', {name}: found an array; expected one number (one pair is one element)"
-    motion = pair.rubbing
-    if any(np.ndim(v) for v in (motion.velocity, *motion.cos.values(), *motion.sin.values())):
-        yield f"contact '{pair.name}', rubbing: found an array; expected one number (one pair is one element)"
+    yield from direction_faults(pair)
+    try:
+        given = pair.directions
+    except InputError:
+        return
+    for port, directions in given.items():
+        where = f"contact '{pair.name}', {port} direction"
+        for cosines in directions:
+            if cosines is None:
+                continue
+            for dof in cosines:
+                if dof not in dofs:
+                    yield f"{where}: there is no dof '{dof}' in the structure; {suggestion(dof, dofs)}"
+            if not all(isfinite(c) for c in cosines.values()):
+                yield f"{where}: found {dict(cosines)}; expected finite direction cosines"
+            elif not any(cosines.values()):
+                yield f"{where}: found {dict(cosines)}, which has no direction; expected a cosine other than zero"
 
 
 def _load_faults(load: Any, problem: Problem, order: int) -> Iterator[str]:

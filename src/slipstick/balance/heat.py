@@ -2,79 +2,85 @@
 
 With ``T = T_0 + R Edot`` solved for the temperatures, every derivative of the residual gains ``C dEdot``, where
 ``C = A F_T (I - R Edot_T)^-1 R`` (N, n) and ``dEdot`` is the derivative of the powers at fixed temperatures
-(THEORY.md section 8).
+(THEORY.md section 8). The heated contacts are one batch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.thermal.model import HeatedContacts, HeatedForces
+from slipstick.balance.inputs import Inputs
+from slipstick.contact.law import Law, Motion
+from slipstick.thermal.model import Heat, HeatedContacts
 
 if TYPE_CHECKING:
-    from slipstick.balance.problem import ContactPair
-    from slipstick.balance.residual import Balance, Compliance, Inputs
+    from slipstick.balance.compliance import Compliance
+    from slipstick.balance.ports import Balance
 
 Array = NDArray[np.float64]
 
 
-def cold_pairs(pairs: Sequence[ContactPair], heated: HeatedContacts) -> tuple[ContactPair, ...]:
-    """The contacts with the parameters that their curves give at the background temperature."""
-    changed = []
-    for i, pair in enumerate(pairs):
-        cold = {name: float(value[i]) for name, value in heated.nominal.items() if heated.follows(name, [i])}
-        changed.append(replace(pair, contact=replace(pair.contact, **cold)) if cold else pair)
-    return tuple(changed)
+def heated_response(
+    heated: HeatedContacts, law: Law, motion: Motion, values: Mapping[str, Array], start: Array | None
+) -> Heat:
+    """Forces at the equilibrium temperatures; ``start`` (n,) is the neighbouring solution."""
+    return heated.respond(law, motion, values, start)
 
 
-def heat_faults(pairs: Sequence[ContactPair], heated: HeatedContacts) -> list[str]:
-    """Contacts that cannot be heated, in sentences."""
-    return [
-        f"contact '{pair.name}': kn depends on temperature but the contact has no normal direction, so its normal load "
-        "is constant; give a normal direction, or no table of kn"
-        for i, pair in enumerate(pairs)
-        if pair.normal is None and heated.follows("kn", [i])
-    ]
+def heat_columns(balance: Balance, heat: Heat, compliance: Compliance) -> Array:
+    """``A F_T (I - R Edot_T)^-1 R``, (N, n): the residual by power put in at each heated contact."""
+    batch = balance.batches[heat.batch]
+    moved = np.zeros((batch.count, balance.n_ports, balance.orders.size + 1), dtype=complex)
+    for i, force in heat.tangent.by_temperature.items():
+        port = batch.ports[i]
+        if port.size:
+            pairs = np.zeros((port.size, 2 * balance.orders.size + 2))
+            own = force[port.members]
+            pairs[:, 0], pairs[:, 2:] = own[:, 0], own[:, 1:]
+            moved[port.members] += compliance.value[port.rows] * pairs.view(complex)[:, None, :]
+    by_temperature = balance.real(moved.reshape(-1, moved.shape[2])).reshape(batch.count, -1)
+    return np.asarray(by_temperature.T @ heat.tangent.gain, dtype=float)
 
 
-def heat_columns(balance: Balance, heat: HeatedForces, compliance: Compliance) -> Array:
-    """``A F_T (I - R Edot_T)^-1 R``, (N, n_contacts): the residual by power put in at each contact."""
-    c, p, tangent = balance.n_contacts, balance.n_ports, heat.tangent
-    moved = compliance.value[:c] * balance.paired(tangent.dFx_dT)[:, None, :]
-    if p > c:
-        at = balance.with_normal
-        moved[at] += compliance.value[c:p] * balance.paired(tangent.dFy_dT[at])[:, None, :]
-    by_temperature = balance.real(moved.reshape(c * p, -1)).reshape(c, -1)
-    return np.asarray(by_temperature.T @ tangent.gain, dtype=float)
+def power_rows(balance: Balance, heat: Heat) -> Array:
+    """Derivatives of the powers by the unknowns at fixed temperatures, (n, N)."""
+    batch = balance.batches[heat.batch]
+    rows = np.zeros((batch.count, balance.n_ports, balance.L))
+    elements, ports = np.arange(batch.count), np.arange(balance.n_ports)
+    for j, tangent in heat.power.by_motion.items():
+        port = batch.ports[j]
+        rows[elements[port.members], ports[port.rows]] = tangent[port.members]
+    return rows.reshape(batch.count, -1)
 
 
-def power_rows(balance: Balance, heat: HeatedForces) -> Array:
-    """Derivatives of the powers by the unknowns at fixed temperatures, (n_contacts, N)."""
-    c = balance.n_contacts
-    rows = np.zeros((c, balance.n_ports, balance.L))
-    own = np.arange(c)
-    rows[own, own] = heat.power.X
-    at = balance.with_normal
-    rows[at, c + np.arange(at.size)] = heat.power.Y[at]
-    return rows.reshape(c, -1)
+def heat_change(balance: Balance, heat: Heat, dx: Array, dpower: Array | None, changed: list[dict[int, Array]]) -> None:
+    """Add what the temperatures do to changes of the forces, for a change ``dx`` of the motion and ``dpower`` (n,)."""
+    total = power_rows(balance, heat) @ dx
+    dT = heat.tangent.gain @ (total if dpower is None else total + dpower)
+    own = changed[heat.batch]
+    for i, force in heat.tangent.by_temperature.items():
+        part = dT[:, None] * force
+        own[i] = own[i] + part if i in own else part
 
 
-def warm_direction(heated: HeatedContacts, heat: HeatedForces, direction: Inputs) -> Inputs:
-    """A direction in the inputs, whose mu, kt, kn are the cold values, as one in the parameters at the temperature."""
-    T = heat.temperature
-    return replace(
-        direction, **{name: heated.per_cold(name, T) * getattr(direction, name) for name in ("mu", "kt", "kn")}
-    )
+def warm_direction(heat: Heat, direction: Inputs) -> Inputs:
+    """A direction in the inputs, whose parameters are cold values, as one in the parameters at the temperature."""
+    given = direction.batches[heat.batch]
+    warm = {name: heat.per_cold(name) * given.values[name] for name in heat.hot}
+    return direction.with_batch(heat.batch, **warm)
 
 
-def power_along(heat: HeatedForces, direction: Inputs) -> Array:
-    """Derivative of the powers along a (warm) direction at fixed temperatures, (n_contacts,)."""
-    along = np.einsum("cl,cl->c", heat.power.X, direction.U)
-    for name in ("velocity", "gap", "mu", "kt", "kn"):
-        along += getattr(heat.power, name) * getattr(direction, name)
+def power_along(heat: Heat, direction: Inputs) -> Array:
+    """Derivative of the powers along a (warm) direction at fixed temperatures, (n,)."""
+    given = direction.batches[heat.batch]
+    along = np.einsum("pn,pn->n", heat.power.by_velocity, given.velocity)
+    for j, tangent in heat.power.by_motion.items():
+        along += np.einsum("nl,nl->n", tangent, given.motion[j])
+    for name, rate in given.values.items():
+        if rate.any():
+            along += heat.power.by_parameter(name) * rate
     return np.asarray(along, dtype=float)

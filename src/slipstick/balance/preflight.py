@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.batches import batches_of
 from slipstick.balance.reduction import excited_orders, reduction_warnings
+from slipstick.contact import traits
 
 if TYPE_CHECKING:
-    from slipstick.balance.problem import ContactPair, Problem
+    from slipstick.balance.problem import Problem
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,6 @@ INSIDE = 0.6180339887
 """Where in the range of a parameter it is looked at: inside, because an end such as mu = 0 is often meant."""
 
 _STIFFNESS_RATIO = 1e6
-_LARGEST_FRICTION = 2.0
 _UNDAMPED = 1e-14
 _WIDE_GAP = 100.0
 
@@ -40,7 +41,7 @@ def problem_warnings(problem: Problem, omega: Sequence[float] = (), static: Arra
         where it is known (``Balance.receptance.static``).
     """
     found = [*_motion_warnings(problem), *_harmonic_warnings(problem), *_contact_warnings(problem)]
-    if static is None and (len(omega) or len(problem.contacts) <= FEW_CONTACTS):
+    if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
     if static is not None:
         found += _proportion_warnings(problem, static)
@@ -65,8 +66,7 @@ def _static(problem: Problem) -> Array:
     dofs, shapes = problem.load_targets
     if not problem.contacts:
         return np.zeros((0, 0))
-    tangential, normal = zip(*(pair.directions for pair in problem.contacts), strict=True)
-    ports = problem.direction_matrix([*tangential, *(n for n in normal if n is not None)])
+    ports = problem.direction_matrix(batches_of(problem.contacts)[1])
     columns = np.hstack([ports, problem.direction_matrix({dof: 1.0} for dof in dofs)])
     return np.asarray(problem.structure.project(ports, columns, shapes).static, dtype=float)
 
@@ -81,8 +81,10 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     driven = excited_orders(problem)
     base = gcd(*driven) or 1
     multiples = [m // base for m in orders[1:] if m % base == 0]
-    acting = [pair for pair in problem.contacts if pair.value("mu") > 0 and pair.value("kt") > 0]
-    one_sided = [pair for pair in acting if pair.velocity != 0]
+    pairs = list(zip(problem.batches, problem.inputs.batches, strict=True))
+    kinked = [(traits.kinked(batch.law, given.values), given) for batch, given in pairs]
+    acting = any(mask.any() for mask, _ in kinked)
+    one_sided = any((mask & (given.velocity[0] != 0)).any() for mask, given in kinked)
     if one_sided and driven and not any(m % 2 == 0 for m in multiples):
         even = f"even multiples of {base}" if base > 1 else "even harmonics"
         yield (
@@ -97,18 +99,16 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
 
 
 def _contact_warnings(problem: Problem) -> Iterator[str]:
-    for pair, mu in zip(problem.contacts, problem.contact_values("mu"), strict=True):
-        where, value = f"contact '{pair.name}'", pair.value
-        if pair.normal is None and value("normal_load") == 0:
-            yield f"{where}: the normal load is 0 and the contact has no normal direction, so it never acts"
-        elif value("kn") == 0:
-            yield f"{where}: kn = 0, so it carries no normal load and never acts; give the normal contact stiffness"
-        elif value("mu") == 0 and value("kt") > 0:
-            yield f"{where}: mu = 0, so there is no friction force"
-        elif value("kt") == 0:
-            yield f"{where}: kt = 0, so it never sticks; give the tangential contact stiffness"
-        if mu > _LARGEST_FRICTION:
-            yield f"{where}: mu = {mu:g} is more than dry surfaces reach; expected below {_LARGEST_FRICTION:g}"
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        for e, (p, k) in enumerate(batch.members):
+            pair = problem.contacts[p]
+            ports = {port for port in batch.law.ports if pair.direction(port, k) is not None}
+            still = not given.motion[1:, e].any()
+            own = {name: float(pair.values(name)[k]) for name in given.values}
+            for name, parameter in traits.factors(batch.law).items():
+                own[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
+            for sentence in traits.warnings(batch.law, own, ports, still):
+                yield f"contact '{pair.elements[k]}': {sentence}"
 
 
 def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
@@ -117,35 +117,51 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
     A very soft normal spring under preload is the common way to a constant normal load, and no slip of the pen.
     """
     own = np.diag(static[:, : len(static)])
-    for port, (pair, name) in enumerate(_ports(problem)):
-        where, given = f"contact '{pair.name}'", pair.value(name)
-        ratio = given * own[port]
-        soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and pair.value("gap") < 0)
+    for port, where, name, given in _springs(problem):
+        stiffness = given[name]
+        ratio = stiffness * own[port]
+        soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and given["gap"] < 0)
         if soft or ratio > _STIFFNESS_RATIO:
             much = f"{ratio:.2g} times" if ratio > 1 else f"only {ratio:.2g} of"
             yield (
-                f"{where}: {name} = {given:g} is {much} the static stiffness {1 / own[port]:.3g} of the structure in "
-                "its direction: check the units of both"
+                f"{where}: {name} = {stiffness:g} is {much} the static stiffness {1 / own[port]:.3g} of the structure "
+                "in its direction: check the units of both"
             )
-        if name == "kn" and pair.value("gap") > 0:
+        gap = given.get("gap", 0.0)
+        if name == "kn" and gap > 0:
             reach = float(np.abs(static[port, len(static) :]) @ np.abs(problem.load_coefficients()).sum(axis=1))
-            if reach and pair.value("gap") > _WIDE_GAP * reach:
+            reach += given["approach"]
+            if reach and gap > _WIDE_GAP * reach:
                 yield (
-                    f"{where}: the gap {pair.value('gap'):g} is more than {_WIDE_GAP:g} times the static deflection "
+                    f"{where}: the gap {gap:g} is more than {_WIDE_GAP:g} times the static deflection "
                     f"{reach:.2g} under the loads; it will hardly ever close: check its units"
                 )
 
 
-def _ports(problem: Problem) -> list[tuple[ContactPair, str]]:
-    """Contact and stiffness of each port, tangential ones first."""
-    normal = [(pair, "kn") for pair in problem.contacts if pair.normal is not None]
-    return [*((pair, "kt") for pair in problem.contacts), *normal]
+def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]]]:
+    """For each port with a stiffness parameter: its number, contact, that parameter, and all numbers of the contact.
+
+    "approach" is how far the counter surface itself may come.
+    """
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        for i, name in traits.stiffness_names(batch.law).items():
+            port = batch.ports[i]
+            rows, members = np.arange(len(_all_ports(problem)))[port.rows], np.arange(batch.count)[port.members]
+            for row, e in zip(rows, members, strict=True):
+                own = {key: float(value[e]) for key, value in given.values.items()}
+                own["approach"] = float(np.abs(given.motion[i, e]).sum())
+                yield int(row), f"contact '{problem.elements[batch.numbers[e]]}'", name, own
+
+
+def _all_ports(problem: Problem) -> range:
+    return range(sum(port.size for batch in problem.batches for port in batch.ports))
 
 
 def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:
     dofs, shapes = problem.load_targets
     if problem.contacts:
-        rows = columns = problem.direction_matrix([problem.contacts[0].directions[0]])
+        first = problem.contacts[0]
+        rows = columns = problem.direction_matrix([first.direction(first.contact.ports[0]) or {}])
         shapes = ()
     else:
         rows = columns = problem.direction_matrix({dof: 1.0} for dof in (dofs or problem.structure.dofs)[:1])
@@ -181,5 +197,7 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
 def _stuck_limit(problem: Problem, first: float, static: Any) -> float:
     """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
     own = np.diag(static[:, : len(static)])
-    given = np.array([pair.value(name) for pair, name in _ports(problem)])
+    given = np.zeros(len(own))
+    for port, _, name, values in _springs(problem):
+        given[port] = values[name]
     return first * float(np.prod(np.sqrt(1.0 + np.maximum(own, 0.0) * given)))

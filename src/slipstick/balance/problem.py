@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
-from math import atan2, cos, hypot, sin
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
-from slipstick.balance.heat import cold_pairs
+from slipstick.balance.contacts import ContactPair, prescribed
+from slipstick.balance.inputs import Given, Inputs
+from slipstick.balance.loads import Load
+from slipstick.balance.parameters import FACTORS, Target, parameter_target
 from slipstick.balance.preflight import problem_warnings
-from slipstick.contact.parameters import FrictionContact
-from slipstick.contact.rubbing import RubbingMotion, common_period
+from slipstick.balance.warm import cold_pairs
+from slipstick.contact import traits
+from slipstick.contact.rubbing import common_period
 from slipstick.errors import InputError
 from slipstick.faults import (
     Gathering,
@@ -24,7 +28,6 @@ from slipstick.faults import (
     one,
     several,
     shown,
-    suggestion,
     text,
     warn,
     whole,
@@ -36,184 +39,9 @@ from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
 
-PARAMETERS = ("velocity", "mu", "kt", "kn", "gap", "normal_load")
-"""What can be changed or followed of a contact, as in "tip.velocity"; "*.velocity" means all contacts together."""
-
-FACTORS = ("load", "friction")
-"""Factors on all loads and on all friction coefficients."""
-
 MOST_OUTPUTS = 100
 
 _MEMBERS = ("dofs", "load_shapes", "natural_frequencies", "project", "time_equations")
-
-
-@dataclass(frozen=True, init=False)
-class Load:
-    """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape of the structure.
-
-    Parameters
-    ----------
-    dof, shape
-        Name of a dof, or of a load shape: one of the two.
-    harmonic
-        Harmonic ``m`` of the excitation; 0 is a static load, given by ``cos``.
-    cos, sin
-        Amplitudes, force (0-to-peak).
-    amplitude, phase
-        Instead of cos and sin: ``amplitude * cos(m tau + phase)``, phase in rad, 0 where it is left out.
-
-    Raises
-    ------
-    InputError
-        For values of another kind, an amplitude together with cos or sin, or a phase without amplitude.
-
-    Examples
-    --------
-    >>> load = Load(dof="x", amplitude=100.0, phase=-np.pi / 2)
-    >>> round(load.cos, 9), load.sin
-    (0.0, 100.0)
-    """
-
-    dof: str | None
-    shape: str | None
-    harmonic: int
-    cos: float
-    sin: float
-
-    def __init__(
-        self,
-        *,
-        dof: str | None = None,
-        shape: str | None = None,
-        harmonic: int = 1,
-        cos: float | None = None,
-        sin: float | None = None,
-        amplitude: float | None = None,
-        phase: float | None = None,
-    ) -> None:
-        on = dof if dof is not None else shape
-        name, found = f"load on {shown(on)}" if on is not None else "load", Gathering()
-        given = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
-        force = {k: found.take(number, f"{name}, {k}", v) for k, v in given.items() if v is not None}
-        values: dict[str, Any] = {"harmonic": found.take(whole, f"{name}, harmonic", harmonic)}
-        for key, value in (("dof", dof), ("shape", shape)):
-            values[key] = None if value is None else found.take(text, f"load, {key}", value, "a name")
-        if amplitude is not None and (cos is not None or sin is not None):
-            found.problems.append(f"{name}: amplitude is given together with cos or sin; keep one way to say the force")
-        if phase is not None and amplitude is None:
-            found.problems.append(f"{name}: phase is given without amplitude; give both")
-        found.end()
-        values |= _parts(force)
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
-
-    @property
-    def target(self) -> str:
-        """Name of the dof or load shape."""
-        return str(self.dof if self.dof is not None else self.shape)
-
-    @property
-    def amplitude(self) -> float:
-        """``amplitude`` in ``amplitude * cos(m tau + phase)``, force, >= 0."""
-        return hypot(self.cos, self.sin)
-
-    @property
-    def phase(self) -> float:
-        """``phase`` in ``amplitude * cos(m tau + phase)``, rad, from -pi to pi."""
-        return atan2(-self.sin, self.cos)
-
-
-def _parts(force: Mapping[str, Any]) -> dict[str, float]:
-    """Cosine and sine parts of a force said in either way."""
-    if "amplitude" not in force:
-        return {"cos": force.get("cos", 0.0), "sin": force.get("sin", 0.0)}
-    size, phase = force["amplitude"], force.get("phase", 0.0)
-    return {"cos": size * cos(phase), "sin": -size * sin(phase) if phase else 0.0}
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContactPair:
-    """A friction contact between two directions of the structure, or between one and the ground.
-
-    The relative motion is ``sum cosine * dof``, node 1 minus node 2: the second node's dofs have the opposite sign.
-
-    Parameters
-    ----------
-    name
-        Its name in results, events and parameters.
-    contact
-        Parameters, scalars.
-    tangential
-        Direction cosines by dof; a name alone means cosine 1.
-    normal
-        As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``.
-    rubbing
-        Motion of the counter surface; none by default.
-
-    Raises
-    ------
-    InputError
-        For values of another kind.
-    """
-
-    name: str
-    contact: FrictionContact
-    tangential: Mapping[str, float] | str
-    normal: Mapping[str, float] | str | None = None
-    rubbing: RubbingMotion = field(default_factory=RubbingMotion)
-
-    def __post_init__(self) -> None:
-        found = Gathering()
-        name = found.take(text, "contact, name", self.name, 'a name such as "damper"')
-        where = f"contact {shown(name)}"
-        values: dict[str, Any] = {"name": name}
-        values["contact"] = found.take(one, where, self.contact, FrictionContact, "contact=ss.FrictionContact(...)")
-        values["tangential"] = found.take(_cosines, f"{where}, tangential", self.tangential)
-        values["normal"] = None if self.normal is None else found.take(_cosines, f"{where}, normal", self.normal)
-        rubbing = RubbingMotion() if self.rubbing is None else self.rubbing
-        values["rubbing"] = found.take(one, f"{where}, rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
-        found.end()
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
-
-    @property
-    def directions(self) -> tuple[Mapping[str, float], Mapping[str, float] | None]:
-        """Direction cosines, tangential and normal."""
-        return self.tangential, self.normal  # type: ignore[return-value]
-
-    @property
-    def velocity(self) -> float:
-        """Constant rubbing velocity, length/time."""
-        return float(np.asarray(self.rubbing.velocity))
-
-    def value(self, name: str) -> float:
-        """One of ``PARAMETERS``."""
-        if name == "velocity":
-            return self.velocity
-        return float(np.asarray(getattr(self.contact, name)))
-
-    def with_value(self, name: str, value: float) -> ContactPair:
-        """A copy with one of ``PARAMETERS`` changed; a normal load becomes a gap at the present ``kn``."""
-        if name == "velocity":
-            return replace(self, rubbing=replace(self.rubbing, velocity=value))
-        if name == "normal_load":
-            kn = self.value("kn")
-            if value < 0 or (kn == 0 and value != 0):
-                raise InputError(
-                    f"{self.name}.normal_load: found {value:g} with kn = {kn:g}; expected a load >= 0 and kn > 0"
-                )
-            return replace(self, contact=replace(self.contact, gap=-value / kn if kn else 0.0))
-        return replace(self, contact=replace(self.contact, **{name: value}))
-
-
-def _cosines(name: str, given: Any) -> dict[str, float]:
-    """Direction cosines by dof; a name alone means cosine 1."""
-    if isinstance(given, str):
-        return {str(given): 1.0}
-    expected = 'the name of a dof such as "x", or cosines by dof such as {"x": 1.0, "y": -1.0}'
-    if not isinstance(given, Mapping):
-        raise wrong(name, given, expected)
-    return {text(name, dof, expected): number(f"{name}, {shown(dof)}", cosine) for dof, cosine in given.items()}
 
 
 @dataclass(frozen=True)
@@ -280,7 +108,8 @@ class Problem:
         if faults:
             raise InputError(faults)
         if self.heated is not None:
-            object.__setattr__(self, "contacts", cold_pairs(self.contacts, self.heated))
+            batch = self.batches[self.heated.batch]
+            object.__setattr__(self, "contacts", cold_pairs(self.contacts, batch, self.heated))
         if self.told is not None:
             self.warn(problem_warnings(self))
 
@@ -294,13 +123,28 @@ class Problem:
     def _default_outputs(self) -> list[str]:
         """The first dofs, and those beyond them that are loaded or in contact, in the order of the structure."""
         wanted = {load.dof for load in self.loads}
-        wanted |= {dof for pair in self.contacts for side in pair.directions for dof in side or ()}
+        wanted |= {dof for pair in self.contacts for dof in pair.dofs}
         return [dof for i, dof in enumerate(self.structure.dofs) if i < MOST_OUTPUTS or dof in wanted]
 
     @cached_property
+    def batches(self) -> tuple[Batch, ...]:
+        """The contacts by kind of law, as they are computed."""
+        return batches_of(self.contacts)[0]
+
+    @cached_property
+    def elements(self) -> tuple[str, ...]:
+        """Names of the contacts, those of one pair with many each by its own."""
+        return tuple(name for pair in self.contacts for name in pair.elements)
+
+    @cached_property
     def heated(self) -> HeatedContacts | None:
-        """The thermal model for the contacts in their order, or None."""
-        return None if self.thermal is None else self.thermal.elements([pair.name for pair in self.contacts])
+        """The thermal model for the contacts it heats, those of one kind of law, in their order; or None."""
+        if self.thermal is None:
+            return None
+        curves = set(self.thermal.parameters)
+        follow = [k for k, batch in enumerate(self.batches) if curves & set(batch.law.values)] or [0]
+        names = [self.elements[e] for batch in self.batches[follow[0] :][:1] for e in batch.numbers]
+        return replace(self.thermal.elements(names), batch=follow[0])
 
     @cached_property
     def orders(self) -> tuple[int, int]:
@@ -336,42 +180,48 @@ class Problem:
                 P[row, self.harmonics.index(order, "s")] += load.sin
         return self.load * P
 
-    def rubbing_coefficients(self) -> Array:
-        """Coefficients ``U`` of the periodic rubbing motion, (n_contacts, L)."""
-        U = np.zeros((len(self.contacts), self.harmonics.size))
-        for row, pair in zip(U, self.contacts, strict=True):
-            row[:] = pair.rubbing.coefficients(self.harmonics, self.rubbing_order)
-        return U
+    @cached_property
+    def inputs(self) -> Inputs:
+        """All numbers of contacts and loads, by batch."""
+        moving = [prescribed(pair, self.harmonics, self.rubbing_order) for pair in self.contacts]
+        return Inputs(batches=tuple(self._given(batch, moving) for batch in self.batches), P=self.load_coefficients())
+
+    def _given(self, batch: Batch, moving: Sequence[tuple[Array, Array]]) -> Given:
+        factor = {parameter: getattr(self, name) for name, parameter in traits.factors(batch.law).items()}
+        values = {
+            name: factor.get(name, 1.0) * np.array([self.contacts[p].values(name)[k] for p, k in batch.members])
+            for name in batch.law.values
+        }
+        velocity = np.array([moving[p][0][:, k] for p, k in batch.members]).T
+        motion = np.array([moving[p][1][:, k] for p, k in batch.members]).transpose(1, 0, 2)
+        return Given(values=values, velocity=np.ascontiguousarray(velocity), motion=np.ascontiguousarray(motion))
 
     def contact_values(self, name: str) -> Array:
-        """One of ``PARAMETERS`` of all contacts, (n_contacts,); mu with the friction factor."""
-        factor = self.friction if name == "mu" else 1.0
-        return np.array([factor * pair.value(name) for pair in self.contacts], dtype=float)
+        """A parameter of every contact, (n_contacts,), with the factor on it; nan for laws that do not have it."""
+        out = np.full(len(self.elements), np.nan)
+        for batch, given in zip(self.batches, self.inputs.batches, strict=True):
+            if name in given.values:
+                out[batch.elements] = given.values[name]
+        return out
 
     def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
         """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""
         return direction_vectors(self.structure.dofs, list(directions))
 
-    def parameter_targets(self, name: str) -> tuple[tuple[int, ...], str]:
-        """Which contacts a named parameter belongs to, and what it is; ``((), name)`` for the factors."""
-        if isinstance(name, str) and name in FACTORS:
-            return (), name
-        contact, _, quantity = text("parameter", name, 'a name such as "damper.mu"').rpartition(".")
-        at = tuple(i for i, pair in enumerate(self.contacts) if contact in (pair.name, "*"))
-        if not at or quantity not in PARAMETERS:
-            names = [*(pair.name for pair in self.contacts), "*"]
-            known = [*(f"{c}.{p}" for c in names for p in PARAMETERS), *FACTORS]
-            raise InputError(f"there is no parameter '{name}'; {suggestion(name, known)}")
-        if self.heated is not None and self.heated.follows(quantity, at):
+    def parameter_target(self, name: str) -> Target:
+        """What a named parameter such as "tip.velocity", "*.mu" or "load" belongs to; InputError if there is none."""
+        target = parameter_target(self, name)
+        if self.heated is not None and target.members and self.heated.follows(target.quantity, target.elements(self)):
             raise InputError(f"{name} follows the temperature by its table; use the factor 'friction' instead")
-        return at, quantity
+        return target
 
     def parameter(self, name: str) -> float:
-        """Value of a named parameter such as "tip.velocity", "*.mu" or "load"; of several contacts, the mean."""
-        at, quantity = self.parameter_targets(name)
-        if not at:
-            return float(getattr(self, quantity))
-        return float(np.mean([self.contacts[i].value(quantity) for i in at]))
+        """Value of a named parameter; of several contacts, the mean."""
+        target = self.parameter_target(name)
+        if not target.members:
+            return float(getattr(self, target.quantity))
+        found = [self.contacts[p].values(target.quantity) for p, k in target.members]
+        return float(np.mean([v[k] for v, (_, k) in zip(found, target.members, strict=True)]))
 
     def with_parameter(self, name: str, value: float) -> Problem:
         """A copy with a named parameter changed; raises InputError where the value is not allowed."""
@@ -382,15 +232,15 @@ class Problem:
         return replace(self, told=None, **self._changed(name, value))
 
     def _changed(self, name: str, value: float) -> dict[str, Any]:
-        at, quantity = self.parameter_targets(name)
-        value = number(name, value)
-        if not at:
-            if quantity == "friction" and value < 0:
-                raise InputError(f"friction: found {value:g}; expected a factor >= 0")
-            return {quantity: value}
-        return {
-            "contacts": [pair.with_value(quantity, value) if i in at else pair for i, pair in enumerate(self.contacts)]
-        }
+        target, value = self.parameter_target(name), number(name, value)
+        if not target.members:
+            if target.quantity != "load" and value < 0:
+                raise InputError(f"{name}: found {value:g}; expected a factor >= 0")
+            return {target.quantity: value}
+        contacts = list(self.contacts)
+        for p, k in target.members:
+            contacts[p] = contacts[p].with_value(target.quantity, value, k)
+        return {"contacts": contacts}
 
 
 def _right_kinds(problem: Problem) -> dict[str, Any]:

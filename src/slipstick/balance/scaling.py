@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.residual import Balance, Compliance, Inputs
+from slipstick.balance.compliance import Compliance
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance
+from slipstick.contact import traits
 from slipstick.solve.continuation import ArclengthScaling
 
 Array = NDArray[np.float64]
@@ -34,18 +37,18 @@ class Scales:
 
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
-    """Sizes at one frequency: linear responses, motion up to slip, rubbing motion."""
+    """Sizes at one frequency: linear responses, motion up to slip, motion of the counter surfaces."""
     compliance = balance.compliance(omega)
     sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance).values()]
-    load = inputs.mu * inputs.kn * np.maximum(-inputs.gap, 0.0)
-    sizes += [float(np.max(value, initial=0.0)) for value in (np.abs(inputs.U[:, 1:]), _ratio(load, inputs.kt))]
+    for batch, given in zip(balance.batches, inputs.batches, strict=True):
+        sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
     displacement = max(present) if present else 1.0
     return Scales(displacement=displacement, velocity=omega * max(1, balance.harmonics.highest) * displacement)
 
 
-def _ratio(a: Array, b: Array) -> Array:
-    return np.divide(a, b, out=np.zeros_like(a), where=b > 0)
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))
 
 
 def _norm(x: Array) -> float:
@@ -53,29 +56,39 @@ def _norm(x: Array) -> float:
 
 
 def linear_motions(balance: Balance, inputs: Inputs, compliance: Compliance) -> dict[str, Array]:
-    """Unknowns (N,) of the linear systems around: "free", "stuck" and "sliding" for ever where there is a velocity."""
-    found = {name: _linear(balance, inputs, compliance, name) for name in ("free", "stuck", "sliding")}
+    """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
+    names = dict.fromkeys(name for batch in balance.batches for name in traits.linear_states(batch.law))
+    found = {name: _linear(balance, inputs, compliance, name) for name in names}
     return {name: x for name, x in found.items() if x is not None}
 
 
 def _linear(balance: Balance, inputs: Inputs, compliance: Compliance, state: str) -> Array | None:
-    """Linear contact law ``F = K q + c`` in the balance: ``(I + A K) x = A (P - c)``."""
-    unit = np.eye(balance.L)
-    closed = (inputs.gap < 0).astype(float)
-    kn = inputs.kn * closed * (state != "free")
-    kt = inputs.kt * (state == "stuck")
-    slope = np.sign(inputs.velocity) * inputs.mu * kn * (state == "sliding")
-    if state == "stuck":
-        kt = kt * closed
-    if state == "sliding" and not inputs.velocity.any():
+    """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the counter surface's motion."""
+    unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
+    for batch, given in zip(balance.batches, inputs.batches, strict=True):
+        held = traits.linear(batch.law, state, given.values, given.velocity)
+        any_own = any_own or held is not None
+        held = held or traits.Linear({}, {})
+        tangents.append({key: k[:, None, None] * unit for key, k in held.stiffness.items()})
+        constants.append(_constant(held, given.motion))
+    if not any_own:
         return None
-    xx, xy, yy = (k[:, None, None] * unit for k in (kt, slope, kn))
-    jacobian = balance.jacobian(xx, xy, yy, compliance)
-    Fx, Fy = kt[:, None] * inputs.U, np.zeros_like(inputs.U)
-    Fx[:, 0] = -slope * inputs.gap
-    Fy[:, 0] = -kn * inputs.gap
+    jacobian = balance.jacobian(tangents, compliance)
     try:
-        x = np.asarray(np.linalg.solve(jacobian, -balance.moved_by(Fx, Fy, inputs.P, compliance)), dtype=float)
+        x = np.asarray(np.linalg.solve(jacobian, -balance.moved_by(constants, inputs.P, compliance)), dtype=float)
     except np.linalg.LinAlgError:
         return None
     return x if np.all(np.isfinite(x)) else None
+
+
+def _constant(held: traits.Linear, motion: Array) -> dict[int, Array]:
+    """Forces (n, L) by port while the structure stands still."""
+    found: dict[int, Array] = {}
+    for (i, j), k in held.stiffness.items():
+        part = k[:, None] * motion[j]
+        found[i] = found[i] + part if i in found else part
+    for i, c in held.constant.items():
+        own = found.get(i)
+        found[i] = np.zeros_like(motion[0]) if own is None else own.copy()
+        found[i][:, 0] += c
+    return found

@@ -9,9 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
-from slipstick.balance.residual import Balance, FrequencySystem, Inputs, ParameterSystem, inputs_of
 from slipstick.balance.scaling import Scales, linear_motions, scales
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.contact import traits
 from slipstick.solve.continuation import ContinuationOptions, continuation
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.trig.harmonics import Harmonics
@@ -88,34 +91,35 @@ class FirstPoint:
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
         motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega))
-        names = ("sliding", "stuck", "free") if self.inputs.velocity.any() else ("stuck", "free")
-        for name in names:
-            if name in motions:
-                yield f"from the linear response, contacts {name}", lambda x=motions[name]: self._solve(x)  # type: ignore[misc]
+        for name, x in motions.items():
+            yield f"from the linear response, contacts {name}", lambda x=x: self._solve(x)  # type: ignore[misc]
         if self._essential() != self.balance.harmonics:
             yield "fewer harmonics first", self._fewer_harmonics
         yield from self._ramps()
-        start = motions.get(names[0], np.zeros(self.balance.size))
+        start = next(iter(motions.values()), np.zeros(self.balance.size))
         yield "Newton homotopy", lambda: self._homotopy(start)
         if self.last_resort is not None:
             yield "time integration", self._from_outside
 
     def _ramps(self) -> Iterator[Strategy]:
         """Continuations of a parameter from a problem that is easily solved."""
-        still = self.inputs.only("P", "U")
-        if np.any(still.P) or np.any(still.U):
+        still = self.inputs.only("load", "motion")
+        if still.any("load") or still.any("motion"):
             yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still)
-        if self.inputs.velocity.any():
+        if self.inputs.any("velocity"):
             fast = self.inputs.only("velocity").scaled(self._slipping_factor())
             yield (
                 "velocity ramp from permanent sliding",
                 lambda: self._ramp(self.inputs.moved(fast, 1.0), fast.scaled(-1)),
             )
-        friction = self.inputs.only("mu")
-        yield "friction ramp", lambda: self._ramp(self.inputs.moved(friction, -1.0), friction)
-        normal = self.inputs.only("gap")
-        if np.any(normal.gap < 0):
-            yield "normal load ramp", lambda: self._ramp(self.inputs.moved(normal, -0.999), normal.scaled(0.999))
+        for name, parameter, fraction in self._law_ramps():
+            own = self.inputs.only(parameter).scaled(1.0 - fraction)
+            yield name, lambda own=own: self._ramp(self.inputs.moved(own, -1.0), own)  # type: ignore[misc]
+
+    def _law_ramps(self) -> dict[tuple[str, str, float], None]:
+        """Ramps the laws offer, each once."""
+        pairs = zip(self.balance.batches, self.inputs.batches, strict=True)
+        return dict.fromkeys(ramp for batch, given in pairs for ramp in traits.ramps(batch.law, given.values))
 
     def _solve(self, x: Array) -> Array | None:
         system = FrequencySystem(self.balance, self.inputs)
@@ -162,15 +166,15 @@ class FirstPoint:
 
     def _slipping_factor(self) -> float:
         """How many times faster the rubbing has to be for permanent sliding."""
-        slowest = float(np.min(np.abs(self.inputs.velocity[self.inputs.velocity != 0])))
-        return max(2.0 * self.scales.velocity / slowest, 1.0)
+        speeds = np.concatenate([np.abs(given.velocity).reshape(-1) for given in self.inputs.batches])
+        return max(2.0 * self.scales.velocity / float(np.min(speeds[speeds > 0])), 1.0)
 
     def _fewer_harmonics(self) -> Array | None:
         """Solve with the driven harmonics and the lowest only, then take in the others."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = Balance(replace(self.balance.problem, harmonics=kept, told=None))
-        inputs = replace(self.inputs, U=self.inputs.U[:, places], P=self.inputs.P[:, places])
+        inputs = self.inputs.map(lambda name, own: own[..., places] if name in ("load", "motion") else own)
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:
             self._reason = "no solution with fewer harmonics"
@@ -181,7 +185,9 @@ class FirstPoint:
 
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics
-        driven = np.any(self.inputs.P != 0, axis=0) | np.any(self.inputs.U != 0, axis=0)
+        driven = np.any(self.inputs.P != 0, axis=0)
+        for given in self.inputs.batches:
+            driven = driven | np.any(given.motion != 0, axis=(0, 1))
         orders = {0, *harmonics.orders[1:3]}
         orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
         return Harmonics(sorted(orders))
@@ -196,4 +202,4 @@ def first_point(
     problem: Problem, omega: float, *, report: Callable[[StrategyTried], None] | None = None
 ) -> Array | None:
     """Unknowns of a solution at one frequency, (n_ports * L,), or None; see ``FirstPoint``."""
-    return FirstPoint(Balance(problem), inputs_of(problem), omega, report=report).find()
+    return FirstPoint(Balance(problem), problem.inputs, omega, report=report).find()

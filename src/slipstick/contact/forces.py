@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from slipstick.contact.parameters import FrictionContact
-from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError, SlipstickError
-from slipstick.faults import frequency, numbers, one
+from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
+
+if TYPE_CHECKING:
+    pass
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float, str]
@@ -220,7 +220,7 @@ def element_forces(
     for i, value in enumerate((v, kt, mu, kn, gap)):
         par[:, i] = value
     # one compiled version serves: writable and contiguous
-    X, Y = np.require(X, float, ["C", "W"]), np.require(Y, float, ["C", "W"])
+    X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
     vec, mat, scalar = _evaluate(harmonics, X, Y, par)[:3]
     return ContactForces(
         Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
@@ -228,86 +228,3 @@ def element_forces(
         stick_fraction=scalar[:, 1], slip_fraction=scalar[:, 2], separation_fraction=scalar[:, 3],
         residual_traction=scalar[:, 4:], _v=par[:, 0], _inputs=(harmonics, X, Y, par, False),
     )  # fmt: skip
-
-
-def _checked(name: str, value: ArrayLike, size: int) -> Array:
-    array = numbers(name, value, "finite real coefficients")
-    if array.shape[-1:] != (size,) or array.ndim > 2:
-        raise InputError(f"{name}: found shape {array.shape}; expected ({size},) or (n_elements, {size})")
-    return array
-
-
-def contact_forces(
-    contact: FrictionContact,
-    harmonics: Harmonics | Iterable[int] | int,
-    X: ArrayLike,
-    Y: ArrayLike,
-    *,
-    omega: float,
-    rubbing: RubbingMotion | None = None,
-) -> ContactForces:
-    """Exact multiharmonic forces of friction contact elements, with tangents and sensitivities (THEORY.md 2 to 7).
-
-    Parameters
-    ----------
-    contact
-        Parameters, scalars or (n_elements,).
-    harmonics
-        The harmonic set, L coefficients; orders, or a count, will do.
-    X, Y
-        Coefficients of the relative tangential and normal motion (node 1 minus node 2), length;
-        (L,) or (n_elements, L).
-    omega
-        Principal frequency, rad/s, > 0.
-    rubbing
-        Prescribed rubbing motion; none by default.
-
-    Returns
-    -------
-    ContactForces
-        Shapes (..., L) and (..., L, L); no leading axis where everything given is a single element.
-
-    Raises
-    ------
-    InputError
-        For wrong shapes, values that are not finite real numbers, or ``omega <= 0``.
-
-    Examples
-    --------
-    Permanent slip: the friction force is ``mu N`` in the direction of the rubbing motion.
-
-    >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
-    >>> h = Harmonics(range(4))
-    >>> rub = RubbingMotion(velocity=9.0)
-    >>> f = contact_forces(contact, h, [0, 0, 1, 0, 0, 0, 0], np.zeros(7), omega=2.0, rubbing=rub)
-    >>> f.Fx.round(12).tolist(), f.states, float(f.power.round(9))
-    ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
-    """
-    contact = one("contact", contact, FrictionContact, "an ss.FrictionContact")
-    rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
-    harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
-    X, Y = _checked("X", X, harmonics.size), _checked("Y", Y, harmonics.size)
-    U = rubbing.coefficients(harmonics)
-    parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]
-    lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], *(p.shape for p in parts))
-    try:
-        shape = np.broadcast_shapes(*lead)
-    except ValueError:
-        raise InputError(
-            f"contact forces: numbers of elements do not agree; found {[s for s in lead if s]} in X, Y, U, parameters"
-        ) from None
-    many = (*(shape or (1,)), harmonics.size)
-    v, kt, mu, kn, gap = (np.broadcast_to(p, many[:-1]) for p in parts)
-    f = element_forces(
-        harmonics, np.broadcast_to(X + U, many), np.broadcast_to(Y, many), v=v / omega, kt=kt, mu=mu, kn=kn, gap=gap
-    )
-    f.omega = float(omega)
-    return f if shape else _single(f)
-
-
-def _single(f: ContactForces) -> ContactForces:
-    names = (n for n, value in vars(f).items() if isinstance(value, np.ndarray))
-    for name in list(names):
-        setattr(f, name, getattr(f, name)[0])
-    f._inputs = (*f._inputs[:-1], True)
-    return f

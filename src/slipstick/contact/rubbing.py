@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from math import gcd, lcm
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.errors import InputError
 from slipstick.faults import Gathering, number_or_numbers, same_length, whole, wrong
 from slipstick.trig.harmonics import Harmonics
+
+PARTS = ("cos", "sin", "normal_cos", "normal_sin")
+_COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +32,9 @@ class RubbingMotion:
     cos, sin
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
         changes no force). Values are scalars or (n_elements,).
+    normal_cos, normal_sin
+        The same along the normal, positive towards the structure: run-out, a lobed casing, disc thickness variation.
+        Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
 
     Raises
     ------
@@ -37,14 +45,17 @@ class RubbingMotion:
     velocity: ArrayLike = 0.0
     cos: Mapping[int, ArrayLike] = field(default_factory=dict)
     sin: Mapping[int, ArrayLike] = field(default_factory=dict)
+    normal_cos: Mapping[int, ArrayLike] = field(default_factory=dict)
+    normal_sin: Mapping[int, ArrayLike] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         found = Gathering()
         values: dict[str, Any] = {"velocity": found.take(number_or_numbers, "rubbing velocity", self.velocity)}
-        for part in ("cos", "sin"):
-            values[part] = found.take(_amplitudes, f"rubbing {part}", getattr(self, part), least=int(part == "sin"))
+        for part in PARTS:
+            least = int(part.endswith("sin"))
+            values[part] = found.take(_amplitudes, f"rubbing {part}", getattr(self, part), least=least)
         found.end()
-        amplitudes = {f"{part} {order}": a for part in ("cos", "sin") for order, a in values[part].items()}
+        amplitudes = {f"{part} {order}": a for part in PARTS for order, a in values[part].items()}
         same_length("rubbing motion", {"velocity": values["velocity"], **amplitudes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -52,7 +63,7 @@ class RubbingMotion:
     @property
     def orders(self) -> tuple[int, ...]:
         """Harmonic orders of the periodic part with a nonzero amplitude."""
-        parts = (*self.cos.items(), *self.sin.items())
+        parts = (item for part in PARTS for item in getattr(self, part).items())
         return tuple(sorted({int(m) for m, value in parts if np.any(np.asarray(value) != 0)}))
 
     @property
@@ -65,13 +76,60 @@ class RubbingMotion:
 
         ``order_factor`` turns harmonics of the rubbing motion into harmonics of the principal frequency.
         """
-        shape = np.broadcast_shapes(*(np.shape(v) for v in (*self.cos.values(), *self.sin.values())), ())
-        U = np.zeros((*shape, harmonics.size))
-        for part, values in (("c", self.cos), ("s", self.sin)):
-            for order, value in values.items():
-                if np.any(np.asarray(value) != 0):
-                    U[..., harmonics.index(int(order) * order_factor, part)] += value
-        return U
+        return _coefficients(harmonics, self.cos, self.sin, order_factor)
+
+    def normal_coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
+        """Coefficients ``N`` of the normal motion, added to ``Y`` (THEORY.md section 9), (L,) or (n_elements, L)."""
+        return _coefficients(harmonics, self.normal_cos, self.normal_sin, order_factor)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
+        return ("velocity", *(f"{part}{order}" for part in PARTS for order in getattr(self, part)))
+
+    def components(self) -> Iterator[tuple[str, ArrayLike]]:
+        """Names and values."""
+        return ((name, self.component(name)) for name in self.names)
+
+    @staticmethod
+    def is_component(name: str) -> bool:
+        """Whether a name is that of a component, there or not."""
+        return name == "velocity" or _COMPONENT.fullmatch(name) is not None
+
+    def component(self, name: str) -> ArrayLike:
+        """Value of a component; 0 where it is not there."""
+        if name == "velocity":
+            return self.velocity
+        part, order = _split(name)
+        found: ArrayLike = getattr(self, part).get(order, 0.0)
+        return found
+
+    def with_component(self, name: str, value: ArrayLike) -> RubbingMotion:
+        """A copy with another value of a component."""
+        if name == "velocity":
+            return replace(self, velocity=value)
+        part, order = _split(name)
+        change: dict[str, Any] = {part: {**getattr(self, part), order: value}}
+        return replace(self, **change)
+
+
+def _split(name: str) -> tuple[str, int]:
+    found = _COMPONENT.fullmatch(name)
+    if found is None:
+        raise InputError(f"rubbing motion: there is no component '{name}'; expected velocity, cos1, normal_sin2, ...")
+    return found[1], int(found[2])
+
+
+def _coefficients(
+    harmonics: Harmonics, cos: Mapping[int, ArrayLike], sin: Mapping[int, ArrayLike], factor: int
+) -> NDArray[np.float64]:
+    shape = np.broadcast_shapes(*(np.shape(v) for v in (*cos.values(), *sin.values())), ())
+    out = np.zeros((*shape, harmonics.size))
+    for part, values in (("c", cos), ("s", sin)):
+        for order, value in values.items():
+            if np.any(np.asarray(value) != 0):
+                out[..., harmonics.index(int(order) * factor, part)] += value
+    return out
 
 
 def _amplitudes(name: str, given: Any, least: int) -> dict[int, Any]:

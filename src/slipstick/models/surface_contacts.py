@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.balance.problem import ContactPair
-from slipstick.contact.parameters import FrictionContact
+from slipstick.balance.contacts import ContactPair
+from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import shown

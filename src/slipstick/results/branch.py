@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipstick.balance.reduction import reduction_attributes, worst_error
 from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, whole, wrong
 from slipstick.results.measures import friction_force
@@ -145,7 +146,7 @@ class Branch:
         forces = element_forces(
             self.harmonics,
             d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
-            d["contact_normal"].to_numpy(),
+            d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy(),
             v=d["rubbing_velocity"].to_numpy() / omega,
             **{key: d[name].to_numpy() for key, name in _PARAMETERS.items()},
         )
@@ -165,7 +166,8 @@ class Branch:
         d = self._point(point)
         c, samples = self._index("contact", contact), whole("samples", samples, 2)
         h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
-        X, Y = d["contact_tangential"].to_numpy()[c], d["contact_normal"].to_numpy()[c]
+        X = d["contact_tangential"].to_numpy()[c]
+        Y = d["contact_normal"].to_numpy()[c] + d["normal_motion"].to_numpy()[c]
         W, v = X + d["rubbing_motion"].to_numpy()[c], float(d["rubbing_velocity"][c] / d["omega"])
         kt, kn, gap = (float(d[name][c]) for name in ("tangential_stiffness", "normal_stiffness", "gap"))
         mu, H = float(d["friction_coefficient"][c]), h.H_minus(tau)
@@ -181,20 +183,17 @@ class Branch:
         For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
         (``slipstick.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
-        from slipstick.balance.residual import inputs_of
-
         d, problem = self._point(point), self._problem_at(point)
-        if problem.heated is None:
+        heated = problem.heated
+        if heated is None:
             raise InputError("no contact of this branch is heated; give the problem a thermal model")
-        omega, inputs = float(d["omega"]), inputs_of(problem)
-        return problem.heated.all_equilibria(
-            self.harmonics,
-            d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
-            d["contact_normal"].to_numpy(),
-            v=inputs.velocity / omega,
-            omega=omega,
-            **{name: getattr(inputs, name) for name in ("kt", "mu", "kn", "gap")},
+        batch, given = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
+        omega = float(d["omega"])
+        Q = tuple(
+            d[f"contact_{port}"].to_numpy()[batch.elements] + given.motion[i] for i, port in enumerate(batch.law.ports)
         )
+        motion = Motion(self.harmonics, omega, Q, given.velocity / omega)
+        return heated.all_equilibria(batch.law, motion, given.values)
 
     @property
     def plot(self) -> BranchPlots:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.residual import Balance, Compliance, Detail, FrequencySystem, Inputs, ParameterSystem
-from slipstick.contact.forces import ContactForces
+from slipstick.balance.compliance import Compliance
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import Detail
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.contact import traits
+from slipstick.contact.rubbing import RubbingMotion
 from slipstick.results.measures import amplitude
 from slipstick.results.truncation import moved, truncation
 
@@ -26,21 +31,10 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "amplitude": (("dof",), "length", "amplitude (0-to-peak, without the zero harmonic)"),
     "mean": (("dof",), "length", "zero harmonic"),
     "dissipated_power": (("contact",), "force length/time", "dissipated power"),
-    "friction_coefficient": (("contact",), "1", "friction coefficient"),
     "temperature": (("contact",), "temperature", "contact temperature"),
-    "stick_fraction": (("contact",), "1", "fraction of the period in stick"),
-    "slip_fraction": (("contact",), "1", "fraction of the period in slip"),
-    "separation_fraction": (("contact",), "1", "fraction of the period in separation"),
-    "residual_traction": (("contact", "bound"), "force", "interval of admissible mean friction forces"),
-    "contact_tangential": (("contact", "coefficient"), "length", "tangential relative motion coefficients"),
-    "contact_normal": (("contact", "coefficient"), "length", "normal relative motion coefficients"),
-    "friction_force": (("contact", "coefficient"), "force", "friction force coefficients"),
-    "normal_force": (("contact", "coefficient"), "force", "normal force coefficients"),
     "rubbing_velocity": (("contact",), "length/time", "constant rubbing velocity"),
     "rubbing_motion": (("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
-    "tangential_stiffness": (("contact",), "force/length", "tangential contact stiffness"),
-    "normal_stiffness": (("contact",), "force/length", "normal contact stiffness"),
-    "gap": (("contact",), "length", "gap, negative for interference"),
+    "normal_motion": (("contact", "coefficient"), "length", "normal motion coefficients of the counter surface"),
     "truncation": ((), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"),
     "residual": (
         (),
@@ -52,7 +46,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "part": ((), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range"),
     "peak_dof": ((), "1", "index of the dof whose amplitude peaks here, -1 for none"),
 }
-"""Dimensions after ``point``, units and long name of every variable. Units are the user's own consistent system."""
+"""Dimensions after ``point``, units and long name of every variable that does not depend on the contact laws. Units are
+the user's own consistent system."""
 
 DIMENSIONS = {
     "point": "number along the branch",
@@ -76,10 +71,7 @@ class Point:
     """Name of the dof whose amplitude peaks here, else empty."""
     x: Array
     """Unknowns of the balance (N,)."""
-    forces: ContactForces
-    inputs: Inputs
-    parameters: Mapping[str, Array]
-    """mu, kt, kn (n_contacts,) as they act here, and "temperature" where contacts are heated."""
+    detail: Detail
     iterations: int
     residual: float
     """Relative to the sizes of its terms."""
@@ -89,18 +81,11 @@ class Point:
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
         """From the evaluation at a solution."""
-        heat = detail.heat
-        source = heat if heat is not None else detail.inputs
-        parameters = {name: getattr(source, name) for name in ("mu", "kt", "kn")}
-        if heat is not None:
-            parameters["temperature"] = heat.temperature
         return cls(
-            parameters=parameters,
             omega=detail.omega,
             x=x,
             kind=kind,
-            forces=detail.forces,
-            inputs=detail.inputs,
+            detail=detail,
             iterations=iterations,
             residual=residual,
             **names,  # type: ignore[arg-type]
@@ -123,8 +108,8 @@ class Outputs:
     def __len__(self) -> int:
         return len(self.names)
 
-    def motion(self, x: Array, Fx: Array, Fy: Array, P: Array, omega: Array) -> Array:
-        """Coefficients (n, n_outputs, L) of n points: x (n, N), forces (n, n_contacts, L), loads (n, n_loads, L)."""
+    def motion(self, x: Array, force: Array, P: Array, omega: Array) -> Array:
+        """Coefficients (n, n_outputs, L) of n points: x (n, N), port forces (n, n_ports, L), loads (n, n_loads, L)."""
         b = self.balance
         X = x.reshape(len(x), b.n_ports, b.L)
         out = np.empty((len(x), len(self), b.L))
@@ -132,8 +117,7 @@ class Outputs:
             if port is not None:
                 out[:, i] = X[:, port[0]] / port[1]
         if self._far:
-            near = np.concatenate([Fx, Fy[:, b.with_normal], -P], axis=1)
-            out[:, self._far] = self._answer(near, omega)
+            out[:, self._far] = self._answer(np.concatenate([force, -P], axis=1), omega)
         return out
 
     def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
@@ -146,7 +130,7 @@ class Outputs:
                 motion[i], change[i] = X[port[0]] / port[1], dX[port[0]] / port[1]
         if self._far:
             rate = float(tangent[-1])
-            G = b.excitation(detail.forces.Fx, detail.forces.Fy, detail.inputs.P)
+            G = b.excitation(detail.forces, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
             at = Compliance(self.receptance, b.orders, detail.omega)
             rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
@@ -187,66 +171,61 @@ class Recorder:
         return {
             "dof": tuple(problem.outputs or ()),
             "coefficient": problem.harmonics.labels,
-            "contact": tuple(pair.name for pair in problem.contacts),
+            "contact": problem.elements,
             "bound": ("lower", "upper"),
         }
+
+    @cached_property
+    def _described(self) -> dict[str, tuple[tuple[str, ...], str, str]]:
+        """Every variable: that of each branch, those of the ports, those of the laws."""
+        found = {name: value for name, value in VARIABLES.items() if self.parameter or name != "parameter"}
+        if self.parameter:
+            found["parameter"] = ((), _units(self.balance, self.parameter), self.parameter)
+        for batch in self.balance.batches:
+            for port, force in zip(batch.law.ports, traits.force_names(batch.law), strict=True):
+                dims = ("contact", "coefficient")
+                found[f"contact_{port}"] = (dims, "length", f"{port} relative motion coefficients")
+                found[f"{force}_force"] = (dims, "force", f"{force} force coefficients")
+            for name, own in traits.variables(batch.law).items():
+                found[name] = (("contact", *own.dims), own.units, own.long_name)
+        return found
 
     @property
     def variables(self) -> dict[str, tuple[str, ...]]:
         """Dimensions of each variable after ``point``."""
-        return {name: dims for name, (dims, _, _) in VARIABLES.items() if self.parameter or name != "parameter"}
+        return {name: dims for name, (dims, _, _) in self._described.items()}
 
     @property
     def meanings(self) -> dict[str, tuple[str, str]]:
         """Units and long name of each variable and dimension."""
-        found = {name: VARIABLES[name][1:] for name in self.variables} | {d: ("1", t) for d, t in DIMENSIONS.items()}
-        if self.parameter:
-            found["parameter"] = (_units(self.parameter), self.parameter)
-        return found
+        found = {name: (units, text) for name, (_, units, text) in self._described.items()}
+        return found | {dim: ("1", text) for dim, text in DIMENSIONS.items()}
 
     def values(self, points: Sequence[Point]) -> dict[str, Array]:
         """Every variable, (n_points, ...)."""
-        b, forces = self.balance, [p.forces for p in points]
+        b = self.balance
         x = _stack([p.x for p in points], (b.size,))
         omega = np.array([p.omega for p in points], dtype=float)
-        of = {
-            name: _stack([getattr(f, name) for f in forces], (b.n_contacts, *extra))
-            for name, extra in _FORCES.items() | {("Fx", (b.L,)), ("Fy", (b.L,))}
-        }
-        given = {
-            name: _stack([getattr(p.inputs, name) for p in points], (b.n_contacts,)) for name in ("velocity", "gap")
-        }
-        names = ("mu", "kt", "kn", *(("temperature",) if b.heated is not None else ()))
-        given |= {name: _stack([p.parameters[name] for p in points], (b.n_contacts,)) for name in names}
-        U = _stack([p.inputs.U for p in points], (b.n_contacts, b.L))
-        P = _stack([p.inputs.P for p in points], (b.columns.shape[1] - b.n_ports + len(b.shapes), b.L))
-        motion = self.outputs.motion(x, of["Fx"], of["Fy"], P, omega)
-        X, Y = b.split(x)
-        outputs = self.outputs.names
+        P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
+        force = np.zeros((len(points), b.n_ports, b.L))
+        sizes = {name: len(value) for name, value in self.labels.items()}
         found = {
+            name: np.full((len(points), *(sizes[dim] for dim in dims)), np.nan)
+            for name, dims in self.variables.items()
+            if "contact" in dims
+        }
+        for k in range(len(b.batches)):
+            self._of_batch(k, points, found, force)
+        motion = self.outputs.motion(x, force, P, omega)
+        outputs = self.outputs.names
+        found |= {
             "omega": omega,
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": np.array([p.parameter for p in points], dtype=float),
             "displacement": motion,
             "amplitude": amplitude(b.harmonics, motion).value,
             "mean": motion[:, :, 0],
-            "dissipated_power": omega[:, None] * of["work"],
-            "friction_coefficient": given["mu"],
-            "temperature": given.get("temperature", np.full_like(given["mu"], np.nan)),
-            "stick_fraction": of["stick_fraction"],
-            "slip_fraction": of["slip_fraction"],
-            "separation_fraction": of["separation_fraction"],
-            "residual_traction": of["residual_traction"],
-            "contact_tangential": X,
-            "contact_normal": Y,
-            "friction_force": of["Fx"],
-            "normal_force": of["Fy"],
-            "rubbing_velocity": given["velocity"],
-            "rubbing_motion": U,
-            "tangential_stiffness": given["kt"],
-            "normal_stiffness": given["kn"],
-            "gap": given["gap"],
-            "truncation": truncation(self.outputs, x, motion, omega, U, given),
+            "truncation": truncation(self.outputs, points, x, motion, omega),
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=float),
             "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),
@@ -257,30 +236,51 @@ class Recorder:
         }
         return {name: found[name] for name in self.variables}
 
+    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, Array], force: Array) -> None:
+        """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
+        b, batch = self.balance, self.balance.batches[k]
+        responses, at = [p.detail.responses[k] for p in points], batch.elements
+        given = [p.detail.inputs.batches[k] for p in points]
+        shape = (batch.count, b.L)
+        X = _stack([p.x for p in points], (b.n_ports, b.L)) if points else np.empty((0, b.n_ports, b.L))
+        for i, name in enumerate(traits.force_names(batch.law)):
+            own, port = _stack([r.force[i] for r in responses], shape), batch.ports[i]
+            found[f"{name}_force"][:, at] = own
+            force[:, port.rows] = own[:, port.members]
+            moved = np.zeros_like(own)
+            moved[:, port.members] = X[:, port.rows]
+            found[f"contact_{batch.law.ports[i]}"][:, at] = moved
+        omega = np.array([p.omega for p in points])[:, None]
+        found["dissipated_power"][:, at] = omega * _stack([r.work for r in responses], shape[:1])
+        found["rubbing_velocity"][:, at] = _stack([g.velocity[0] for g in given], shape[:1])
+        found["rubbing_motion"][:, at] = _stack([g.motion[0] for g in given], shape)
+        normal = batch.law.ports.index("normal") if "normal" in batch.law.ports else None
+        found["normal_motion"][:, at] = 0.0 if normal is None else _stack([g.motion[normal] for g in given], shape)
+        heat = [p.detail.heat for p in points]
+        hot = [h if h is not None and h.batch == k else None for h in heat]
+        if any(h is not None for h in hot):
+            found["temperature"][:, at] = _stack([h.temperature for h in hot if h is not None], shape[:1])
+        for name, variable in traits.variables(batch.law).items():
+            source = (
+                [r.values[variable.source] for r in responses] if variable.source in batch.law.values
+                else [getattr(r.detail, variable.source) for r in responses]
+            )  # fmt: skip
+            found[name][:, at] = _stack(source, (batch.count, *found[name].shape[2:]))
+
     def record(self, point: Point) -> Mapping[str, Array]:
         """Every variable of one point."""
         return {name: value[0] for name, value in self.values([point]).items()}
-
-
-_FORCES: dict[str, tuple[int, ...]] = {
-    "work": (),
-    "stick_fraction": (),
-    "slip_fraction": (),
-    "separation_fraction": (),
-    "residual_traction": (2,),
-}
 
 
 def _stack(arrays: Sequence[Array], shape: tuple[int, ...]) -> Array:
     return np.array(arrays, dtype=float).reshape(len(arrays), *shape)
 
 
-def _units(parameter: str) -> str:
-    kind = parameter.rpartition(".")[2]
-    return {
-        "velocity": "length/time",
-        "kt": "force/length",
-        "kn": "force/length",
-        "gap": "length",
-        "normal_load": "force",
-    }.get(kind, "1")
+def _units(balance: Balance, parameter: str) -> str:
+    """Units of a followed parameter."""
+    quantity = parameter.rpartition(".")[2]
+    if quantity == "velocity":
+        return "length/time"
+    if RubbingMotion.is_component(quantity):
+        return "length"
+    return next((u for batch in balance.batches if (u := traits.units(batch.law, quantity)) != "1"), "1")

@@ -7,19 +7,20 @@ rubbing lacks the even ones most of all) and half as many again beyond it, at le
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import element_forces
+from slipstick.contact.law import Motion
 from slipstick.results.measures import largest_deviation
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
-    from slipstick.results.record import Outputs
+    from slipstick.balance.ports import Balance
+    from slipstick.results.record import Outputs, Point
 
 Array = NDArray[np.float64]
 
@@ -36,27 +37,45 @@ def with_further(harmonics: Harmonics) -> Harmonics:
     return Harmonics(range(harmonics.highest + max(2, ceil(harmonics.highest / 2)) + 1))
 
 
-def truncation(outputs: Outputs, x: Array, motion: Array, omega: Array, U: Array, given: Mapping[str, Array]) -> Array:
+def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
     """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
 
     Both are the largest over the period, without the zero harmonic, among all relative motions of the contacts and all
-    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance, ``U``
-    (n, n_contacts, L) the periodic rubbing motion; ``given`` holds velocity, kt, mu, kn, gap (n, n_contacts).
+    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance.
     """
     balance = outputs.balance
     h, wide = balance.harmonics, with_further(balance.harmonics)
-    X, Y = balance.split(x)
-    parameters = {name: given[name].reshape(-1) for name in ("kt", "mu", "kn", "gap")}
-    v = (given["velocity"] / omega[:, None]).reshape(-1)
-    forces = element_forces(wide, _spread(X + U, h, wide), _spread(Y, h, wide), v=v, **parameters)
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
     kept = [wide.index(m, part) for m in further.orders[1:] for part in ("c", "s")]
-    Fx, Fy = (F.reshape(*X.shape[:2], wide.size)[:, :, kept] for F in (forces.Fx, forces.Fy))
-    added = _added(outputs, np.concatenate([Fx, Fy[:, balance.with_normal]], axis=1), omega, further.m.astype(float))
     ports = x.reshape(len(x), balance.n_ports, balance.L)
+    force = np.zeros((len(x), balance.n_ports, len(kept)))
+    for k, batch in enumerate(balance.batches):
+        found = _forces(balance, k, points, omega, wide)
+        for i, port in enumerate(batch.ports):
+            force[:, port.rows] = found[i][:, port.members][..., kept]
+    added = _added(outputs, force, omega, further.m.astype(float))
     size = largest_deviation(h, np.concatenate([ports, motion], axis=1)).max(axis=1, initial=0.0)
     more = largest_deviation(further, added).max(axis=1, initial=0.0)
     return np.asarray(np.divide(more, size, out=np.zeros_like(size), where=size > 0))
+
+
+def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> list[Array]:
+    """Forces of one batch in the wider set at every point, (n_points, n, L') for each port."""
+    batch, shape = balance.batches[k], (len(points), balance.batches[k].count, wide.size)
+    if not points:
+        return [np.zeros(shape) for _ in batch.ports]
+    each = [balance.motion(k, p.x, w, p.detail.inputs.batches[k]) for p, w in zip(points, omega.tolist(), strict=True)]
+    at = [wide.index(0), *(wide.index(m, part) for m in balance.harmonics.orders[1:] for part in ("c", "s"))]
+    Q = []
+    for i in range(len(batch.ports)):
+        spread = np.zeros(shape)
+        spread[..., at] = [motion.Q[i] for motion in each]
+        Q.append(spread.reshape(-1, wide.size))
+    drift = np.concatenate([motion.drift for motion in each], axis=1)
+    responses = [p.detail.responses[k] for p in points]
+    values = {name: np.concatenate([r.values[name] for r in responses]) for name in batch.law.values}
+    found = batch.law.respond(Motion(wide, np.repeat(omega, batch.count), tuple(Q), drift), values)
+    return [F.reshape(shape) for F in found.force]
 
 
 def truncation_sentence(name: str, values: Array, estimate: Array) -> str | None:
@@ -71,18 +90,10 @@ def truncation_sentence(name: str, values: Array, estimate: Array) -> str | None
     )
 
 
-def _spread(X: Array, h: Harmonics, wide: Harmonics) -> Array:
-    """Coefficients (n, k, L) in the wider set, (n k, L')."""
-    out = np.zeros((X.shape[0] * X.shape[1], wide.size))
-    out[:, [wide.index(0), *(wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]] = X.reshape(-1, h.size)
-    return out
-
-
 def _added(outputs: Outputs, F: Array, omega: Array, orders: Array) -> Array:
     """Motion of contact ports and far outputs (n, rows, 1 + 2 k) by forces (n, n_ports, 2 k) of the orders (k,)."""
     balance = outputs.balance
-    loads = balance.columns.shape[1] + len(balance.shapes) - balance.n_ports
-    G = np.concatenate([F, np.zeros((len(F), loads, F.shape[2]))], axis=1)
+    G = np.concatenate([F, np.zeros((len(F), balance.n_loads, F.shape[2]))], axis=1)
     receptances: list[Any] = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
     return np.concatenate([moved(receptance, orders, G, omega) for receptance in receptances], axis=1)
 

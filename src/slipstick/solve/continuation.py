@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,6 +79,7 @@ def continuation(
     requested: Sequence[float] = (),
     at: float | None = None,
     direction: ArrayLike | None = None,
+    context: Any = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -98,6 +100,8 @@ def continuation(
     at, direction
         To take up a branch inside the range: ``x0`` belongs to the parameter ``at``, and the branch is followed along
         ``direction`` (N + 1,), the ``tangent`` of an earlier step there. Default: from ``start`` towards ``stop``.
+    context
+        What the point before handed on, see ``System``; None for a start from nothing.
 
     Returns
     -------
@@ -131,6 +135,7 @@ def continuation(
         requested=np.unique(np.asarray(requested, dtype=float)),
         at=float(start if at is None else at),
         direction=None if direction is None else np.asarray(direction, dtype=float),
+        context=context,
     )
 
 
@@ -159,11 +164,13 @@ class Continuation(Iterator[Step]):
         requested: Array,
         at: float,
         direction: Array | None,
+        context: Any,
     ) -> None:
         self._options = options
         self._start, self._stop = ends
         self._metric = Metric(scaling, x, abs(self._stop - self._start))
         self._corrector = Corrector(system, x.size, self._metric, options.newton)
+        self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
         self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance)
         self.outcome: Outcome | None = None
@@ -193,6 +200,7 @@ class Continuation(Iterator[Step]):
         last, reason = self._first(state, direction)
         if last is None:
             return self._end(Outcome.NO_FIRST_POINT, f"no solution at the start {state[-1]:g}: {reason}")
+        self._carry(last)
         yield last
         self._locator.begin(last)
         self.points, arc = 1, None
@@ -205,6 +213,7 @@ class Continuation(Iterator[Step]):
                 yield located
                 if self._terminal(located):
                     return self._end(Outcome.COMPLETED, f"ended at the event {located.name}")
+            self._carry(new)
             yield new
             self.points += 1
             if new.kind == "end":
@@ -213,6 +222,10 @@ class Continuation(Iterator[Step]):
             arc, last = None if sharp else self._corrector.arc(last, new), new
             self._metric.renew(new.x)
         return self._end(Outcome.POINT_LIMIT)
+
+    def _carry(self, step: Step) -> None:
+        """Hand what the accepted point knows to the points after it."""
+        self._corrector.context = getattr(step.evaluation, "context", None)
 
     def _first(self, state: Array, direction: Array | None) -> tuple[Step | None, str]:
         """The solution at the fixed starting parameter, its tangent pointing forward."""

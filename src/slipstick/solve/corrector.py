@@ -91,11 +91,20 @@ class Step:
 
 
 class Corrector:
-    """Newton on ``(x, parameter)`` in a plane across the branch; counts its work."""
+    """Newton on ``(x, parameter)`` in a plane across the branch; counts its work.
+
+    ``context`` is what the last accepted point hands to the next ones, see ``System``.
+    """
 
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
         self._system, self._size, self.metric, self._options = system, size, metric, options
         self.evaluations = self.solves = 0
+        self.context: Any = None
+
+    def _evaluate(self, x: Array, parameter: float) -> Any:
+        if self.context is None:
+            return self._system.evaluate(x, parameter)
+        return self._system.evaluate(x, parameter, self.context)  # type: ignore[call-arg]
 
     def correct(
         self, guess: Array, normal: Array | None, kind: str, *, forward: Array | None = None, name: str = ""
@@ -125,7 +134,7 @@ class Corrector:
 
     def _solve(self, guess: Array, row: Array) -> NewtonResult:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
-        size, evaluate, level = self._size, self._system.evaluate, row.dot(guess)
+        size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
         def bordered(z: Array) -> tuple[Array, Array, Any]:
             value = evaluate(z[:size], float(z[size]))
@@ -160,7 +169,7 @@ class Corrector:
         """
         row = along * self.metric.weights**2
         row /= np.abs(row).max()
-        value = self._system.evaluate(state[:-1], float(state[-1]))
+        value = self._evaluate(state[:-1], float(state[-1]))
         self.evaluations += 1
         bordered = np.empty((row.size, row.size))
         bordered[:-1, :-1] = value.jacobian

@@ -9,20 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.law import Law, Motion, Response
 from slipstick.errors import InputError
 from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
 from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
-from slipstick.thermal.tangent import (
-    PowerDerivatives,
-    ThermalTangent,
-    parameter_power,
-    power_by_temperature,
-    power_derivatives,
-    thermal_tangent,
-)
-from slipstick.trig.harmonics import Harmonics
+from slipstick.thermal.tangent import Power, ThermalTangent, power_by_temperature, thermal_tangent
 
 Array = NDArray[np.float64]
 Parameters = tuple[dict[str, Array], dict[str, Sampled]]
@@ -57,6 +49,12 @@ class ThermalModel:
     background: float | Mapping[str, float]
     resistance: ArrayLike | Mapping[str, float]
     contacts: Sequence[str] | None = None
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that some curve gives."""
+        curves = self.curve.values() if isinstance(self.curve, Mapping) else (self.curve,)
+        return tuple(dict.fromkeys(name for curve in curves for name in curve.names))
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
@@ -120,16 +118,16 @@ def _by_name(what: str, value: float | Mapping[str, float], names: Sequence[str]
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeatedForces:
+class Heat:
     """Contact forces at the equilibrium temperatures, and everything their consistent tangent needs, n elements."""
 
-    forces: ContactForces
+    batch: int
+    """Which batch of the balance is heated."""
+    response: Response
     equilibrium: Equilibrium
     tangent: ThermalTangent
-    power: PowerDerivatives
-    mu: Array
-    kt: Array
-    kn: Array
+    power: Power
+    heated: HeatedContacts
 
     @property
     def temperature(self) -> Array:
@@ -142,6 +140,15 @@ class HeatedForces:
         found = self.equilibrium
         return found.jumped or (found.near and not found.converged)
 
+    @property
+    def hot(self) -> tuple[str, ...]:
+        """Parameters that some curve gives."""
+        return tuple(self.heated.nominal)
+
+    def per_cold(self, name: str) -> Array:
+        """Derivative of a parameter by its cold value, (n,)."""
+        return self.heated.per_cold(name, self.temperature)
+
 
 @dataclass(frozen=True, kw_only=True)
 class HeatedContacts:
@@ -150,6 +157,8 @@ class HeatedContacts:
     ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them.
     """
 
+    batch: int = 0
+    """Which batch of the balance they are."""
     names: tuple[str, ...]
     background: Array
     resistance: Array
@@ -205,53 +214,30 @@ class HeatedContacts:
                 ratio[rows] = np.divide(curve.at(inside[rows])[name].value, own, out=np.ones_like(own), where=own > 0)
         return ratio
 
-    def forces(
-        self,
-        harmonics: Harmonics,
-        W: Array,
-        Y: Array,
-        *,
-        v: Array,
-        omega: float,
-        kt: Array,
-        mu: Array,
-        kn: Array,
-        gap: Array,
-        start: Array | None = None,
-    ) -> HeatedForces:
+    def respond(self, law: Law, motion: Motion, cold: Mapping[str, Array], start: Array | None = None) -> Heat:
         """Forces at the temperatures that balance their own power.
 
-        ``W`` (n, L) is ``X + U``, ``v`` (n,) is velocity/omega; mu, kt, kn (n,) are the values without heat.
-        ``start`` (n,) is the neighbouring solution, next to which also an equilibrium counts that is unstable while the
-        motion is held; cold without it. A temperature outside the tables does not raise:
-        see ``Equilibrium.problem``.
+        ``cold`` holds the parameters (n,) without heat. ``start`` (n,) is the neighbouring solution, next to which also
+        an equilibrium counts that is unstable while the motion is held; cold without it. A temperature outside the
+        tables does not raise: see ``Equilibrium.problem``.
         """
-        element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
+        element = _Element(self, law, motion, cold)
         found = settled(element, self.background, self.resistance, self.limits, start, knots=self.knots, hold=True)
-        forces, parameters, sampled = element.at(found.temperature)
-        return HeatedForces(
-            forces=forces,
+        power, sampled = element.at(found.temperature)
+        return Heat(
+            batch=self.batch,
+            response=power.response,
             equilibrium=found,
-            tangent=thermal_tangent(self.resistance, found.dpower_dT, forces, sampled),
-            power=power_derivatives(harmonics, W, forces, v=v, omega=omega),
-            **parameters,
+            tangent=thermal_tangent(self.resistance, found.dpower_dT, power.response, sampled),
+            power=power,
+            heated=self,
         )
 
     def all_equilibria(
-        self,
-        harmonics: Harmonics,
-        W: Array,
-        Y: Array,
-        *,
-        v: Array,
-        omega: float,
-        kt: Array,
-        mu: Array,
-        kn: Array,
-        gap: Array,
+        self, law: Law, motion: Motion, cold: Mapping[str, Array]
     ) -> list[ElementEquilibria] | SurfaceEquilibria:
         """Every equilibrium at this motion: for each element, or for the surface where the elements heat each other."""
-        element = _Element(self, harmonics, W, Y, v, omega, {"mu": mu, "kt": kt, "kn": kn}, gap)
+        element = _Element(self, law, motion, cold)
         low, high = np.minimum(self.limits[0], self.background), self.limits[1]
         if self.resistance.ndim == 2:
             return surface_equilibria(element, self.background, self.resistance, limits=(low, high))
@@ -269,30 +255,18 @@ class HeatedContacts:
 class _Element:
     """Power of temperature at one motion, remembering the forces of the last temperatures."""
 
-    def __init__(
-        self,
-        heated: HeatedContacts,
-        harmonics: Harmonics,
-        W: Array,
-        Y: Array,
-        v: Array,
-        omega: float,
-        cold: dict[str, Array],
-        gap: Array,
-    ) -> None:
-        self.heated, self.harmonics, self.W, self.Y = heated, harmonics, W, Y
-        self.v, self.omega, self.cold, self.gap = v, omega, cold, gap
-        self.LW, self.scales = harmonics.derivative(W), heated.scales(cold)
-        self.last: tuple[Array, ContactForces, dict[str, Array], dict[str, Sampled]] | None = None
+    def __init__(self, heated: HeatedContacts, law: Law, motion: Motion, cold: Mapping[str, Array]) -> None:
+        self.heated, self.law, self.motion, self.cold = heated, law, motion, cold
+        self.scales = heated.scales(cold)
+        self.last: tuple[Array, Power, dict[str, Sampled]] | None = None
 
-    def at(self, T: Array) -> tuple[ContactForces, dict[str, Array], dict[str, Sampled]]:
+    def at(self, T: Array) -> tuple[Power, dict[str, Sampled]]:
         if self.last is None or not np.array_equal(self.last[0], T):
-            parameters, sampled = self.heated.parameters(T, self.cold, self.scales)
-            forces = element_forces(self.harmonics, self.W, self.Y, v=self.v, gap=self.gap, **parameters)
-            self.last = (T, forces, parameters, sampled)
+            values, sampled = self.heated.parameters(T, self.cold, self.scales)
+            power = Power(self.law, self.motion, self.law.respond(self.motion, values))
+            self.last = (T, power, sampled)
         return self.last[1:]
 
     def __call__(self, T: Array) -> tuple[Array, Array]:
-        forces, _, sampled = self.at(T)
-        by = {name: parameter_power(self.LW, forces, name, v=self.v, omega=self.omega) for name in sampled}
-        return self.omega * forces.work, power_by_temperature(T.size, by, sampled)
+        power, sampled = self.at(T)
+        return power.value, power_by_temperature(power, sampled)

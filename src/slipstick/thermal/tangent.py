@@ -8,67 +8,76 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import ContactForces
+from slipstick.contact.law import ByPort, Motion, Response
+from slipstick.contact.traits import dissipating
 from slipstick.thermal.friction_curve import Sampled
-from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PowerDerivatives:
-    """Dissipated power ``Edot = omega [v Fx0 + (1/2) (L W)^T Fx]``, ``W = X + U`` [Eq. 41], and its derivatives.
+class Power:
+    """Dissipated power ``Edot = omega sum_i [drift_i F_i0 + (1/2) (L Q_i)^T F_i]`` [Eq. 41] and its derivatives.
 
-    Each is at fixed other arguments; ``omega`` at constant rubbing velocity in length/time, ``velocity`` by that one.
+    Each derivative is at fixed other arguments; those by omega are at constant velocity in length/time. The sum goes
+    over the ports whose force does work.
     """
 
-    power: Array
-    X: Array
-    """(n, L)."""
-    Y: Array
-    """(n, L)."""
-    omega: Array
-    """(n,), as are all below."""
-    velocity: Array
-    mu: Array
-    kt: Array
-    kn: Array
-    gap: Array
+    def __init__(self, law: object, motion: Motion, response: Response) -> None:
+        self.motion, self.response = motion, response
+        self._ports = dissipating(law)
+        self._slopes = {i: motion.harmonics.derivative(motion.Q[i]) for i in self._ports}
 
+    @property
+    def value(self) -> Array:
+        """Power (n,), force x length / time."""
+        return self.motion.omega * self.response.work
 
-def power_derivatives(
-    harmonics: Harmonics, W: Array, forces: ContactForces, *, v: Array, omega: float
-) -> PowerDerivatives:
-    """Derivatives of the power from those of the forces; W (n, L) is ``X + U``, v (n,) is velocity/omega.
+    def along(self, forces: ByPort) -> Array:
+        """Change of the power by changes of the forces alone, (n,)."""
+        total = np.zeros(self.motion.drift.shape[1])
+        for i in self._ports:
+            if i in forces:
+                total += self.motion.drift[i] * forces[i][:, 0] + 0.5 * np.einsum(
+                    "el,el->e", self._slopes[i], forces[i]
+                )
+        return self.motion.omega * total
 
-    ``L`` is antisymmetric, so the explicit derivative by W is ``-(1/2) L Fx``.
-    """
-    LW = harmonics.derivative(W)
+    @property
+    def by_motion(self) -> dict[int, Array]:
+        """``j -> dEdot/dQ_j`` (n, L)."""
+        omega, drift = self.motion.omega, self.motion.drift
+        found: dict[int, Array] = {}
+        for (i, j), tangent in self.response.by_motion.items():
+            if i in self._ports:
+                part = omega * (
+                    drift[i][:, None] * tangent[:, 0] + 0.5 * np.einsum("el,elk->ek", self._slopes[i], tangent)
+                )
+                found[j] = found[j] + part if j in found else part
+        for j in self._ports:
+            # L is antisymmetric: the explicit derivative by Q_j is -(1/2) L F_j
+            part = -0.5 * omega * self.motion.harmonics.derivative(self.response.force[j])
+            found[j] = found[j] + part if j in found else part
+        return found
 
-    def by_motion(force: Array) -> Array:
-        return omega * (v[:, None] * force[:, 0] + 0.5 * np.einsum("el,elk->ek", LW, force))
+    @property
+    def by_velocity(self) -> Array:
+        """By the velocity along each port in length/time, (n_ports, n)."""
+        found = np.zeros_like(self.motion.drift)
+        for j in range(len(found)):
+            found[j] = self.along({i: f for (i, k), f in self.response.by_drift.items() if k == j}) / self.motion.omega
+            if j in self._ports:
+                found[j] += self.response.force[j][:, 0]
+        return found
 
-    parameters = np.stack([forces.dFx_dv, forces.dFx_dmu, forces.dFx_dkt, forces.dFx_dkn, forces.dFx_dgap])
-    work_v, mu, kt, kn, gap = v * parameters[:, :, 0] + 0.5 * np.einsum("el,pel->pe", LW, parameters)
-    work_v = work_v + forces.Fx[:, 0]
-    return PowerDerivatives(
-        power=omega * forces.work,
-        X=by_motion(forces.dFx_dX) - 0.5 * omega * harmonics.derivative(forces.Fx),
-        Y=by_motion(forces.dFx_dY),
-        omega=forces.work - v * work_v,
-        velocity=work_v,
-        mu=omega * mu,
-        kt=omega * kt,
-        kn=omega * kn,
-        gap=omega * gap,
-    )
+    @property
+    def omega(self) -> Array:
+        """By omega, (n,)."""
+        moved = np.einsum("pn,pn->n", self.motion.drift, self.by_velocity)
+        return self.response.work - moved + self.along(self.response.by_omega)
 
-
-def parameter_power(LW: Array, forces: ContactForces, name: str, *, v: Array, omega: float) -> Array:
-    """What a parameter's derivative of ``Fx`` does to the power, (n,) [Eqs. 46 to 52]."""
-    force: Array = getattr(forces, f"dFx_d{name}")
-    work: Array = v * force[:, 0] + 0.5 * np.einsum("el,el->e", LW, force)
-    return omega * work
+    def by_parameter(self, name: str) -> Array:
+        """By a parameter of the law, (n,) [Eqs. 46 to 52]."""
+        return self.along(self.response.by_parameter(name))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,49 +85,34 @@ class ThermalTangent:
     """How the equilibrium temperatures answer to power, and the forces to temperature.
 
     ``gain`` (n, n) is ``(I - R Edot_T)^-1 R``: entry (e, f) is the rise at e by power put in at f, with the feedback of
-    every element's own friction. ``dFx_dT``, ``dFy_dT`` (n, L) act at fixed motion.
+    every element's own friction. ``by_temperature`` holds ``dF_i/dT`` (n, L) by port, at fixed motion.
     """
 
     gain: Array
-    dFx_dT: Array
-    dFy_dT: Array
+    by_temperature: Mapping[int, Array]
 
     def temperature(self, dpower: Array) -> Array:
         """Total change of temperature (n, ...) by something each element's power depends on through (n, ...)."""
         return np.tensordot(self.gain, dpower, axes=1)
 
-    def coupled(self, dpower: Array) -> Array:
-        """``dT_e/dq_f`` (n, n, L) for own coordinates q_f (L,) with ``dEdot_f/dq_f`` (n, L)."""
-        return self.gain[:, :, None] * dpower[None]
 
-    def forces(self, dpower: Array) -> tuple[Array, Array]:
-        """What heat adds to ``dFx_e/dq_f`` and ``dFy_e/dq_f``, both (n, L, n, L), for own coordinates q_f."""
-        by_q = self.coupled(dpower)
-        return self.dFx_dT[:, :, None, None] * by_q[:, None], self.dFy_dT[:, :, None, None] * by_q[:, None]
-
-    def forces_common(self, dpower: Array) -> tuple[Array, Array]:
-        """What heat adds to ``dFx/dp`` and ``dFy/dp``, both (n, L), for one parameter p common to all: dpower (n,)."""
-        dT = self.temperature(dpower)[:, None]
-        return self.dFx_dT * dT, self.dFy_dT * dT
-
-
-def power_by_temperature(n: int, power: Mapping[str, Array], sampled: Mapping[str, Sampled]) -> Array:
+def power_by_temperature(power: Power, sampled: Mapping[str, Sampled]) -> Array:
     """``dEdot/dT`` (n,) at fixed motion: ``Edot_b b_T`` over the parameters b that depend on temperature [Eq. 45]."""
-    slope = np.zeros(n)
+    slope = np.zeros(power.motion.drift.shape[1])
     for name, parameter in sampled.items():
-        slope += power[name] * parameter.derivative
+        slope += power.by_parameter(name) * parameter.derivative
     return slope
 
 
 def thermal_tangent(
-    resistance: Array, dpower_dT: Array, forces: ContactForces, sampled: Mapping[str, Sampled]
+    resistance: Array, dpower_dT: Array, response: Response, sampled: Mapping[str, Sampled]
 ) -> ThermalTangent:
     """The tangent at an equilibrium: resistance (n,) or (n, n), ``dpower_dT`` (n,), parameters with their slopes."""
     R = np.diag(resistance) if resistance.ndim == 1 else resistance
-    dFx_dT, dFy_dT = np.zeros_like(forces.Fx), np.zeros_like(forces.Fy)
+    by_temperature: dict[int, Array] = {}
     for name, parameter in sampled.items():
-        dFx_dT = dFx_dT + getattr(forces, f"dFx_d{name}") * parameter.derivative[:, None]
-    if "kn" in sampled:
-        dFy_dT = forces.dFy_dkn * sampled["kn"].derivative[:, None]
+        for i, tangent in response.by_parameter(name).items():
+            part = tangent * parameter.derivative[:, None]
+            by_temperature[i] = by_temperature[i] + part if i in by_temperature else part
     gain = np.asarray(np.linalg.solve(np.eye(dpower_dT.size) - R * dpower_dT, R), dtype=float)
-    return ThermalTangent(gain=gain, dFx_dT=dFx_dT, dFy_dT=dFy_dT)
+    return ThermalTangent(gain=gain, by_temperature=by_temperature)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from slipstick.contact.parameters import FrictionContact
+from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.trig.harmonics import Harmonics
@@ -37,7 +37,9 @@ def oscillator(
     normal_load: float = NORMAL_LOAD,
 ) -> Problem:
     """The oscillator under ``p sin(omega t)`` with a rubbing friction damper under constant normal load."""
-    from slipstick.balance.problem import ContactPair, Load, Problem
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.loads import Load
+    from slipstick.balance.problem import Problem
 
     contact = FrictionContact(kt=TANGENTIAL_STIFFNESS, mu=FRICTION, kn=1.0, gap=-normal_load)
     rubbing = RubbingMotion(velocity=velocity, cos=dict(cos or {}))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import ContactForces, contact_forces
-from slipstick.contact.parameters import FrictionContact
+from slipstick.contact.forces import ContactForces
+from slipstick.contact.friction import FrictionContact, contact_forces
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.trig.harmonics import Harmonics
 from slipstick.verify import closed_forms as cf
@@ -126,7 +126,9 @@ def _hot_rational() -> Pair:
 def _den_hartog() -> Pair:
     """Slope over kt of the difference from rigid friction, by time integration."""
     from slipstick.analysis.transient import transient
-    from slipstick.balance.problem import ContactPair, Load, Problem
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.loads import Load
+    from slipstick.balance.problem import Problem
     from slipstick.structure.matrices import MatrixStructure
 
     structure = MatrixStructure(M=[[1.0]], C=[[0.0]], K=[[1.0]], dofs=["x"])

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slipstick.contact.forces import contact_forces, element_forces
-from slipstick.contact.parameters import FrictionContact
+from slipstick.contact.forces import element_forces
+from slipstick.contact.friction import FrictionContact, contact_forces
 from slipstick.contact.rubbing import RubbingMotion, common_period
 from slipstick.errors import InputError
 from slipstick.trig.harmonics import Harmonics

@@ -1,0 +1,119 @@
+"""Contacts made ready for the balance: all elements of one law in one batch, and where their ports stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.contact.law import Law
+from slipstick.contact.traits import kind
+
+if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
+
+Array = NDArray[np.float64]
+Places = slice | NDArray[np.intp]
+Direction = Mapping[str, float]
+
+
+class Port(NamedTuple):
+    """Where one port of a batch's elements stands."""
+
+    rows: Places
+    """Numbers of the ports among all ports of the balance."""
+    members: Places
+    """Elements of the batch that have this port, in the order of ``rows``."""
+    size: int
+
+
+class Column(NamedTuple):
+    """How the forces of a batch answer to the motion at one port: what a Jacobian is filled from."""
+
+    port: int
+    terms: tuple[tuple[int, Places, Places, Places], ...]
+    """For each port that feels it: its number, the members that have both ports, where these stand among the members
+    of this port, and the rows of the other port."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """Elements of one kind of law, in the order of the problem.
+
+    Attributes
+    ----------
+    members, numbers
+        Each element's contact pair and place in it, and its number among all elements of the problem.
+    ports
+        One ``Port`` for each port of the law.
+    """
+
+    law: Law
+    members: tuple[tuple[int, int], ...]
+    numbers: tuple[int, ...]
+    ports: tuple[Port, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return len(self.members)
+
+    @cached_property
+    def elements(self) -> Places:
+        """``numbers`` as an index."""
+        return places(np.array(self.numbers, dtype=int))
+
+    def columns(self, pairs: Sequence[tuple[int, int]]) -> tuple[Column, ...]:
+        """For the pairs ``(i, j)`` of ports whose derivative ``dF_i/dQ_j`` is not zero."""
+        found = []
+        for j, port in enumerate(self.ports):
+            own = np.arange(self.count)[port.members]
+            terms = []
+            for i in sorted(i for i, other in pairs if other == j):
+                rows = np.full(self.count, -1)
+                rows[self.ports[i].members] = _indices(self.ports[i].rows)
+                both = np.flatnonzero(rows[own] >= 0)
+                if both.size:
+                    terms.append((i, places(own[both]), places(both), places(rows[own[both]])))
+            if own.size and terms:
+                found.append(Column(j, tuple(terms)))
+        return tuple(found)
+
+
+def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Direction]]:
+    """Batches of the contacts, and the direction of every port of the balance: batch by batch, port by port."""
+    kinds: dict[Any, list[tuple[int, int]]] = {}
+    members = [(p, k) for p, pair in enumerate(pairs) for k in range(len(pair))]
+    for p, k in members:
+        kinds.setdefault(kind(pairs[p].contact), []).append((p, k))
+    number = {member: e for e, member in enumerate(members)}
+    batches: list[Batch] = []
+    directions: list[Direction] = []
+    for own in kinds.values():
+        law, ports = pairs[own[0][0]].contact, []
+        for name in law.ports:
+            given = [pairs[p].direction(name, k) for p, k in own]
+            have = [e for e, direction in enumerate(given) if direction is not None]
+            rows = np.arange(len(directions), len(directions) + len(have))
+            directions += [direction for direction in given if direction is not None]
+            ports.append(Port(places(rows), places(np.array(have, dtype=int)), len(have)))
+        numbers = tuple(number[member] for member in own)
+        batches.append(Batch(law=law, members=tuple(own), numbers=numbers, ports=tuple(ports)))
+    return tuple(batches), directions
+
+
+def places(indices: NDArray[Any]) -> Places:
+    """A slice where the indices follow one another, so that arrays are viewed and not copied."""
+    if indices.size == 0:
+        return slice(0, 0)
+    if np.all(np.diff(indices) == 1):
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices
+
+
+def _indices(rows: Places) -> NDArray[np.intp]:
+    return np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows

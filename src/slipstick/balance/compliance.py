@@ -1,0 +1,40 @@
+"""Receptances of one frequency for all harmonics, in the form that the balance sums."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Compliance:
+    """``conj(A)`` and its derivative by omega, (n_columns, n_rows, n + 1): harmonic 0 is static and real."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, receptance: Any, orders: Array, omega: float) -> None:
+        static = receptance.static
+        shape = (static.shape[1], static.shape[0], orders.size + 1)
+        self.value, self.slope = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
+        self.value[:, :, 0] = static.T
+        self.slope[:, :, 0] = 0.0
+        if orders.size:
+            value, slope = receptance.at(orders * omega)
+            np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
+            np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
+            self.slope[:, :, 1:] *= orders
+
+    def anchor(self, springs: Array) -> None:
+        """From ``A`` to ``B = A (1 + i k A)^-1`` for ``k`` (n_rows,), the receptance with springs ``i k`` at the rows.
+
+        Undamped structures have infinite ``A`` at their resonances; ``B`` is bounded and smooth there.
+        """
+        rows = springs.size
+        V, dV = (both.transpose(2, 1, 0)[1:] for both in (self.value, self.slope))
+        turned = np.linalg.inv(np.eye(rows) - 1j * V[:, :, :rows] * springs)
+        B = turned @ V
+        dB = turned @ (dV + 1j * (dV[:, :, :rows] * springs) @ B)
+        self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)

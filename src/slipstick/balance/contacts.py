@@ -1,0 +1,212 @@
+"""Contacts of a problem: a law, the directions of its ports, the motion of its counter surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact import traits
+from slipstick.contact.law import Law
+from slipstick.contact.rubbing import RubbingMotion
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, listed, number, one, shown, text, wrong
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+Direction = Mapping[str, float]
+DirectionLike = Direction | str | Sequence[Direction | str | None] | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactPair:
+    """One contact, or many of the same kind, between directions of the structure, or between these and the ground.
+
+    The relative motion along a port is ``sum cosine * dof``, node 1 minus node 2: the second node's dofs have the
+    opposite sign. Where anything is given for n contacts (a list of directions, arrays of parameters) there are n.
+
+    Parameters
+    ----------
+    name
+        Its name in results, events and parameters; the k-th of many is "name.k", counted from 1.
+    contact
+        The law with its parameters: a ``FrictionContact``, a ``SampledLaw``, or a law of your own.
+    tangential
+        Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts.
+    normal
+        As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``.
+    ports
+        Directions by the names of the law's ports, instead of tangential and normal.
+    rubbing
+        Motion of the counter surface; none by default.
+
+    Raises
+    ------
+    InputError
+        For values of another kind.
+    """
+
+    name: str
+    contact: Law
+    tangential: DirectionLike = None
+    normal: DirectionLike = None
+    ports: Mapping[str, DirectionLike] | None = None
+    rubbing: RubbingMotion = field(default_factory=RubbingMotion)
+
+    def __post_init__(self) -> None:
+        found = Gathering()
+        name = found.take(text, "contact, name", self.name, 'a name such as "damper"')
+        where = f"contact {shown(name)}"
+        values: dict[str, Any] = {"name": name}
+        if not isinstance(self.contact, Law):
+            found.problems.append(
+                f"{where}: found {shown(self.contact)}; expected contact=ss.FrictionContact(...), or a law"
+            )
+        for side in ("tangential", "normal"):
+            values[side] = found.take(_one_or_many, f"{where}, {side}", getattr(self, side))
+        if self.ports is not None and not isinstance(self.ports, Mapping):
+            found.problems.append(
+                f"{where}, ports: found {shown(self.ports)}; expected directions by the names of ports"
+            )
+        elif self.ports is not None:
+            values["ports"] = {
+                str(port): found.take(_one_or_many, f"{where}, port {shown(port)}", given)
+                for port, given in self.ports.items()
+            }
+        rubbing = RubbingMotion() if self.rubbing is None else self.rubbing
+        values["rubbing"] = found.take(one, f"{where}, rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
+        found.end()
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    @cached_property
+    def directions(self) -> Mapping[str, tuple[Direction | None, ...]]:
+        """Direction cosines of each port, one for each contact; raises InputError where they cannot be matched."""
+        given = dict(self.ports or {})
+        given |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
+        found: dict[str, tuple[Direction | None, ...]] = {}
+        for port, value in given.items():
+            found[port] = value if isinstance(value, tuple) else (value,)
+        sizes = {len(v) for v in found.values()} | {s for s in self._array_sizes() if s != 1} | {1}
+        count = max(sizes)
+        if sizes - {1, count}:
+            several = sorted(sizes - {1})
+            raise InputError(f"contact '{self.name}': found {several} contacts in its arrays; expected one number")
+        return {port: v if len(v) == count else v * count for port, v in found.items()}
+
+    def _array_sizes(self) -> list[int]:
+        rub = self.rubbing
+        arrays = [*self.contact.values.values(), *(v for _, v in rub.components())]
+        return [int(np.size(v)) for v in arrays if np.ndim(v)]
+
+    @cached_property
+    def _count(self) -> int:
+        sizes = [len(v) for v in self.directions.values()] + [1]
+        return max([*sizes, *self._array_sizes()])
+
+    def __len__(self) -> int:
+        return self._count
+
+    def direction(self, port: str, k: int = 0) -> Direction | None:
+        """Direction cosines of a port of the k-th contact, from 0; None where it has none."""
+        found = self.directions.get(port)
+        return None if found is None else found[k]
+
+    @property
+    def n_ports(self) -> int:
+        """Number of ports that have a direction: each brings one unknown for every coefficient."""
+        return sum(direction is not None for directions in self.directions.values() for direction in directions)
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """Every dof along which a port moves."""
+        given = (direction for directions in self.directions.values() for direction in directions)
+        return tuple(dict.fromkeys(dof for direction in given for dof in direction or ()))
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """Names of its contacts."""
+        return (self.name,) if len(self) == 1 else tuple(f"{self.name}.{k + 1}" for k in range(len(self)))
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of what can be changed or followed, as in "tip.velocity"."""
+        derived = tuple(getattr(self.contact, "derived_parameters", ()))
+        return (*self.contact.values, *derived, *self.rubbing.names)
+
+    def values(self, name: str) -> Array:
+        """A parameter of the law, a derived one, or a component of the rubbing motion, (n,)."""
+        if name in self.contact.values:
+            found: ArrayLike = self.contact.values[name]
+        elif name in getattr(self.contact, "derived_parameters", ()):
+            found = getattr(self.contact, name)
+        else:
+            found = self.rubbing.component(name)
+        return np.broadcast_to(np.asarray(found, dtype=float), (len(self),))
+
+    def with_value(self, name: str, value: float, k: int | None = None) -> ContactPair:
+        """A copy with one of ``quantities`` changed, of the k-th contact or of all."""
+        new: Any = float(value)
+        if k is not None and len(self) > 1:
+            new = self.values(name).copy()
+            new[k] = value
+        if name in self.rubbing.names or self.rubbing.is_component(name):
+            return replace(self, rubbing=self.rubbing.with_component(name, new))
+        return replace(self, contact=self.contact.changed(**{name: new}))
+
+
+def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> tuple[Array, Array]:
+    """Velocity (n_ports, n) and periodic motion (n_ports, n, L) of the counter surface along each port.
+
+    The rubbing motion goes along the first port, its normal part along the port called "normal".
+    """
+    ports, n = pair.contact.ports, len(pair)
+    velocity, motion = np.zeros((len(ports), n)), np.zeros((len(ports), n, harmonics.size))
+    velocity[0] = pair.rubbing.velocity
+    motion[0] = pair.rubbing.coefficients(harmonics, factor)
+    if "normal" in ports:
+        motion[ports.index("normal")] += pair.rubbing.normal_coefficients(harmonics, factor)
+    return velocity, motion
+
+
+def direction_faults(pair: ContactPair) -> list[str]:
+    """Ports that have no direction, or are not of the law."""
+    law, where = pair.contact, f"contact '{pair.name}'"
+    try:
+        given = pair.directions
+    except InputError as error:
+        return list(error.problems)
+    faults = [
+        f"{where}: its law has no port '{port}'; it has {', '.join(law.ports)}"
+        for port in given
+        if port not in law.ports
+    ]
+    for port in law.ports:
+        if port not in traits.optional_ports(law) and not all(d is not None for d in given.get(port, (None,))):
+            faults.append(f"{where}: port '{port}' has no direction; give the dofs along which it moves")
+    return faults
+
+
+def _cosines(name: str, given: Any) -> dict[str, float]:
+    """Direction cosines by dof; a name alone means cosine 1."""
+    if isinstance(given, str):
+        return {str(given): 1.0}
+    expected = 'the name of a dof such as "x", or cosines by dof such as {"x": 1.0, "y": -1.0}'
+    if not isinstance(given, Mapping):
+        raise wrong(name, given, expected)
+    return {text(name, dof, expected): number(f"{name}, {shown(dof)}", cosine) for dof, cosine in given.items()}
+
+
+def _one_or_many(name: str, given: Any) -> Any:
+    """The direction of one contact (None: it has none), or a tuple of them for many."""
+    if given is None or isinstance(given, str | Mapping):
+        return None if given is None else _cosines(name, given)
+    expected = 'the name of a dof such as "x", cosines by dof such as {"x": 1.0, "y": -1.0}, or a list of such'
+    found = listed(name, given, expected)
+    if not found:
+        raise wrong(name, given, expected)
+    return tuple(None if g is None else _cosines(f"{name}, number {i + 1}", g) for i, g in enumerate(found))

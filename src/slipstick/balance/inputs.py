@@ -1,0 +1,78 @@
+"""What is given to the balance besides motion and frequency: a point, or a direction, in one vector space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_SURFACE = ("velocity", "motion")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """Numbers of one batch of n elements."""
+
+    values: Mapping[str, Array]
+    """Parameters of the law, (n,) each."""
+    velocity: Array
+    """Constant velocity of the counter surface along each port, (n_ports, n), length/time."""
+    motion: Array
+    """Periodic motion of the counter surface along each port, (n_ports, n, L)."""
+
+    def map(self, change: Callable[..., Array], *others: Given) -> Given:
+        """``change(name, own, *others')`` of every array."""
+        return Given(
+            values={n: change(n, v, *(o.values[n] for o in others)) for n, v in self.values.items()},
+            velocity=change("velocity", self.velocity, *(o.velocity for o in others)),
+            motion=change("motion", self.motion, *(o.motion for o in others)),
+        )
+
+    def changed(self, **arrays: Any) -> Given:
+        """A copy with other arrays: "velocity", "motion", or parameters by name."""
+        own = {name: arrays.pop(name, getattr(self, name)) for name in _SURFACE}
+        return Given(values={**self.values, **arrays}, **own)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """Contacts by batch, and load coefficients ``P`` (n_loads, L)."""
+
+    batches: tuple[Given, ...]
+    P: Array
+
+    def map(self, change: Callable[..., Array], *others: Inputs) -> Inputs:
+        """``change(name, own, *others')`` of every array; loads are "load"."""
+        batches = (b.map(change, *(o.batches[k] for o in others)) for k, b in enumerate(self.batches))
+        return Inputs(batches=tuple(batches), P=change("load", self.P, *(o.P for o in others)))
+
+    def moved(self, direction: Inputs, step: float) -> Inputs:
+        """``self + step * direction``."""
+        return self.map(lambda _, own, other: own + step * other, direction)
+
+    def scaled(self, factor: float) -> Inputs:
+        """All multiplied by a factor."""
+        return self.map(lambda _, own: factor * own)
+
+    def only(self, *names: str) -> Inputs:
+        """Zero but for "load", "velocity", "motion" or parameters by name."""
+        return self.map(lambda name, own: own if name in names else np.zeros_like(own))
+
+    def any(self, name: str) -> bool:
+        """Whether "load", "velocity", "motion" or a parameter is anywhere other than zero."""
+        found = [self.P] if name == "load" else []
+        for batch in self.batches:
+            found.append(
+                getattr(batch, name) if name in ("velocity", "motion") else batch.values.get(name, np.zeros(0))
+            )
+        return any(bool(np.any(array)) for array in found)
+
+    def with_batch(self, k: int, **arrays: Any) -> Inputs:
+        """A copy with other arrays in one batch."""
+        changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
+        return Inputs(batches=changed, P=self.P)

@@ -1,0 +1,130 @@
+"""Named parameters: what "tip.velocity", "*.mu" or "load" belongs to, and how the inputs move with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.contacts import prescribed
+from slipstick.balance.inputs import Inputs
+from slipstick.contact import traits
+from slipstick.errors import InputError
+from slipstick.faults import suggestion, text
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+Array = NDArray[np.float64]
+
+FACTORS = ("load", "friction")
+"""Factors on all loads and on all friction coefficients."""
+
+ALL = "*"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """What a name stands for: a quantity of some contacts, or (without members) a factor of the problem."""
+
+    quantity: str
+    members: tuple[tuple[int, int], ...] = ()
+    """Contact pair and place in it of each contact."""
+
+    def elements(self, problem: Problem) -> list[int]:
+        """Their places in the heated batch."""
+        heated = problem.heated
+        own = problem.batches[heated.batch].members if heated is not None else ()
+        return [own.index(member) for member in self.members if member in own]
+
+
+def parameter_target(problem: Problem, name: str) -> Target:
+    """What a name stands for; raises InputError with a suggestion where nothing has it."""
+    if text("parameter", name, 'a name such as "damper.mu"') in FACTORS:
+        return Target(quantity=name)
+    contact, _, quantity = name.rpartition(".")
+    members = tuple(
+        (p, k)
+        for p, pair in enumerate(problem.contacts)
+        for k, element in enumerate(pair.elements)
+        if contact in (pair.name, element, ALL) and _has(pair, quantity)
+    )
+    if not members:
+        raise InputError(f"there is no parameter '{name}'; {suggestion(name, [*known_parameters(problem)])}")
+    return Target(quantity=quantity, members=members)
+
+
+def known_parameters(problem: Problem) -> Iterator[str]:
+    """Every name that can be followed, swept or changed."""
+    for pair in problem.contacts:
+        for owner in dict.fromkeys((pair.name, *pair.elements)):
+            yield from (f"{owner}.{quantity}" for quantity in pair.quantities)
+    yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
+    yield from FACTORS
+
+
+def _has(pair: object, quantity: str) -> bool:
+    return quantity in pair.quantities or pair.rubbing.is_component(quantity)  # type: ignore[attr-defined]
+
+
+def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
+    """Inputs where the named parameter is zero, and their derivative by it; every named parameter acts linearly."""
+    target, base = problem.parameter_target(name), problem.inputs
+    if target.quantity == "load":
+        return _factor(problem, base, "load", {})
+    if not target.members:
+        return _factor(
+            problem, base, target.quantity, {b: traits.factors(x.law) for b, x in enumerate(problem.batches)}
+        )
+    zero = base.scaled(0.0)
+    for b, batch in enumerate(problem.batches):
+        rows = [e for e, member in enumerate(batch.members) if member in target.members]
+        if rows:
+            base, zero = _moved(problem, b, rows, target.quantity, base, zero)
+    return base, zero
+
+
+def _factor(
+    problem: Problem, base: Inputs, name: str, parameters: Mapping[int, Mapping[str, str]]
+) -> tuple[Inputs, Inputs]:
+    change: dict[str, Any] = {name: 1.0, "told": None}
+    unit = replace(problem, **change).inputs
+    touched = {(b, own[name]) for b, own in parameters.items() if name in own}
+    if name == "load":
+        return replace(base, P=np.zeros_like(base.P)), replace(base.scaled(0.0), P=unit.P)
+    start, slope = base, base.scaled(0.0)
+    for b, parameter in touched:
+        value = unit.batches[b].values[parameter]
+        start, slope = start.with_batch(b, **{parameter: 0.0 * value}), slope.with_batch(b, **{parameter: value})
+    return start, slope
+
+
+def _moved(
+    problem: Problem, b: int, rows: list[int], quantity: str, base: Inputs, zero: Inputs
+) -> tuple[Inputs, Inputs]:
+    """Base and derivative for one quantity of some elements of a batch."""
+    batch, given = problem.batches[b], base.batches[b]
+    found = traits.derived(batch.law, quantity, given.values)
+    if found is not None:
+        parameter, factor = found
+        start, slope = given.values[parameter].copy(), np.zeros(batch.count)
+        start[rows] = 0.0
+        slope[rows] = np.broadcast_to(factor, batch.count)[rows]
+        return base.with_batch(b, **{parameter: start}), zero.with_batch(b, **{parameter: slope})
+    arrays = {"velocity": (given.velocity.copy(), np.zeros_like(given.velocity))}
+    arrays["motion"] = (given.motion.copy(), np.zeros_like(given.motion))
+    for e in rows:
+        pair, k = problem.contacts[batch.members[e][0]], batch.members[e][1]
+        at = [
+            prescribed(pair.with_value(quantity, value, k), problem.harmonics, problem.rubbing_order)
+            for value in (0.0, 1.0)
+        ]
+        for name, low, high in zip(arrays, *at, strict=True):
+            arrays[name][0][:, e], arrays[name][1][:, e] = low[:, k], high[:, k] - low[:, k]
+    return (
+        base.with_batch(b, **{name: start for name, (start, _) in arrays.items()}),
+        zero.with_batch(b, **{name: slope for name, (_, slope) in arrays.items()}),
+    )

@@ -1,0 +1,229 @@
+"""The contact ports of a problem: motion handed out to the laws, forces and tangents gathered from them.
+
+Unknowns are the coefficients of the relative motion at the ports, batch by batch and port by port. A pair (cosine,
+sine) is handled as the complex number ``c + i s``, which makes ``x = conj(A) f``; harmonic 0 is one more such number
+with a real, static compliance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.batches import Column, batches_of
+from slipstick.balance.compliance import Compliance
+from slipstick.balance.inputs import Given
+from slipstick.balance.problem import Problem
+from slipstick.contact.law import Motion
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Forces = Sequence[Mapping[int, Array]]
+"""For each batch, coefficients (n, L) by port; ports left out are zero."""
+Tangents = Sequence[Mapping[tuple[int, int], Array]]
+"""For each batch, ``(i, j) -> dF_i/dQ_j`` (n, L, L)."""
+
+_UNDAMPED = 1e-5
+"""Imaginary part of a receptance over itself, below which there is as good as no damping."""
+
+
+class Balance:
+    """A problem made ready for the balance.
+
+    Parameters
+    ----------
+    problem
+        The problem; its structure is projected on the contact ports and the loads once.
+
+    Attributes
+    ----------
+    batches
+        The contacts, one ``Batch`` for each kind of law.
+    n_ports, size
+        Numbers of ports and of unknowns ``N = n_ports L``.
+    springs
+        ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.harmonics = problem, problem.harmonics
+        self.batches, directions = batches_of(problem.contacts)
+        self.directions = problem.direction_matrix(directions)
+        dofs, self.shapes = problem.load_targets
+        self.columns = np.hstack([self.directions, problem.direction_matrix({dof: 1.0} for dof in dofs)])
+        self.n_loads = len(dofs) + len(self.shapes)
+        self.n_ports, self.n_contacts = len(directions), sum(batch.count for batch in self.batches)
+        self.orders = self.harmonics.m.astype(float)
+        self.L = self.harmonics.size
+        self.size = self.n_ports * self.L
+        self.receptance = self.rows_to(self.directions)
+        self.springs: Array | None = None
+        self.heated = problem.heated
+        self._columns: dict[tuple[int, tuple[tuple[int, int], ...]], tuple[Column, ...]] = {}
+
+    @property
+    def heated_names(self) -> list[str]:
+        """Names of the heated contacts."""
+        return [] if self.heated is None else list(self.heated.names)
+
+    def rows_to(self, rows: Array) -> Any:
+        """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
+        return self.problem.structure.project(rows, self.columns, self.shapes)
+
+    def anchor_if_undamped(self, omega: float) -> None:
+        """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
+
+        ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
+        smoothly through the resonances at which an undamped ``A`` is infinite.
+        """
+        own = np.arange(self.n_ports)
+        value = self.receptance.at(self.orders * omega)[0][:, own, own]
+        lost = np.abs(value.imag) <= _UNDAMPED * np.abs(value)
+        if np.any(np.all(lost, axis=0)):
+            static = np.abs(self.receptance.static[own, own])
+            self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
+
+    def compliance(self, omega: float, *, anchored: bool = True) -> Compliance:
+        """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``."""
+        compliance = Compliance(self.receptance, self.orders, omega)
+        if anchored and self.springs is not None:
+            compliance.anchor(self.springs)
+        return compliance
+
+    def anchoring(self, x: Array, G: ComplexArray) -> None:
+        """Take the force of the springs ``i k`` at unknowns (N,) off the forces on all columns."""
+        if self.springs is not None:
+            X = np.zeros((self.n_ports, 2 * self.orders.size + 2))
+            X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
+            G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
+
+    def _anchored(self, k: int, own: Mapping[tuple[int, int], Array]) -> dict[tuple[int, int], Array]:
+        """Tangents of one batch less the springs ``i k``."""
+        batch, found = self.batches[k], dict(own)
+        assert self.springs is not None
+        sine, cosine = np.arange(2, self.L, 2), np.arange(1, self.L, 2)
+        for i, port in enumerate(batch.ports):
+            turned = np.zeros((batch.count, self.L, self.L))
+            members, springs = np.arange(batch.count)[port.members], self.springs[port.rows]
+            turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
+            turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
+            found[i, i] = found[i, i] + turned if (i, i) in found else turned
+        return found
+
+    def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:
+        """Motion of batch ``k`` at unknowns (N,), that of the counter surface included."""
+        batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
+        moved = []
+        for port, own in zip(batch.ports, given.motion, strict=True):
+            if port.size == batch.count:
+                moved.append(X[port.rows] + own)
+            else:
+                Q = own.copy()
+                if port.size:
+                    Q[port.members] += X[port.rows]
+                moved.append(Q)
+        return Motion(self.harmonics, omega, tuple(moved), given.velocity / omega)
+
+    def spread(self, dx: Array) -> list[dict[int, Array]]:
+        """Changes of the motion (n, L) by batch and port, of changes (N,) of the unknowns."""
+        dX = dx.reshape(self.n_ports, self.L)
+        found: list[dict[int, Array]] = []
+        for batch in self.batches:
+            own: dict[int, Array] = {}
+            for i, port in enumerate(batch.ports):
+                if port.size == batch.count:
+                    own[i] = dX[port.rows]
+                elif port.size:
+                    own[i] = np.zeros((batch.count, self.L))
+                    own[i][port.members] = dX[port.rows]
+            found.append(own)
+        return found
+
+    def excitation(self, forces: Forces, P: Array | None = None) -> ComplexArray:
+        """``F - P`` on all columns as complex numbers (n_columns, n + 1); without loads, on the ports alone."""
+        G = np.zeros((self.n_ports + (0 if P is None else len(P)), 2 * self.orders.size + 2))
+        for batch, own in zip(self.batches, forces, strict=True):
+            for i, force in own.items():
+                port = batch.ports[i]
+                if port.size:
+                    F = force if port.size == batch.count else force[port.members]
+                    G[port.rows, 2:], G[port.rows, 0] = F[:, 1:], F[:, 0]
+        if P is not None and len(P):
+            G[self.n_ports :, 2:], G[self.n_ports :, 0] = P[:, 1:], P[:, 0]
+            np.negative(G[self.n_ports :], out=G[self.n_ports :])
+        return G.view(complex)
+
+    def real(self, z: ComplexArray) -> Array:
+        """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
+        pairs = z.view(float)
+        out = np.empty((len(z), self.L))
+        out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
+        return out.reshape(-1)
+
+    def moved_by(self, forces: Forces, P: Array, compliance: Compliance) -> Array:
+        """``A (F - P)`` (N,)."""
+        return self.answer(self.excitation(forces, P), compliance.value)
+
+    def answer(self, G: ComplexArray, value: ComplexArray) -> Array:
+        """Sum over the columns of ``value`` (n_columns, n_rows, n + 1) times ``G`` (n_columns, n + 1)."""
+        return self.real(np.add.reduce(value[: len(G)] * G[:, None, :], axis=0))
+
+    def jacobian(self, tangents: Tangents, compliance: Compliance) -> Array:
+        """``I + A dF/dX`` (N, N)."""
+        # transposed, so that what is written lies together
+        transposed = np.empty((self.n_ports, self.L, self.n_ports, self.L))
+        for k, given in enumerate(tangents):
+            own = given if self.springs is None else self._anchored(k, given)
+            filled: set[int] = set()
+            for column in self._columns_of(k, tuple(own)):
+                self._fill(transposed, k, column, own, compliance.value)
+                filled.add(column.port)
+            for j, port in enumerate(self.batches[k].ports):
+                if j not in filled and port.size:
+                    transposed[port.rows] = 0.0
+        matrix = transposed.reshape(self.size, self.size)
+        matrix.reshape(-1)[:: self.size + 1] += 1.0
+        return matrix.T
+
+    def _columns_of(self, k: int, pairs: tuple[tuple[int, int], ...]) -> tuple[Column, ...]:
+        if (k, pairs) not in self._columns:
+            self._columns[k, pairs] = self.batches[k].columns(pairs)
+        return self._columns[k, pairs]
+
+    def _fill(
+        self, out: Array, k: int, column: Column, own: Mapping[tuple[int, int], Array], value: ComplexArray
+    ) -> None:
+        """The columns of one port's motion: what all forces that feel it do to all ports."""
+        port, moved = self.batches[k].ports[column.port], None
+        for i, members, at, rows in column.terms:
+            z = self._complex_rows(own[i, column.port][members])
+            part = z[:, :, None, :] * value[rows, None, : self.n_ports, :]
+            if moved is None and len(part) == port.size:
+                moved = part
+            else:
+                if moved is None:
+                    moved = np.zeros((port.size, *part.shape[1:]), dtype=complex)
+                moved[at] += part
+        assert moved is not None
+        pairs = moved.view(float)
+        target = out[port.rows]
+        target[..., 0], target[..., 1:] = pairs[..., 0], pairs[..., 2:]
+        if not isinstance(port.rows, slice):
+            out[port.rows] = target
+
+    def _complex_rows(self, matrices: Array) -> ComplexArray:
+        """Derivatives (c, L, L) with their rows paired: (c, column, n + 1)."""
+        out = np.zeros((len(matrices), self.L, 2 * self.orders.size + 2))
+        turned = matrices.transpose(0, 2, 1)
+        out[:, :, 0], out[:, :, 2:] = turned[:, :, 0], turned[:, :, 1:]
+        return out.view(complex)
+
+    def gather(self, own: Sequence[Array], shape: tuple[int, ...] = ()) -> Array:
+        """Values (n, ...) by batch, in the order of the problem's elements (n_contacts, ...)."""
+        out = np.empty((self.n_contacts, *shape))
+        for batch, value in zip(self.batches, own, strict=True):
+            out[batch.elements] = value
+        return out

@@ -1,0 +1,104 @@
+"""The balance as a system of equations: in omega, or in a named parameter. What Newton and the continuation see."""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.heat import power_along, warm_direction
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance, Forces
+from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
+from slipstick.solve.newton import Evaluation
+
+Array = NDArray[np.float64]
+
+
+def _undefined(size: int) -> Evaluation:
+    """What a system answers to an iterate that is no motion: the iteration takes a shorter step."""
+    return Evaluation(np.full(size, np.nan), np.eye(size), np.full(size, np.nan))
+
+
+def _context(found: Detail) -> Array | None:
+    """Contact temperatures, near which those of the next points are sought; None where nothing is heated."""
+    return None if found.heat is None else found.heat.temperature
+
+
+class FrequencySystem:
+    """The balance as a system in omega."""
+
+    def __init__(self, balance: Balance, inputs: Inputs) -> None:
+        self.balance, self.inputs = balance, inputs
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.inputs, parameter
+
+    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+        """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite, and
+        where the thermal equilibrium near the temperatures of ``context`` has vanished.
+
+        ``context`` holds the temperatures (n,) of the accepted point before, near which these are sought.
+        """
+        if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
+            return _undefined(x.size)
+        balance = self.balance
+        found = detail(balance, x, parameter, self.inputs, context)
+        if found.heat is not None and found.heat.lost:
+            return _undefined(x.size)
+        at = balanced(balance, x, found, balance.compliance(parameter))
+        moved = at.compliance.slope * at.G[:, None, :]
+        slopes = by_omega(found)
+        if any(slopes):
+            G = balance.excitation(slopes)
+            moved[: len(G)] += at.compliance.value[: len(G)] * G[:, None, :]
+        slope = balance.real(np.add.reduce(moved, axis=0))
+        if found.heat is not None and at.heat_columns is not None:
+            slope += at.heat_columns @ found.heat.power.omega
+        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
+
+    def rates(self, found: Detail, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads for changes ``dx`` (N,) and ``rate`` of omega."""
+        own = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(found)]
+        dpower = None if found.heat is None else rate * found.heat.power.omega
+        return force_rates(self.balance, found, dx, own, dpower), np.zeros_like(found.inputs.P)
+
+
+class ParameterSystem:
+    """The balance at a fixed frequency as a system in a parameter: inputs are ``base + parameter * direction``."""
+
+    def __init__(self, balance: Balance, base: Inputs, direction: Inputs, omega: float) -> None:
+        self.balance, self.base, self.direction, self.omega = balance, base, direction, omega
+        self._compliance = balance.compliance(omega)
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs and frequency at ``parameter``."""
+        return self.base.moved(self.direction, parameter), self.omega
+
+    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
+        if not (isfinite(x.dot(x)) and isfinite(parameter)):
+            return _undefined(x.size)
+        balance = self.balance
+        found = detail(balance, x, self.omega, self.at(parameter)[0], context)
+        if found.heat is not None and found.heat.lost:
+            return _undefined(x.size)
+        at = balanced(balance, x, found, self._compliance)
+        direction = self._warm(found)
+        slope = balance.moved_by(by_inputs(found, direction), direction.P, self._compliance)
+        if found.heat is not None and at.heat_columns is not None:
+            slope += at.heat_columns @ power_along(found.heat, direction)
+        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
+
+    def rates(self, found: Detail, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads for changes ``dx`` (N,) and ``rate`` of the parameter."""
+        direction = self._warm(found)
+        own = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(found, direction)]
+        dpower = None if found.heat is None else rate * power_along(found.heat, direction)
+        return force_rates(self.balance, found, dx, own, dpower), rate * direction.P
+
+    def _warm(self, found: Detail) -> Inputs:
+        return self.direction if found.heat is None else warm_direction(found.heat, self.direction)

@@ -1,0 +1,34 @@
+"""Contacts whose parameters come from curves over temperature: their values without heat."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from slipstick.contact import traits
+from slipstick.thermal.model import HeatedContacts
+
+if TYPE_CHECKING:
+    from slipstick.balance.batches import Batch
+    from slipstick.balance.contacts import ContactPair
+
+
+def cold_pairs(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> tuple[ContactPair, ...]:
+    """The contacts with the parameters that their curves give at the background temperature."""
+    changed = list(pairs)
+    for e, (p, k) in enumerate(batch.members):
+        for name, value in heated.nominal.items():
+            if heated.follows(name, [e]):
+                changed[p] = changed[p].with_value(name, float(value[e]), k)
+    return tuple(changed)
+
+
+def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> list[str]:
+    """Contacts that cannot be heated, in sentences."""
+    missing = [port for port in traits.optional_ports(batch.law) if port == "normal"]
+    return [
+        f"contact '{heated.names[e]}': kn depends on temperature but the contact has no normal direction, so its "
+        "normal load is constant; give a normal direction, or no table of kn"
+        for e, (p, k) in enumerate(batch.members)
+        if missing and pairs[p].direction("normal", k) is None and heated.follows("kn", [e])
+    ]

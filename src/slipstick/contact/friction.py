@@ -1,0 +1,218 @@
+"""Friction contact elements as users see them: their parameters, and their forces at given motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.rubbing import RubbingMotion
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, frequency, number_or_numbers, numbers, one, same_length, shown
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+LARGEST = 1e100
+"""No stiffness, gap or coefficient of a machine is above it in any units; beyond, products overflow."""
+
+
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, init=False)
+class FrictionContact(FrictionLaw):
+    """Parameters of one friction contact element, or of many (arrays of shape (n_elements,)).
+
+    Normal force ``f_y = kn max(y - gap, 0)``, friction limit ``mu f_y``, tangential stiffness ``kt`` while stuck
+    (THEORY.md section 2). A negative gap is an interference: the static preload is ``N0 = -kn gap``.
+
+    Parameters
+    ----------
+    kt, kn
+        Tangential and normal contact stiffness, force/length, >= 0.
+    mu
+        Friction coefficient, >= 0.
+    gap
+        Gap (> 0) or interference (< 0), length.
+    normal_load
+        The static preload, force, >= 0, instead of ``gap``: it becomes ``gap = -normal_load / kn``. One of the two is
+        needed. What is kept is the gap: a copy with another ``kn`` has another normal load.
+
+    Raises
+    ------
+    InputError
+        If a parameter is not finite, or kt, kn, mu or the normal load is negative; if neither gap nor normal load is
+        given, or both and they contradict each other; if numbers of elements differ.
+
+    Examples
+    --------
+    >>> FrictionContact(kt=100.0, mu=0.3, kn=2.0, normal_load=800.0)
+    FrictionContact(kt=100.0, mu=0.3, kn=2.0, gap=-400.0)
+    >>> float(FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0).normal_load)
+    800.0
+    """
+
+    kt: ArrayLike
+    mu: ArrayLike
+    kn: ArrayLike
+    gap: ArrayLike
+
+    def __init__(
+        self,
+        *,
+        kt: ArrayLike,
+        mu: ArrayLike,
+        kn: ArrayLike = 1.0,
+        gap: ArrayLike | None = None,
+        normal_load: ArrayLike | None = None,
+    ) -> None:
+        given = {"kt": kt, "mu": mu, "kn": kn, "gap": gap, "normal_load": normal_load}
+        values, found = {}, Gathering()
+        for name, value in given.items():
+            if value is not None or name not in ("gap", "normal_load"):
+                values[name] = found.take(_checked, name, value)
+        if gap is None and normal_load is None:
+            found.problems.append(
+                "the normal load is missing; give normal_load=800.0, or gap=-800.0 (interference) with kn=1.0"
+            )
+        found.end()
+        found.take(same_length, "friction contact", values)
+        found.end()
+        load = values.pop("normal_load", None)
+        if load is not None:
+            values["gap"] = _gap(values["kn"], values.get("gap"), load)
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def normal_load(self) -> NDArray[np.float64]:
+        """Static preload at ``y = 0``: ``kn max(-gap, 0)``."""
+        return np.asarray(self.kn, dtype=float) * np.maximum(-np.asarray(self.gap, dtype=float), 0.0)
+
+    @property
+    def values(self) -> dict[str, ArrayLike]:
+        """Every parameter by name."""
+        return {"kt": self.kt, "mu": self.mu, "kn": self.kn, "gap": self.gap}
+
+    def changed(self, **values: ArrayLike) -> FrictionContact:
+        """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
+        if "normal_load" not in values:
+            return replace(self, **values)
+        numbers: dict[str, Any] = {**self.values, **values}
+        del numbers["gap"]
+        return FrictionContact(**numbers)
+
+
+def _checked(name: str, value: Any) -> Any:
+    value = number_or_numbers(name, value)
+    if np.any(np.abs(value) > LARGEST):
+        raise InputError(f"{name}: found {shown(value)}; expected a number below {LARGEST:g}: check the units")
+    if name != "gap" and np.any(np.asarray(value) < 0):
+        raise InputError(f"{name}: found {shown(value)}, negative; expected a value >= 0")
+    return value
+
+
+def _gap(kn: Any, gap: Any, load: Any) -> Any:
+    """The gap that carries a normal load; where a gap is given too, that one if both agree."""
+    kn, load = np.asarray(kn), np.asarray(load)
+    if gap is not None:
+        carried = kn * np.maximum(-np.asarray(gap), 0.0)
+        if np.any(np.abs(carried - load) > _SAME * np.maximum(carried, load)):
+            raise InputError(
+                f"gap = {shown(gap)} carries the normal load {shown(carried.tolist())}, but normal_load = "
+                f"{shown(load.tolist())} is given too; give one of them"
+            )
+        return gap
+    if np.any((kn == 0) & (load > 0)):
+        raise InputError(f"kn = 0 cannot carry the normal load {shown(load.tolist())}; give kn > 0")
+    found = np.divide(-load, kn, out=np.zeros(np.broadcast_shapes(kn.shape, load.shape)), where=(load > 0) & (kn > 0))
+    return _checked("gap", found)
+
+
+def _coefficients(name: str, value: ArrayLike, size: int) -> Array:
+    array = numbers(name, value, "finite real coefficients")
+    if array.shape[-1:] != (size,) or array.ndim > 2:
+        raise InputError(f"{name}: found shape {array.shape}; expected ({size},) or (n_elements, {size})")
+    return array
+
+
+def contact_forces(
+    contact: FrictionContact,
+    harmonics: Harmonics | Iterable[int] | int,
+    X: ArrayLike,
+    Y: ArrayLike,
+    *,
+    omega: float,
+    rubbing: RubbingMotion | None = None,
+) -> ContactForces:
+    """Exact multiharmonic forces of friction contact elements, with tangents and sensitivities (THEORY.md 2 to 7).
+
+    Parameters
+    ----------
+    contact
+        Parameters, scalars or (n_elements,).
+    harmonics
+        The harmonic set, L coefficients; orders, or a count, will do.
+    X, Y
+        Coefficients of the relative tangential and normal motion (node 1 minus node 2), length;
+        (L,) or (n_elements, L).
+    omega
+        Principal frequency, rad/s, > 0.
+    rubbing
+        Prescribed rubbing motion; none by default.
+
+    Returns
+    -------
+    ContactForces
+        Shapes (..., L) and (..., L, L); no leading axis where everything given is a single element.
+
+    Raises
+    ------
+    InputError
+        For wrong shapes, values that are not finite real numbers, or ``omega <= 0``.
+
+    Examples
+    --------
+    Permanent slip: the friction force is ``mu N`` in the direction of the rubbing motion.
+
+    >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
+    >>> h = Harmonics(range(4))
+    >>> rub = RubbingMotion(velocity=9.0)
+    >>> f = contact_forces(contact, h, [0, 0, 1, 0, 0, 0, 0], np.zeros(7), omega=2.0, rubbing=rub)
+    >>> f.Fx.round(12).tolist(), f.states, float(f.power.round(9))
+    ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
+    """
+    contact = one("contact", contact, FrictionContact, "an ss.FrictionContact")
+    rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
+    harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
+    X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)
+    U, N = rubbing.coefficients(harmonics), rubbing.normal_coefficients(harmonics)
+    parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]
+    lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], N.shape[:-1], *(p.shape for p in parts))
+    try:
+        shape = np.broadcast_shapes(*lead)
+    except ValueError:
+        raise InputError(
+            f"contact forces: numbers of elements do not agree; found {[s for s in lead if s]} in X, Y, U, parameters"
+        ) from None
+    many = (*(shape or (1,)), harmonics.size)
+    v, kt, mu, kn, gap = (np.broadcast_to(p, many[:-1]) for p in parts)
+    f = element_forces(
+        harmonics, np.broadcast_to(X + U, many), np.broadcast_to(Y + N, many), v=v / omega, kt=kt, mu=mu, kn=kn, gap=gap
+    )
+    f.omega = float(omega)
+    return f if shape else _single(f)
+
+
+def _single(f: ContactForces) -> ContactForces:
+    names = (n for n, value in vars(f).items() if isinstance(value, np.ndarray))
+    for name in list(names):
+        setattr(f, name, getattr(f, name)[0])
+    f._inputs = (*f._inputs[:-1], True)
+    return f

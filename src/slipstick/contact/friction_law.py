@@ -1,0 +1,138 @@
+"""The friction element as a law on ports: what the balance and everything round it ask of it, by names alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.law import ByPort, Motion, Response
+from slipstick.contact.traits import Linear, Variable
+
+Array = NDArray[np.float64]
+
+TANGENTIAL, NORMAL = 0, 1
+LARGEST_FRICTION = 2.0
+"""A friction coefficient above it is more than dry surfaces reach."""
+
+
+class FrictionLaw:
+    """Behaviour of a friction contact; the numbers ``kt, mu, kn, gap`` come with each call."""
+
+    ports: ClassVar[tuple[str, ...]] = ("tangential", "normal")
+    optional_ports: ClassVar[tuple[str, ...]] = ("normal",)
+    kind: ClassVar[str] = "friction"
+    derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
+    dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL,)
+    """The normal force is elastic: its work over a period is zero."""
+    factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
+    linear_states: ClassVar[tuple[str, ...]] = ("sliding", "stuck", "free")
+    units: ClassVar[Mapping[str, str]] = {
+        "kt": "force/length", "mu": "1", "kn": "force/length", "gap": "length", "normal_load": "force",
+    }  # fmt: skip
+    variables: ClassVar[Mapping[str, Variable]] = {
+        "friction_coefficient": Variable("mu", (), "1", "friction coefficient"),
+        "tangential_stiffness": Variable("kt", (), "force/length", "tangential contact stiffness"),
+        "normal_stiffness": Variable("kn", (), "force/length", "normal contact stiffness"),
+        "gap": Variable("gap", (), "length", "gap, negative for interference"),
+        "stick_fraction": Variable("stick_fraction", (), "1", "fraction of the period in stick"),
+        "slip_fraction": Variable("slip_fraction", (), "1", "fraction of the period in slip"),
+        "separation_fraction": Variable("separation_fraction", (), "1", "fraction of the period in separation"),
+        "residual_traction": Variable(
+            "residual_traction", ("bound",), "force", "interval of admissible mean friction forces"
+        ),
+    }
+    stiffness_names: ClassVar[Mapping[int, str]] = {TANGENTIAL: "kt", NORMAL: "kn"}
+    force_names: ClassVar[tuple[str, ...]] = ("friction", "normal")
+
+    def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
+        """Forces of n elements, exact to rounding (THEORY.md sections 3 to 7)."""
+        f = element_forces(
+            motion.harmonics, motion.Q[TANGENTIAL], motion.Q[NORMAL], v=motion.drift[TANGENTIAL], **values
+        )
+        return Response(
+            force=(f.Fx, f.Fy),
+            by_motion={(0, 0): f.dFx_dX, (0, 1): f.dFx_dY, (1, 1): f.dFy_dY},
+            by_drift={(0, 0): f.dFx_dv},
+            by_parameter=lambda name: _by_parameter(f, name),
+            values=values,
+            work=f.work,
+            detail=f,
+        )
+
+    @staticmethod
+    def kinked(values: Mapping[str, Array]) -> NDArray[np.bool_]:
+        """Contacts that have friction."""
+        return np.asarray((values["mu"] > 0) & (values["kt"] > 0))
+
+    @staticmethod
+    def warnings(values: Mapping[str, float], ports: set[str], still: bool) -> Iterator[str]:
+        """What looks wrong in one contact's parameters."""
+        mu, kt, kn = values["mu"], values["kt"], values["kn"]
+        if "normal" not in ports and values["gap"] >= 0 and still:
+            yield "the normal load is 0 and the contact has no normal direction, so it never acts"
+        elif kn == 0:
+            yield "kn = 0, so it carries no normal load and never acts; give the normal contact stiffness"
+        elif mu == 0 and kt > 0:
+            yield "mu = 0, so there is no friction force"
+        elif kt == 0:
+            yield "kt = 0, so it never sticks; give the tangential contact stiffness"
+        if mu > LARGEST_FRICTION:
+            yield f"mu = {mu:g} is more than dry surfaces reach; expected below {LARGEST_FRICTION:g}"
+
+    @staticmethod
+    def springs(response: Response) -> dict[int, Array]:
+        """Contact springs as far as they act: with the fractions of the period in stick, slip and contact."""
+        f, p = response.detail, response.values
+        slipping = p["mu"] * p["kn"] * f.slip_fraction
+        return {0: p["kt"] * f.stick_fraction + slipping, 1: p["kn"] * (1.0 - f.separation_fraction)}
+
+    @staticmethod
+    def derived(name: str, values: Mapping[str, Array]) -> tuple[str, ArrayLike] | None:
+        """``(parameter, factor)`` of a derived name: a normal load is a gap of ``-load / kn``."""
+        if name != "normal_load":
+            return None
+        kn = np.asarray(values["kn"], dtype=float)
+        return "gap", np.divide(-1.0, kn, out=np.full_like(kn, np.nan), where=kn > 0)
+
+    @staticmethod
+    def linear(state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
+        """The law with contact and friction held in one state.
+
+        "free": no contact; "stuck": those closed at rest hold by kt and kn; "sliding": the friction force follows the
+        normal one in the direction of the constant rubbing velocity, where there is any.
+        """
+        closed = (values["gap"] < 0).astype(float)
+        kn = values["kn"] * closed
+        if state == "sliding":
+            if not drift[TANGENTIAL].any():
+                return None
+            slope = np.sign(drift[TANGENTIAL]) * values["mu"] * kn
+            return Linear({(0, 1): slope, (1, 1): kn}, {0: -slope * values["gap"], 1: -kn * values["gap"]})
+        if state == "stuck":
+            return Linear({(0, 0): values["kt"] * closed, (1, 1): kn}, {1: -kn * values["gap"]})
+        return Linear({}, {})
+
+    @staticmethod
+    def ramps(values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
+        """Parameters whose growth from a fraction leads to a first point: label, name, fraction at the start."""
+        yield "friction ramp", "mu", 0.0
+        if np.any(values["gap"] < 0):
+            yield "normal load ramp", "gap", 0.001
+
+    @staticmethod
+    def size(values: Mapping[str, Array]) -> Array:
+        """Motion up to slip, length (n,)."""
+        limit = values["mu"] * values["kn"] * np.maximum(-values["gap"], 0.0)
+        return np.divide(limit, values["kt"], out=np.zeros_like(limit), where=values["kt"] > 0)
+
+
+def _by_parameter(f: ContactForces, name: str) -> ByPort:
+    if name == "gap":
+        return {0: f.dFx_dgap, 1: f.dFy_dgap}
+    if name == "kn":
+        return {0: f.dFx_dkn, 1: f.dFy_dkn}
+    return {0: f.dFx_dmu if name == "mu" else f.dFx_dkt}

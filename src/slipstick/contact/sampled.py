@@ -1,0 +1,174 @@
+"""Laws given as a function of time: any smooth force of motion and velocity, sampled over the period.
+
+For forces without memory or kinks a sampled period is enough; derivatives are exact all the same, by complex steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.law import ByPort, Motion, Response
+from slipstick.errors import InputError
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-30
+"""Imaginary part of a complex step: a derivative without cancellation (J. N. Lyness and C. B. Moler, 1967)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledLaw:
+    """A smooth force law ``force(q, velocity, **parameters)``, evaluated at equidistant times of the period.
+
+    Parameters
+    ----------
+    force
+        Force that resists the motion. With one port ``q`` and ``velocity`` are arrays of any shape, and so is the
+        result; with several they are tuples of such arrays, one for each port, and so is the result. It is called with
+        complex arrays too: use numpy functions that are analytic (no ``abs``, ``max``, ``sign``, comparisons).
+    parameters
+        Its parameters by name: numbers, or arrays (n,) for n elements.
+    ports
+        Names of the ports.
+    samples
+        Times in a period; by default 16 for each order of the highest harmonic. A polynomial of degree ``d`` in the
+        motion is integrated exactly from ``(d + 1) m_n + 1`` on.
+
+    Raises
+    ------
+    InputError
+        For parameters that are not finite, or too few samples.
+
+    Examples
+    --------
+    A cubic spring:
+
+    >>> spring = SampledLaw(force=lambda x, velocity, k3: k3 * x**3, parameters={"k3": 0.5}, ports=("x",))
+    >>> motion = Motion(Harmonics([0, 1]), 1.0, (np.array([[0.0, 2.0, 0.0]]),), np.zeros((1, 1)))
+    >>> float(spring.respond(motion, {"k3": np.array([0.5])}).force[0][0, 1].round(12))     # 3/4 k3 a^3 cos
+    3.0
+    """
+
+    force: Callable[..., Any]
+    parameters: Mapping[str, ArrayLike] = field(default_factory=dict)
+    ports: tuple[str, ...] = ("x",)
+    samples: int | None = None
+
+    def __post_init__(self) -> None:
+        faults = [
+            f"law parameter {name}: found {value!r}; expected finite numbers"
+            for name, value in self.parameters.items()
+            if not np.all(np.isfinite(np.asarray(value, dtype=float)))
+        ]
+        if self.samples is not None and self.samples < 4:
+            faults.append(f"law samples: found {self.samples}; expected at least 4")
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """Laws with the same function are computed together."""
+        return self.force, self.ports, self.samples
+
+    @property
+    def values(self) -> Mapping[str, ArrayLike]:
+        """Every parameter by name."""
+        return self.parameters
+
+    def changed(self, **values: ArrayLike) -> SampledLaw:
+        """A copy with other parameters."""
+        return replace(self, parameters={**self.parameters, **values})
+
+    def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
+        """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
+        return _Sampled(self, motion, values).response()
+
+
+class _Sampled:
+    """One evaluation: motion in time (n, times), and the transforms to and from coefficients."""
+
+    def __init__(self, law: SampledLaw, motion: Motion, values: Mapping[str, Array]) -> None:
+        h = motion.harmonics
+        times = law.samples or 16 * max(h.highest, 1)
+        tau = np.asarray(np.arange(times) * (2.0 * np.pi / times), dtype=float)
+        self.law, self.motion, self.given = law, motion, values
+        self.omega = np.reshape(motion.omega, (-1, 1))
+        self.basis = h.H_minus(tau)
+        self.slope = _basis_slope(h, tau)
+        self.project = (2.0 / times) * h.H_plus(tau)
+        self.values = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+        self.q = [X @ self.basis.T for X in motion.Q]
+        # velocity in time: omega times the derivative by phase, the drift included
+        self.rate = [X @ self.slope.T + d[:, None] for X, d in zip(motion.Q, motion.drift, strict=True)]
+
+    def force(self, q: list[Any], rate: list[Any], values: Mapping[str, Any]) -> list[Any]:
+        """Forces in time at each port, (n, times)."""
+        velocity = [self.omega * r for r in rate]
+        if len(q) == 1:
+            found = [self.law.force(q[0], velocity[0], **values)]
+        else:
+            found = list(self.law.force(tuple(q), tuple(velocity), **values))
+        return [np.broadcast_to(f, q[0].shape) for f in found]
+
+    def slopes(self, q: list[Any], rate: list[Any], values: Mapping[str, Any]) -> list[Array]:
+        """Derivatives in time at each port, from arguments with one imaginary step among them."""
+        return [np.ascontiguousarray(np.imag(f)) / _STEP for f in self.force(q, rate, values)]
+
+    def coefficients(self, force: Array) -> Array:
+        """(n, times) -> (n, L)."""
+        return np.asarray(force @ self.project, dtype=float)
+
+    def response(self) -> Response:
+        """Forces with all derivatives."""
+        force = [np.real(f) for f in self.force(self.q, self.rate, self.values)]
+        stiffness, damping = self._tangents(self.q), self._tangents(self.rate)
+        work = np.mean(sum(f * r for f, r in zip(force, self.rate, strict=True)), axis=1)
+        return Response(
+            force=tuple(self.coefficients(f) for f in force),
+            by_motion={key: self._by_motion(stiffness[key], damping[key]) for key in stiffness},
+            by_drift={key: self.coefficients(value) for key, value in damping.items()},
+            by_omega=self._by_omega(damping),
+            by_parameter=self._by_parameter,
+            values=self.given,
+            work=np.asarray(work, dtype=float),
+        )
+
+    def _tangents(self, argument: list[Array]) -> dict[tuple[int, int], Array]:
+        """``(i, j) -> df_i/dargument_j`` in time, (n, times)."""
+        found = {}
+        for j in range(len(argument)):
+            stepped = [value + 1j * _STEP * (k == j) for k, value in enumerate(argument)]
+            q, rate = (stepped, self.rate) if argument is self.q else (self.q, stepped)
+            for i, slope in enumerate(self.slopes(q, rate, self.values)):
+                found[i, j] = slope
+        return found
+
+    def _by_motion(self, stiffness: Array, damping: Array) -> Array:
+        """``int H_+ (k H_-^T + c H_-'^T)`` for every element, (n, L, L)."""
+        moved = stiffness[:, :, None] * self.basis + damping[:, :, None] * self.slope
+        return np.asarray(self.project.T @ moved, dtype=float)
+
+    def _by_omega(self, damping: Mapping[tuple[int, int], Array]) -> dict[int, Array]:
+        found: dict[int, Array] = {}
+        for (i, j), slope in damping.items():
+            part = self.coefficients(slope * self.rate[j] / self.omega)
+            found[i] = found[i] + part if i in found else part
+        return found
+
+    def _by_parameter(self, name: str) -> ByPort:
+        stepped = {**self.values, name: self.values[name] + 1j * _STEP}
+        return {i: self.coefficients(slope) for i, slope in enumerate(self.slopes(self.q, self.rate, stepped))}
+
+
+def _basis_slope(harmonics: Harmonics, tau: Array) -> Array:
+    """``dH_-/dtau`` at times (k,), (k, L)."""
+    out = np.zeros((tau.size, harmonics.size))
+    angle = tau[:, None] * harmonics.m
+    out[:, 1::2], out[:, 2::2] = -harmonics.m * np.sin(angle), harmonics.m * np.cos(angle)
+    return out

@@ -1,0 +1,147 @@
+"""What a law may tell beyond the members of ``Law``, and what is taken where it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class Linear(NamedTuple):
+    """``F_i = sum_j stiffness[i, j] Q_j + constant[i] e1``: a law held in one state; what is left out is zero."""
+
+    stiffness: Mapping[tuple[int, int], Array]
+    """(n,) each."""
+    constant: Mapping[int, Array]
+    """(n,) each, on the zero harmonic."""
+
+
+class Variable(NamedTuple):
+    """A results variable of a law: a parameter, or an attribute of ``Response.detail``."""
+
+    source: str
+    dims: tuple[str, ...]
+    """Dimensions after point and contact."""
+    units: str
+    long_name: str
+
+
+def optional_ports(law: Any) -> tuple[str, ...]:
+    """Ports that a contact may go without; none by default."""
+    return tuple(getattr(law, "optional_ports", ()))
+
+
+def dissipating(law: Any) -> tuple[int, ...]:
+    """Ports whose force does work over a period; all by default."""
+    return tuple(getattr(law, "dissipating", range(len(law.ports))))
+
+
+def factors(law: Any) -> Mapping[str, str]:
+    """Names of factors on one parameter of all contacts, such as "friction" on mu."""
+    return dict(getattr(law, "factors", {}))
+
+
+def units(law: Any, parameter: str) -> str:
+    """Units of a parameter; "1" where the law does not tell."""
+    return str(getattr(law, "units", {}).get(parameter, "1"))
+
+
+def variables(law: Any) -> Mapping[str, Variable]:
+    """Results variables; by default the parameters under their own names."""
+    own = {name: Variable(name, (), units(law, name), f"parameter {name}") for name in law.values}
+    return dict(getattr(law, "variables", own))
+
+
+def derived(law: Any, name: str, values: Mapping[str, Array]) -> tuple[str, ArrayLike] | None:
+    """``(parameter, factor)`` where ``name`` stands for ``parameter = factor * name``, else None."""
+    if name in law.values:
+        return name, 1.0
+    own = getattr(law, "derived", None)
+    return own(name, values) if own is not None else None
+
+
+def linear_states(law: Any) -> tuple[str, ...]:
+    """States for which ``linear`` gives a first guess, the likeliest first."""
+    return tuple(getattr(law, "linear_states", ("stuck", "free")))
+
+
+def linear(law: Any, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
+    """The law held in one state; by default nothing ("free"), or the tangent at rest ("stuck")."""
+    own = getattr(law, "linear", None)
+    if own is not None:
+        found: Linear | None = own(state, values, drift)
+        return found
+    return Linear({}, {}) if state == "free" else (_at_rest(law, values) if state == "stuck" else None)
+
+
+def _at_rest(law: Any, values: Mapping[str, Array]) -> Linear:
+    from slipstick.contact.law import Motion
+    from slipstick.trig.harmonics import Harmonics
+
+    n, p = len(next(iter(values.values()))), len(law.ports)
+    still = Motion(Harmonics([0]), 1.0, tuple(np.zeros((n, 1)) for _ in range(p)), np.zeros((p, n)))
+    response = law.respond(still, values)
+    return Linear(
+        {key: tangent[:, 0, 0] for key, tangent in response.by_motion.items()},
+        {i: force[:, 0] for i, force in enumerate(response.force)},
+    )
+
+
+def ramps(law: Any, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
+    """Label, parameter and starting fraction of the ramps towards a first point; by default each parameter from 0."""
+    own = getattr(law, "ramps", None)
+    return own(values) if own is not None else ((f"{name} ramp", name, 0.0) for name in law.values)
+
+
+def size(law: Any, values: Mapping[str, Array]) -> Array:
+    """Typical motion set by the law itself, (n,); zero where it has none."""
+    own = getattr(law, "size", None)
+    if own is not None:
+        found: Array = own(values)
+        return found
+    return np.zeros(1)
+
+
+def kind(law: Any) -> Any:
+    """Laws of equal kind are computed together, as one batch; by default each law is its own."""
+    return getattr(law, "kind", id(law))
+
+
+def force_names(law: Any) -> tuple[str, ...]:
+    """Names of the forces along the ports; by default those of the ports."""
+    return tuple(getattr(law, "force_names", law.ports))
+
+
+def springs(law: Any, response: Any) -> Mapping[int, Array]:
+    """Stiffness (n,) with which the force at each port answers, as far as it acts: what its rounding is judged by."""
+    own = getattr(law, "springs", None)
+    if own is not None:
+        found: Mapping[int, Array] = own(response)
+        return found
+    total: dict[int, Array] = {}
+    for (i, _), tangent in response.by_motion.items():
+        size = np.abs(tangent).max(axis=(1, 2))
+        total[i] = total[i] + size if i in total else size
+    return total
+
+
+def kinked(law: Any, values: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """Which of n elements have friction that acts, (n,) of bool: their forces have kinks and many harmonics."""
+    own = getattr(law, "kinked", None)
+    count = len(next(iter(values.values()), ()))
+    return np.zeros(count, dtype=bool) if own is None else np.asarray(own(values), dtype=bool)
+
+
+def stiffness_names(law: Any) -> Mapping[int, str]:
+    """The parameter that is a stiffness along a port, by port."""
+    return dict(getattr(law, "stiffness_names", {}))
+
+
+def warnings(law: Any, values: Mapping[str, float], ports: set[str], still: bool) -> Iterator[str]:
+    """What looks wrong in the parameters of one contact with these ports; ``still``: its counter surface stays put."""
+    own = getattr(law, "warnings", None)
+    return iter(()) if own is None else own(values, ports, still)
