@@ -250,3 +250,15 @@ def test_importing_the_readers_loads_none_of_the_extras():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True, env=dict(os.environ), timeout=60)
+
+
+def test_what_ends_other_readers_of_matrix_market_is_one_sentence(tmp_path):
+    """Cut off within an exponent, a zero byte; Fortran's exponent is read as what it means."""
+    head = "%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 2.0\n2 2 "
+    path = tmp_path / "K.mtx"
+    path.write_text(head + "1.0D+3\n")
+    assert read_matrix_market(path).toarray().tolist() == [[2.0, 0.0], [0.0, 1000.0]]
+    for spoilt in ("1e", "1.0\x005\n", "1.0\x00"):
+        path.write_text(head + spoilt)
+        with pytest.raises(InputError, match=r"K\.mtx: "):
+            read_matrix_market(path)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -209,16 +209,22 @@ class MatrixStructure:
         return SolvedReceptance(solve=self._solve, rows=left, columns=right, static=static)
 
     def _static_solve(self, right: Array) -> Array:
-        solution: Array
+        return np.asarray(self._static_factors(right), dtype=float)
+
+    @cached_property
+    def _static_factors(self) -> Callable[[Array], Array]:
+        """``K^-1`` applied to columns; the factors are kept, for a problem is projected more than once."""
         if self._dense:
             from scipy.linalg import cho_factor, cho_solve
 
-            solution = cho_solve(cho_factor(self.K), right)
-        else:
-            from scipy.sparse.linalg import splu
+            return partial(cho_solve, cho_factor(self.K))
+        from scipy.sparse.linalg import splu
 
-            solution = splu(self.K).solve(right)
-        return solution
+        return splu(self.K).solve
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but the factors, which cannot be pickled."""
+        return {name: value for name, value in self.__dict__.items() if name != "_static_factors"}
 
     def _solve(self, w: float, right: Array) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         """``Z(w)^-1 right`` and ``dZ/dw Z(w)^-1 right``."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+
+_SMALL = 2000
+"""Below so many products complex numbers cost less than two real multiplications."""
+
+_LARGE = 2**25
+"""Above so many products (256 MB) they are not kept but formed for each frequency."""
+
+
+def _products(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
+    """Products of (n_rows, n) and (n_columns, n) for each of the n: (n, n_rows n_columns)."""
+    return np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, left.shape[1]).T)
 
 
 class ModalReceptance:
@@ -44,10 +57,14 @@ class ModalReceptance:
         self._shape = static.shape
         self._stiffness = np.asarray(stiffness, dtype=complex)
         self._damping = 1j * np.asarray(damping, dtype=float)
-        products = np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, left.shape[1]).T)
-        self._complex = products.size < 2000
-        self._products: NDArray[Any] = products.astype(complex) if self._complex else products
+        self._left, self._right = left, right
         self._residual, self._second = residual, second
+
+    @cached_property
+    def _products(self) -> NDArray[Any]:
+        """``left_r right_r`` (n_modes, n_rows n_columns), made when a frequency is first asked for."""
+        products = _products(self._left, self._right)
+        return products.astype(complex) if products.size < _SMALL else products
 
     def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
@@ -68,7 +85,10 @@ class ModalReceptance:
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
         """``factors @ products``; real products are multiplied with real and imaginary parts apart (half the work)."""
-        if self._complex:
+        if self.static.size * factors.shape[1] > _LARGE:
+            rows = [(self._left * factor) @ self._right.T for factor in factors]
+            return np.stack([row.ravel() for row in rows])
+        if self._products.dtype == complex:
             small: ComplexArray = factors @ self._products
             return small
         out = np.empty((factors.shape[0], self._products.shape[1]), dtype=complex)
@@ -93,8 +113,12 @@ class PoleReceptance:
 
     def __init__(self, *, left: ComplexArray, right: ComplexArray, poles: ComplexArray, static: Array) -> None:
         self.static = static
-        self._poles = poles
-        self._products = np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, poles.size).T)
+        self._poles, self._left, self._right = poles, left, right
+
+    @cached_property
+    def _products(self) -> ComplexArray:
+        """``left_k right_k`` (n_poles, n_rows n_columns), made when a frequency is first asked for."""
+        return _products(self._left, self._right)
 
     def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""

@@ -1,6 +1,7 @@
 """MatrixMarket files (R. F. Boisvert, R. Pozo, K. A. Remington, NISTIR 5935, 1996): real, dense or by coordinates.
 
-scipy's compiled reader ends the process on some damaged files; this one checks what it reads.
+Not scipy's compiled reader, eight times as fast (1.17.1: 0.14 against 1.2 s for 1.7 million entries): it ends the
+process on files cut off within a number or with a zero byte, and reads Fortran's 1.0D+3 as 1.
 """
 
 from __future__ import annotations
