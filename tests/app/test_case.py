@@ -154,16 +154,6 @@ def test_a_modal_structure_with_default_names(tmp_path: Path) -> None:
     np.testing.assert_allclose(static, compliance, rtol=1e-10)
 
 
-def test_dropped_modes_are_added_to_the_second_residual(tmp_path: Path) -> None:
-    from slipstick.app.structures import _truncated
-
-    shapes, omega = np.arange(6.0).reshape(2, 3) + 1, np.array([1.0, 2.0, 4.0])
-    whole = {"omega": omega, "mode_shapes": shapes, "second_residual": np.zeros((2, 2))}
-    kept = _truncated(whole, 1)
-    np.testing.assert_allclose(kept["second_residual"], (shapes[:, 1:] / omega[1:] ** 4) @ shapes[:, 1:].T)
-    assert kept["omega"].tolist() == [1.0]
-
-
 def replaced(*pairs: tuple[str, str]) -> str:
     text = GOOD
     for old, new in pairs:

@@ -136,7 +136,7 @@ def test_complex_load_shapes() -> None:
 
 
 def test_a_damping_given_takes_the_place_of_the_arrays_own() -> None:
-    arrays = {"omega": [1.0, 2.0], "mode_shapes": np.eye(2), "loss_factor": [0.1, 0.2]}
+    arrays = {"omega": [1.0, 2.0], "mode_shapes": np.eye(2), "loss_factor": [0.1, 0.2], "dofs": ["a", "b"]}
     assert ModalStructure.from_arrays(arrays).loss_factor.tolist() == [0.1, 0.2]
     assert ModalStructure.from_arrays(arrays, loss_factor=0.3).loss_factor.tolist() == [0.3, 0.3]
 

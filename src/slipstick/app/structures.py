@@ -17,11 +17,7 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
 _SECTION = "[structure]"
-_AXES = "xyz"
 _KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
-_MODAL = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
-_DAMPING = ("loss_factor", "damping_ratio")
-_PRESSURE = {"load_participation": 1, "static_load_response": 1}
 
 
 def build_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Body | None, list[str]]:
@@ -113,70 +109,14 @@ def _file(name: str, folder: Path, key: str) -> Path:
 
 def _modal(table: Any, folder: Path) -> Structure:
     from slipstick.structure.modal import ModalStructure
-    from slipstick.structure.npz import read_arrays
 
-    path = _file(table.file, folder, "file")
-    arrays = read_arrays(path, _MODAL, (*_PRESSURE, *_DAMPING, "second_residual", "second_load_response"))
-    n_dofs, n_modes = arrays["mode_shapes"].shape
-    faults = _modal_faults(path.name, table, arrays)
-    if faults:
-        raise InputError(faults)
-    first = table.modes or n_modes
-    return ModalStructure.from_arrays(
-        _truncated(arrays, first),
-        dofs=table.dofs or node_major_names(n_dofs),
+    return ModalStructure.load(
+        _file(table.file, folder, "file"),
+        dofs=table.dofs,
+        modes=table.modes,
         loss_factor=table.loss_factor,
         damping_ratio=table.damping_ratio,
     )
-
-
-def _truncated(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
-    """The arrays of the first modes; the second residuals hold what the dropped ones leave."""
-    if modes == arrays["omega"].size:
-        return dict(arrays)
-    dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
-    kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
-    kept |= {name: arrays[name][:modes] for name in _DAMPING if name in arrays and arrays[name].ndim == 1}
-    kept["second_residual"] = arrays.get("second_residual", 0.0) + dropped @ arrays["mode_shapes"][:, modes:].T
-    if "load_participation" in arrays:
-        participation = arrays["load_participation"]
-        kept["load_participation"] = participation[:modes]
-        kept["second_load_response"] = arrays.get("second_load_response", 0.0) + dropped @ participation[modes:]
-    return kept
-
-
-def node_major_names(n_dofs: int) -> list[str]:
-    """Default names: three directions a node.
-
-    >>> node_major_names(6)
-    ['n1x', 'n1y', 'n1z', 'n2x', 'n2y', 'n2z']
-    """
-    return [f"n{i // 3 + 1}{_AXES[i % 3]}" for i in range(n_dofs)]
-
-
-def _modal_faults(file: str, table: Any, arrays: Mapping[str, Any]) -> list[str]:
-    n_dofs, n_modes = arrays["mode_shapes"].shape
-    expected = {
-        "omega": (n_modes,),
-        "static_compliance": (n_dofs, n_dofs),
-        "second_residual": (n_dofs, n_dofs),
-        "load_participation": (n_modes,),
-        "static_load_response": (n_dofs,),
-        "second_load_response": (n_dofs,),
-        **{name: (n_modes,) for name in _DAMPING if name in arrays and arrays[name].ndim},
-    }
-    faults = [
-        f"{file}: '{name}' has shape {arrays[name].shape}; expected {shape} to agree with mode_shapes {n_dofs, n_modes}"
-        for name, shape in expected.items()
-        if name in arrays and arrays[name].shape != shape
-    ]
-    if table.dofs is not None and len(table.dofs) != n_dofs:
-        faults.append(f"dofs: found {len(table.dofs)} names; expected {n_dofs}, one for each row of mode_shapes")
-    if table.dofs is None and n_dofs % 3:
-        faults.append(f"dofs is missing; {n_dofs} rows of mode_shapes are not whole nodes of x, y, z: give their names")
-    if table.modes is not None and table.modes > n_modes:
-        faults.append(f"modes: found {table.modes}; expected at most {n_modes}, the modes in {file}")
-    return faults
 
 
 def _fe(table: Any, folder: Path, tell: Tell) -> Body:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.errors import InputError
 from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, real, symmetry_faults
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
-from slipstick.structure.npz import read_any
+from slipstick.structure.modal_files import modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.truncation import Truncation
@@ -221,8 +221,8 @@ class ModalStructure:
         Needed: ``omega``, ``mode_shapes``; known: ``static_compliance``, ``second_residual``, ``dofs``,
         ``loss_factor``, ``damping_ratio``, and of one load shape (called ``load``) ``load_participation``,
         ``static_load_response``, ``second_load_response``. Others are left alone. A damping given as an argument takes
-        the place of the arrays' own. Without names the dofs are called ``n1x, n1y, n1z, n2x, ...`` when ``coordinates``
-        (n_nodes, 3) fits, else ``d1, d2, ...``.
+        the place of the arrays' own. Without names the dofs are called ``n1x, n1y, n1z, n2x, ...``, three for each
+        node.
         """
         missing = [name for name in ("omega", "mode_shapes") if name not in arrays]
         if missing:
@@ -242,16 +242,38 @@ class ModalStructure:
             mode_shapes=arrays["mode_shapes"],
             static_compliance=arrays.get("static_compliance"),
             second_residual=arrays.get("second_residual"),
-            dofs=_names(arrays) if dofs is None else dofs,
+            dofs=modal_dofs(arrays) if dofs is None else dofs,
             loss_factor=arrays.get("loss_factor", 0.0) if loss_factor is None else loss_factor,
             damping_ratio=arrays.get("damping_ratio", 0.0) if damping_ratio is None else damping_ratio,
             load_shapes=shapes,
         )
 
     @classmethod
-    def load(cls, path: str | Path, **options: Any) -> ModalStructure:
-        """``from_arrays`` of an npz file (never unpickled); ``options`` as there."""
-        return cls.from_arrays(read_any(Path(path)), **options)
+    def load(
+        cls,
+        path: str | Path,
+        *,
+        dofs: Iterable[str] | None = None,
+        modes: int | None = None,
+        loss_factor: ArrayLike | None = None,
+        damping_ratio: ArrayLike | None = None,
+        load: str = "pressure",
+    ) -> ModalStructure:
+        """:meth:`from_arrays` of an .npz file (never unpickled), which needs ``static_compliance`` too.
+
+        With ``modes`` the first ones alone are taken, and the residuals hold what the others leave.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or its arrays or names do not fit together.
+        """
+        arrays = modal_arrays(Path(path), modes)
+        names = None if dofs is None else tuple(dofs)
+        rows = len(arrays["mode_shapes"])
+        if names is not None and len(names) != rows:
+            raise InputError(f"dofs: found {len(names)} names; expected {rows}, one for each row of mode_shapes")
+        return cls.from_arrays(arrays, dofs=names, loss_factor=loss_factor, damping_ratio=damping_ratio, load=load)
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -319,13 +341,3 @@ class ModalStructure:
 
     def __repr__(self) -> str:
         return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
-
-
-def _names(arrays: Mapping[str, ArrayLike]) -> tuple[str, ...]:
-    if "dofs" in arrays:
-        return tuple(str(name) for name in np.asarray(arrays["dofs"]).ravel())
-    count = np.asarray(arrays["mode_shapes"]).shape[0]
-    coordinates = np.asarray(arrays.get("coordinates", ()))
-    if coordinates.ndim == 2 and 3 * coordinates.shape[0] == count:
-        return tuple(f"n{node + 1}{axis}" for node in range(coordinates.shape[0]) for axis in "xyz")
-    return tuple(f"d{i + 1}" for i in range(count))
