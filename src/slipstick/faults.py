@@ -22,7 +22,13 @@ T = TypeVar("T")
 P = ParamSpec("P")
 
 MOST_ITEMS = 1_000_000
-"""No list a user gives is longer; an endless iterator ends here."""
+"""No more of anything is computed or recorded by one call; an endless iterator is refused here, a long list is not."""
+
+LARGEST = 1e100
+"""No quantity of a machine is above it in any units; beyond, products overflow."""
+
+SMALLEST = 1.0 / LARGEST
+"""What must not be zero is not below it either."""
 
 _PASSED_BY = ("slipstick", "dataclasses", "functools", "contextlib")
 
@@ -75,7 +81,7 @@ def wrong(name: str, value: Any, expected: str) -> InputError:
 
 def suggestion(name: Any, known: Sequence[str]) -> str:
     """A close match among the known names, or some of these."""
-    close = get_close_matches(str(name), known, n=1, cutoff=0.5)
+    close = get_close_matches(name if isinstance(name, str) else shown(name), known, n=1, cutoff=0.5)
     if close:
         return f"did you mean '{close[0]}'?"
     listed = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
@@ -90,18 +96,16 @@ def number(name: str, value: Any, expected: str = "a finite number", *, above: f
             result = float(found)
         except (OverflowError, ValueError):
             result = float("inf")
-        if abs(result) < float("inf") and result >= above:
+        if abs(result) <= LARGEST and result >= above:
             return result
+        if LARGEST < abs(result) < float("inf"):
+            expected = _below_largest(expected)
     raise wrong(name, value, expected)
 
 
 def frequency(name: str, value: Any) -> float:
     """One frequency > 0, rad/s."""
-    expected = "a frequency > 0 in rad/s"
-    result = number(name, value, expected, above=0.0)
-    if result == 0.0:
-        raise wrong(name, value, expected)
-    return result
+    return number(name, value, "a frequency > 0 in rad/s", above=SMALLEST)
 
 
 def whole(name: str, value: Any, least: int = 0, most: int | None = None) -> int:
@@ -129,7 +133,10 @@ def numbers(name: str, value: Any, expected: str = "finite real numbers") -> Arr
         raise wrong(name, value, expected) from None
     if array.dtype.kind not in "iuf" or not np.all(np.isfinite(array)):
         raise wrong(name, value, expected)
-    return array.astype(float)
+    array = array.astype(float)
+    if np.any(np.abs(array) > LARGEST):
+        raise wrong(name, value, _below_largest(expected))
+    return array
 
 
 def number_or_numbers(name: str, value: Any, expected: str = "a finite number, or one for each element") -> Any:
@@ -171,10 +178,23 @@ def listed(name: str, value: Any, expected: str) -> tuple[Any, ...]:
     """The items of a list, tuple, array, generator; a text or a table is none."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise wrong(name, value, expected)
+    most = None if isinstance(value, list | tuple) or hasattr(value, "shape") else MOST_ITEMS + 1
     try:
-        return tuple(islice(value, MOST_ITEMS))
+        found = tuple(islice(value, most))
     except TypeError:  # such as an array without dimensions
         raise wrong(name, value, expected) from None
+    if len(found) == most:
+        raise wrong(name, value, f"{expected}, at most {MOST_ITEMS} of them")
+    return found
+
+
+def table(name: str, value: Any, expected: str) -> dict[str, Any]:
+    """Values by name, of a dict or another mapping."""
+    if not isinstance(value, Mapping):
+        raise wrong(name, value, expected)
+    for key in value:
+        text(f"{name}, name", key)
+    return dict(value)
 
 
 def several(name: str, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
@@ -204,6 +224,10 @@ def warn(sentences: Iterable[str]) -> None:
         level, frame = level + 1, frame.f_back
     for sentence in sentences:
         warnings.warn(sentence, SlipstickWarning, stacklevel=level)
+
+
+def _below_largest(expected: str) -> str:
+    return f"{expected}, none above {LARGEST:g}: check the units"
 
 
 def _scalar(value: Any) -> Any:

@@ -63,8 +63,8 @@ def test_reduce_refuses_complex_matrices(name: str, store: Callable[..., Any]) -
     [
         ({"load_shapes": {"p": np.array([1.0, 1j, 0.0])}}, "load shape 'p' is complex"),
         ({"keep": np.array([[1j], [0.0], [0.0]]), "names": ["a"]}, "keep is complex"),
-        ({"loss_factor": 0.1j}, "loss_factor is complex"),
-        ({"loss_factor": -0.1}, "loss_factor = -0.1"),
+        ({"loss_factor": 0.1j}, "loss_factor: found 0.1j"),
+        ({"loss_factor": -0.1}, "loss_factor: found -0.1"),
         ({"damping_ratio": [0.1, -0.1, 0.0]}, "damping_ratio"),
         ({"rayleigh": (-1.0, 0.1)}, "rayleigh"),
     ],

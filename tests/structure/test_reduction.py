@@ -306,9 +306,9 @@ def test_all_faults_of_a_request_come_at_once() -> None:
     text = str(error.value)
     assert len(error.value.problems) == 7
     for part in (
-        "loss_factor = -0.1",
-        "modes = 31",
-        "accuracy = 2.0",
+        "loss_factor: found -0.1",
+        "modes: found 31; expected a whole number from 1 to 30",
+        "accuracy: found 2.0",
         "frequency_range",
         "'tip'",
         "'p' has 29",

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,10 +73,17 @@ def test_own_table_for_each_parameter() -> None:
     assert mixed.kt(1.5) == pytest.approx(2.75)
 
 
-@pytest.mark.parametrize("wrong", [24.9, 800.1, np.nan, np.inf])
+@pytest.mark.parametrize("wrong", [24.9, 800.1])
 def test_never_extrapolates(wrong: float) -> None:
     with pytest.raises(InputError, match=r"mu: temperature .* lies outside its table, 25 to 800"):
         FrictionCurve(temperature=T, mu=MU).mu([100.0, wrong])
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1j, "warm", None])
+def test_a_temperature_is_a_finite_number(wrong: Any) -> None:
+    for given in (wrong, [100.0, wrong]):
+        with pytest.raises(InputError, match=r"temperature"):
+            FrictionCurve(temperature=T, mu=MU).mu(given)
 
 
 def test_all_faults_at_once() -> None:
@@ -88,7 +96,7 @@ def test_all_faults_at_once() -> None:
         "mu: temperature 20 follows 25",
         "mu: the table holds -0.1",
         "kt: the table has the shape (1, 2)",
-        "kn: the table holds values that are not finite",
+        "kn: found [[0, inf], [1, 2]]; expected a table of finite numbers",
     ):
         assert part in text
 
@@ -98,7 +106,7 @@ def test_all_faults_at_once() -> None:
     [
         ({}, "no table was given"),
         ({"temperature": T, "mu": MU[:-1]}, "one value for each temperature"),
-        ({"mu": [["warm", 0.5], ["hot", 0.3]]}, "not made of numbers"),
+        ({"mu": [["warm", 0.5], ["hot", 0.3]]}, "expected a table of finite numbers"),
         ({"mu": [[0, 0.5], [1, 0.3]], "kt": [[2, 1.0], [3, 1.0]]}, "no temperatures in common"),
         ({"temperature": [0, 1, 2, 3], "mu": [0.5, 0.0, 0.0, 0.5], "interpolation": "cubic"}, "overshoots to -"),
     ],

@@ -14,13 +14,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import Combination, Linear, PiecewiseLinear, State
-from slipstick.errors import SlipstickError
+from slipstick.errors import InputError, SlipstickError
+from slipstick.faults import MOST_ITEMS
 
 Array = NDArray[np.float64]
 
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
 _USES_BEFORE_PROPAGATOR = 40
+_FEWEST = 256
+_REACH = 1.5
+"""Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
+
+
+def _steps(given: int | None, fastest: float) -> int:
+    """Steps a period: those given, or by the fastest motion, per unit of tau."""
+    needed = 2 * np.pi * fastest / _REACH
+    if needed > MOST_ITEMS:
+        raise InputError(
+            f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing, so that a period takes "
+            f"{needed:.1g} steps, and {MOST_ITEMS} are the most; leave out the fast modes, or check omega and the "
+            "stiffness of the contacts"
+        )
+    if given is not None and given < 0.5 * needed:
+        raise InputError(
+            f"time integration, steps: found {given}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
+            f"motion is {fastest:.3g} times as fast as the forcing"
+        )
+    return given or int(max(_FEWEST, np.ceil(needed)))
 
 
 class ChatteringError(SlipstickError):
@@ -62,12 +83,14 @@ class Stepper:
     ------
     ChatteringError
         If states keep changing at one instant.
+    InputError
+        If the steps are too few or too many for the fastest motion.
     """
 
     def __init__(self, model: PiecewiseLinear, steps: int | None = None) -> None:
         self.model = model
         fastest = model.fastest()
-        self.steps = steps or int(max(256, np.ceil(2 * np.pi * fastest / 1.5)))
+        self.steps = _steps(steps, fastest)
         self.step = 2 * np.pi / self.steps
         reach = fastest * self.step
         self.degree = 12

@@ -21,7 +21,8 @@ from slipstick.analysis.shooting import periods as follow_periods
 from slipstick.analysis.starting import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.stepping import StateChange, Stepper
 from slipstick.balance.problem import Problem
-from slipstick.faults import Gathering, frequency, number, one, shown, whole
+from slipstick.errors import InputError
+from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -121,8 +122,8 @@ def transient(
     record_periods
         Periods recorded at the end.
     steps
-        Steps a period; None chooses by the fastest mode. The result does not depend on it but for events that begin
-        and end within a thirteenth of a step.
+        Steps a period, at least half of those that None chooses by the fastest mode. The result does not depend on it
+        but for events that begin and end within a thirteenth of a step.
     held
         Contact parameters "mu", "kt", "kn", "gap", (n_contacts,), instead of the problem's: those of hot contacts,
         whose heat is not integrated in time.
@@ -130,7 +131,8 @@ def transient(
     Raises
     ------
     InputError
-        If an option is out of range, contacts heat up and are not held, or the mass matrix is singular.
+        If an option is out of range, contacts heat up and are not held, the mass matrix is singular, or a period of the
+        forcing holds too many periods of the fastest mode (1 000 000 steps).
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(
@@ -160,6 +162,11 @@ def integrate(
 ) -> TransientResult:
     """As :func:`transient`, of a system that is already assembled."""
     stepper = Stepper(PiecewiseLinear(system), steps)
+    if record_periods * stepper.steps > MOST_ITEMS:
+        raise InputError(
+            f"time integration: {record_periods} periods of {stepper.steps} steps are more than can be recorded; "
+            f"expected {MOST_ITEMS} steps at most: give fewer record_periods or steps"
+        )
     z, states = start_at_rest(stepper) if initial is None else start_from_motion(stepper, initial)
     end = None
     for end in follow_periods(stepper, z, states, shooting=method == "shooting"):
@@ -213,10 +220,10 @@ def _checked_options(
     found, where = Gathering(), "time integration, {}".format
     values: dict[str, Any] = {
         "omega": found.take(frequency, where("omega"), omega),
-        "periods": found.take(whole, where("periods"), periods, 1),
+        "periods": found.take(whole, where("periods"), periods, 1, MOST_ITEMS),
         "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
-        "record_periods": found.take(whole, where("record_periods"), record_periods, 1),
-        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1),
+        "record_periods": found.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
+        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1, MOST_ITEMS),
     }
     if not isinstance(method, str) or method not in ("shooting", "march"):
         found.problems.append(f'time integration, method: found {shown(method)}; expected "shooting" or "march"')

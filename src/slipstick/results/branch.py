@@ -164,7 +164,7 @@ class Branch:
         Each is (samples,); friction is not the truncated series but the force of the states themselves.
         """
         d = self._point(point)
-        c, samples = self._index("contact", contact), whole("samples", samples, 2)
+        c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
         h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
         X = d["contact_tangential"].to_numpy()[c]
         Y = d["contact_normal"].to_numpy()[c] + d["normal_motion"].to_numpy()[c]
@@ -255,9 +255,9 @@ class Branch:
 
     def _point(self, point: int) -> xarray.Dataset:
         """A point with its contacts; InputError where there is none."""
-        point = whole("point", point, -MOST_ITEMS)
-        if not -len(self) <= point < len(self):
-            raise InputError(f"point {point}: the branch has {len(self)} points")
+        if not len(self):
+            raise InputError(f"the branch has no points; its outcome is: {self.message}")
+        point = whole("point", point, -len(self), len(self) - 1)
         if "contact_tangential" not in self.dataset:
             raise InputError("these results are of a linear response, which holds no contact forces")
         return self.dataset.isel(point=point)
@@ -266,7 +266,7 @@ class Branch:
         known = [str(label) for label in self.dataset[dim].to_numpy()]
         if name is None and known:
             return 0
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
         return known.index(name)
 

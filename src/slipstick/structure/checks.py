@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -9,12 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import LARGEST, SMALLEST, listed, shown, table
 
 Array = NDArray[np.float64]
 
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
+
+OUT_OF_RANGE = (
+    f"some entries are not finite or above {LARGEST:g}; look for empty fields or overflow in its source, check the units"
+)
+"""What is wrong with an array that is not :func:`within_range`."""
 
 REAL_MODES = {
     "omega": (
@@ -36,7 +43,7 @@ def number_faults(name: str, value: Any, remedy: str = "") -> list[str]:
         array = np.asarray(value.tocoo().data if hasattr(value, "tocoo") else value)
         if array.dtype.kind == "O":
             array = array.astype(complex)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         return [f"{name}: not made of real numbers ({error}); give rows of equal length"]
     if array.dtype.kind not in "biufc":
         return [f"{name}: found values of type {array.dtype}; expected real numbers"]
@@ -60,9 +67,9 @@ def array_faults(
     """Faults of a real array that must have ``shape`` and finite entries."""
     if value.shape != tuple(shape):
         return [f"{name}: found shape {value.shape}; expected {tuple(shape)}"]
-    if not np.all(np.isfinite(value)):
-        return [f"{name}: some entries are not finite; look for empty fields or overflow in its source"]
-    if positive and np.any(value <= 0):
+    if not within_range(value):
+        return [f"{name}: {OUT_OF_RANGE}"]
+    if positive and np.any(value < SMALLEST):
         return [f"{name}: the smallest entry is {value.min():g}; expected all positive"]
     if non_negative and np.any(value < 0):
         return [f"{name}: the smallest entry is {value.min():g}; expected none negative"]
@@ -81,19 +88,26 @@ def symmetry_faults(name: str, value: Any, *, tolerance: float = 1e-8) -> list[s
     ]
 
 
+def within_range(entries: Any) -> bool:
+    """Whether all entries of an array are finite and of a size that can be computed with."""
+    return bool(np.all(np.abs(entries) <= LARGEST))
+
+
 def dof_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
     """Names of the degrees of freedom and their faults."""
-    names = tuple(dofs) if not isinstance(dofs, str) else (dofs,)
-    faults = []
+    try:
+        names = (dofs,) if isinstance(dofs, str) else listed("dofs", dofs, "a name for each degree of freedom")
+    except InputError as error:
+        return (), list(error.problems)
     if not names:
-        faults.append("dofs: none given; name every degree of freedom of the structure")
+        return names, ["dofs: none given; name every degree of freedom of the structure"]
     wrong = [n for n in names if not isinstance(n, str) or not n]
     if wrong:
-        faults.append(f"dofs: found {wrong[0]!r}; expected non-empty names")
-    double = sorted({n for n in names if names.count(n) > 1}, key=str) if len(set(names)) < len(names) else []
+        return names, [f"dofs: found {shown(wrong[0])}; expected non-empty names"]
+    double = [name for name, count in Counter(names).items() if count > 1]
     if double:
-        faults.append(f"dofs: the name {double[0]!r} is used more than once; names must differ")
-    return names, faults
+        return names, [f"dofs: the name {shown(min(double))} is used more than once; names must differ"]
+    return names, []
 
 
 def directions(name: str, value: Any, n_dofs: int) -> Array:
@@ -102,6 +116,15 @@ def directions(name: str, value: Any, n_dofs: int) -> Array:
     if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(array)):
         raise InputError(f"{name}: found shape {array.shape}; expected ({n_dofs}, number of directions), finite")
     return array
+
+
+def named_shapes(given: Any, faults: list[str]) -> dict[str, Any]:
+    """Distributed loads by name; those that are not become a fault. None is none."""
+    try:
+        return {} if given is None else table("load_shapes", given, "a dict of loads by name")
+    except InputError as error:
+        faults += error.problems
+        return {}
 
 
 def known_shapes(shapes: Sequence[str], available: Mapping[str, Any]) -> None:

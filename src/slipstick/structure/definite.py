@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from slipstick.faults import SMALLEST
+
 Array = NDArray[np.float64]
 
 DAMPING_ROUNDING = 1e-10
@@ -32,7 +34,7 @@ def definite_faults(name: str, matrix: Any) -> list[str]:
     Dense: the smallest eigenvalue. Sparse: the signs of the pivots of a symmetric elimination.
     """
     diagonal = matrix.diagonal()
-    if np.any(diagonal <= 0):
+    if np.any(diagonal < SMALLEST):
         if name == "K" and np.all(diagonal >= 0) and not _has_negative_pair(matrix):
             return [_GROUNDED]
         return [f"{name}: {_REMEDY[name]} (smallest diagonal entry {diagonal.min():g})"]

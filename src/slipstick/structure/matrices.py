@@ -10,15 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import shown
 from slipstick.structure.checks import (
     DAMPING_ELSEWHERE,
+    OUT_OF_RANGE,
     array_faults,
     directions,
     dof_names,
     known_shapes,
+    named_shapes,
     number_faults,
     real,
     symmetry_faults,
+    within_range,
 )
 from slipstick.structure.definite import damping_faults, definite_faults
 from slipstick.structure.protocol import Receptance, TimeEquations
@@ -75,6 +79,8 @@ class MatrixStructure:
     ) -> None:
         self._dofs, faults = dof_names(dofs)
         n = len(self._dofs)
+        if not n:
+            raise InputError(faults)
         given = {"M": M, "K": K} | ({} if C is None else {"C": C})
         for name, value in given.items():
             wrong = number_faults(name, value, DAMPING_ELSEWHERE)
@@ -82,8 +88,8 @@ class MatrixStructure:
             wrong = wrong or _matrix_faults(name, given[name], n)
             faults += wrong or symmetry_faults(name, given[name])
         self._shapes: dict[str, Array] = {}
-        for name, value in (load_shapes or {}).items():
-            where = f"load shape {name!r}"
+        for name, value in named_shapes(load_shapes, faults).items():
+            where = f"load shape {shown(name)}"
             wrong = number_faults(where, value)
             self._shapes[name] = np.zeros(n) if wrong else real(value)
             faults += wrong or array_faults(where, self._shapes[name], (n,))
@@ -277,6 +283,6 @@ def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:
     if matrix.shape[0] != n:
         return [f"{name}: found shape {matrix.shape} but {n} dofs are named; they must agree"]
     entries = matrix.tocoo().data if hasattr(matrix, "tocoo") else matrix
-    if not np.all(np.isfinite(entries)):
-        return [f"{name}: some entries are not finite; look for empty fields or overflow in its source"]
+    if not within_range(entries):
+        return [f"{name}: {OUT_OF_RANGE}"]
     return []

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.faults import LARGEST, SMALLEST
+from slipstick.structure.checks import within_range
+
 ASYMMETRY = 1e-8
 """Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
 
@@ -43,9 +46,9 @@ def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
 
 
 def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[str]:
-    if not np.isfinite(A.data).all():
-        where = name_of(dofs, int(A.tocoo().row[~np.isfinite(A.data)][0]))
-        yield f"the {name} matrix holds a value that is not finite, in the row of dof {where}"
+    if not within_range(A.data):
+        where = name_of(dofs, int(A.tocoo().row[~(np.abs(A.data) <= LARGEST)][0]))
+        yield f"the {name} matrix holds a value that is not finite or above {LARGEST:g}, in the row of dof {where}"
         return
     row = asymmetric_row(A)
     if row is not None:
@@ -74,7 +77,7 @@ def _mass_problems(M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
     if diagonal.min() < 0.0:
         where = name_of(dofs, int(np.argmin(diagonal)))
         yield f"dof {where} has negative mass {diagonal.min():.3g}; check the mass matrix"
-    elif not diagonal.any():
+    elif diagonal.max() < SMALLEST:
         yield "the mass matrix is zero; give the material a density"
     elif (lowest := _lowest_ritz_value(M, diagonal)) < -1e-8:
         yield (

@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.structure.checks import array_faults, directions, dof_names, known_shapes, real, symmetry_faults
+from slipstick.structure.checks import (
+    array_faults,
+    directions,
+    dof_names,
+    known_shapes,
+    named_shapes,
+    real,
+    symmetry_faults,
+)
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
 from slipstick.structure.modal_files import modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
@@ -111,13 +119,14 @@ class ModalStructure:
             "damping_ratio": damping_ratio,
             "second_residual": second_residual,
         }
-        wrong = modal_number_faults(given, load_shapes or {})
-        if wrong:
+        shapes = named_shapes(load_shapes, faults)
+        wrong = modal_number_faults(given, shapes)
+        if wrong or not self._dofs:
             raise InputError(faults + wrong)
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
         self.loss_factor, self.damping_ratio = real(loss_factor), real(damping_ratio)
         self.second_residual = None if second_residual is None else real(second_residual)
-        self.shapes = {name: shape.real() for name, shape in (load_shapes or {}).items()}
+        self.shapes = {name: shape.real() for name, shape in shapes.items()}
         compliance = None if static_compliance is None else real(static_compliance)
         faults += self._faults(compliance)
         if faults:

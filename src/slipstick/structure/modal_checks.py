@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.faults import shown
 from slipstick.structure.checks import REAL_MODES, number_faults
 from slipstick.structure.definite import semidefinite_to
 
@@ -26,6 +27,9 @@ def modal_number_faults(given: Mapping[str, Any], load_shapes: Mapping[str, Load
     for name, value in given.items():
         faults += [] if value is None else number_faults(name, value, REAL_MODES.get(name, ""))
     for name, shape in load_shapes.items():
+        if not hasattr(shape, "arrays"):
+            faults.append(f"load shape {shown(name)}: found {shown(shape)}; expected a structure.modal.LoadShape")
+            continue
         for part, value in shape.arrays().items():
             faults += number_faults(f"load shape {name!r}, {part}", value)
     return faults

@@ -33,14 +33,10 @@ from slipstick.structure.reduction_compute import (
     stored_data,
 )
 from slipstick.structure.reduction_request import (
-    Accuracy,
     Damping,
     as_csr,
-    kept_directions,
-    load_columns,
-    number_or_array,
-    request_problems,
-    require_real,
+    checked_request,
+    real_matrices,
 )
 from slipstick.structure.truncation import WARNED, WorstError
 
@@ -181,31 +177,27 @@ def reduce_model(
 
     Arguments and errors are those of :func:`reduce`.
     """
-    require_real(K, M, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh)
-    K, M = as_csr(K), as_csr(M)
-    damping = Damping(
-        loss_factor=number_or_array(loss_factor), damping_ratio=number_or_array(damping_ratio), rayleigh=rayleigh
-    )
-    want = Accuracy(modes=modes, relative=accuracy, highest=None if frequency_range is None else max(frequency_range))
-    problems = damping.problems() + request_problems(K, want, frequency_range)
-    directions, kept, faults = kept_directions(K.shape[0], keep, dofs, names)
-    loads, load_faults = load_columns(K.shape[0], load_shapes or {})
-    if problems + faults + load_faults:
-        raise InputError(problems + faults + load_faults)
+    K, M = real_matrices(K, M)
+    asked = checked_request(
+        K.shape[0], keep=keep, dofs=dofs, names=names, load_shapes=load_shapes, modes=modes, accuracy=accuracy,
+        frequency_range=frequency_range, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh,
+        force=force, solver=solver, cache=cache, listener=listener,
+    )  # fmt: skip
+    directions, loads, want = asked.directions, asked.loads, asked.want
     began = perf_counter()
     path = None if cache is None else store_path(Path(cache), K, M, directions, loads, want, solver)
     data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1])
     reused = data is not None
     if data is None:
-        data = compute(K, M, directions, loads, dofs=dofs, want=want, solver=solver, listener=listener)
+        data = compute(K, M, directions, loads, dofs=asked.dofs, want=want, solver=solver, listener=listener)
         if path is not None:
             reduction_store.write(path, data.arrays())
     else:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
-    structure = modal_structure(data, kept, tuple(load_shapes or {}), damping)
+    structure = modal_structure(data, asked.kept, asked.load_names, asked.damping)
     error = data.error_estimate
-    if frequency_range is not None:
-        worst = _worst(structure, frequency_range, error)
+    if asked.frequency_range is not None:
+        worst = _worst(structure, asked.frequency_range, error)
         _judge(worst, force, lambda: modes_below(K, M, worst.needed, solver))
         error = worst.relative if error is None else error
     return Reduction(

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from os import PathLike
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
+from slipstick.faults import LARGEST, Gathering, number, number_or_numbers, numbers, one, shown, text, whole, wrong
+from slipstick.faults import names as name_list
+from slipstick.structure.checks import DAMPING_ELSEWHERE, OUT_OF_RANGE, named_shapes, number_faults, real, within_range
 
 Array = NDArray[np.float64]
 
@@ -35,15 +38,6 @@ class Damping:
             return self.damping_ratio
         return np.asarray(self.damping_ratio + 0.5 * alpha / omega + 0.5 * beta * omega)
 
-    def problems(self) -> list[str]:
-        """One sentence for each negative or non-finite value."""
-        values = {"loss_factor": self.loss_factor, "damping_ratio": self.damping_ratio, "rayleigh": self.rayleigh}
-        return [
-            f"{name} = {value} must be finite and not negative"
-            for name, value in values.items()
-            if not (np.isfinite(value).all() and np.min(value) >= 0.0)
-        ]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Accuracy:
@@ -54,39 +48,104 @@ class Accuracy:
     highest: float | None = None
 
 
-def number_or_array(value: float | ArrayLike) -> float | Array:
-    """A float or a float array."""
-    array = real(value)
-    return array if array.ndim else float(array)
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What a reduction is asked for, checked: directions (n, n_keep) sparse by columns, loads (n, n_loads), names."""
+
+    directions: Any
+    kept: tuple[str, ...]
+    dofs: tuple[str, ...] | None
+    loads: Array
+    load_names: tuple[str, ...]
+    want: Accuracy
+    frequency_range: tuple[float, float] | None
+    damping: Damping
 
 
-def require_real(K: Any, M: Any, **values: Any) -> None:
-    """Raises InputError where matrices or other values (by name) are complex or not numbers."""
-    faults = number_faults("the stiffness matrix", K, DAMPING_ELSEWHERE)
-    faults += number_faults("the mass matrix", M, DAMPING_ELSEWHERE)
-    for name, value in values.items():
-        faults += number_faults(name, value)
+def checked_request(
+    n: int, *, keep: Any, dofs: Any, names: Any, load_shapes: Any, modes: Any, accuracy: Any, frequency_range: Any,
+    loss_factor: Any, damping_ratio: Any, rayleigh: Any, force: Any, solver: Any, cache: Any, listener: Any,
+) -> Request:  # fmt: skip
+    """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
+    found = Gathering()
+    values = {
+        "loss_factor": found.take(_positive, "loss_factor", loss_factor),
+        "damping_ratio": found.take(_positive, "damping_ratio", damping_ratio),
+        "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
+    }
+    expected = "two angular frequencies >= 0 (rad/s), not both 0"
+    ends = None if frequency_range is None else found.take(_pair, "frequency_range", frequency_range, expected, some=True)
+    modes = None if modes is None else found.take(whole, "modes", modes, 1, n)
+    accuracy = found.take(_below_one, "accuracy", accuracy)
+    dofs = None if dofs is None else found.take(name_list, "dofs", dofs, "the name of each dof, in order")
+    names = None if names is None else found.take(name_list, "names", names, "a name for each direction")
+    directions, kept, faults = kept_directions(n, keep, dofs, names)
+    shapes = named_shapes(load_shapes, found.problems)
+    loads, load_faults = load_columns(n, shapes)
+    found.problems += faults + load_faults
+    found.take(_tools, force, solver, cache, listener)
+    found.end()
+    return Request(
+        directions=directions,
+        kept=kept,
+        dofs=dofs,
+        loads=loads,
+        load_names=tuple(shapes),
+        want=Accuracy(modes=modes, relative=cast(float, accuracy), highest=None if ends is None else max(ends)),
+        frequency_range=ends,
+        damping=Damping(**cast(Any, values)),
+    )
+
+
+def _positive(name: str, value: Any) -> float | Array:
+    found: float | Array = number_or_numbers(name, value, "a number >= 0, or one for each mode")
+    if np.any(np.asarray(found) < 0.0):
+        raise wrong(name, value, "a number >= 0, or one for each mode")
+    return found
+
+
+def _pair(name: str, value: Any, expected: str, some: bool = False) -> tuple[float, float]:
+    """Two numbers >= 0, one of them (``some``) above."""
+    ends = numbers(name, value, expected)
+    if ends.shape != (2,) or ends.min() < 0.0 or (some and ends.max() == 0.0):
+        raise wrong(name, value, expected)
+    return float(ends[0]), float(ends[1])
+
+
+def _below_one(name: str, value: Any) -> float:
+    expected = "a relative error between 0 and 1, such as 1e-7"
+    found = number(name, value, expected)
+    if not 0.0 < found < 1.0:
+        raise wrong(name, value, expected)
+    return found
+
+
+def _tools(force: Any, solver: Any, cache: Any, listener: Any) -> None:
+    one("force", force, bool, "True or False")
+    if solver is not None:
+        text("solver", solver, "the name of a solver, or None")
+    if not (cache is None or isinstance(cache, str | PathLike)):
+        raise wrong("cache", cache, "a folder, or None")
+    if listener is not None and not callable(listener):
+        raise wrong("listener", listener, "a function of the progress, or None")
+
+
+def real_matrices(K: Any, M: Any) -> tuple[Any, Any]:
+    """Stiffness and mass stored by rows; raises InputError where they are complex or no matrices of numbers."""
+    faults = []
+    for name, A in (("the stiffness matrix", K), ("the mass matrix", M)):
+        wrong_numbers = number_faults(name, A, DAMPING_ELSEWHERE)
+        faults += wrong_numbers
+        if not wrong_numbers and np.ndim(A) != 2:
+            faults.append(f"{name}: found shape {np.shape(A)}; expected a square matrix")
     if faults:
         raise InputError(faults)
+    return as_csr(K), as_csr(M)
 
 
 def as_csr(A: Any) -> Any:
     """Any matrix of real numbers, sparse or dense, stored by rows."""
     return real(A).tocsr() if sparse.issparse(A) else sparse.csr_array(real(A))
-
-
-def request_problems(K: Any, want: Accuracy, frequency_range: tuple[float, float] | None) -> list[str]:
-    """One sentence for each wish that cannot be fulfilled."""
-    problems = []
-    if want.modes is not None and not 1 <= want.modes <= K.shape[0]:
-        problems.append(f"modes = {want.modes} is not to be had from {K.shape[0]} dofs; ask for 1 to {K.shape[0]}")
-    if not 0.0 < want.relative < 1.0:
-        problems.append(f"accuracy = {want.relative} is no relative error; give one such as 1e-7")
-    if frequency_range is not None:
-        ends = np.asarray(frequency_range, dtype=float)
-        if ends.shape != (2,) or not np.isfinite(ends).all() or ends.min() < 0.0 or ends.max() == 0.0:
-            problems.append(f"frequency_range = {frequency_range} must be two angular frequencies >= 0 (rad/s)")
-    return problems
 
 
 def kept_directions(
@@ -97,16 +156,21 @@ def kept_directions(
         faults = number_faults("keep", keep)
         if faults:
             return None, (), faults
+        if keep.ndim != 2:
+            return None, (), [f"keep: found shape {keep.shape}; expected ({n}, number of directions), or names of dofs"]
         matrix = sparse.csc_array(real(keep))
         kept = tuple(names or ())
         if matrix.shape[0] != n:
             faults.append(f"keep has {matrix.shape[0]} rows, the matrices have {n}; give one row for each dof")
         if len(kept) != matrix.shape[1] or len(set(kept)) != len(kept):
             faults.append(f"{matrix.shape[1]} directions need as many different names; {len(set(kept))} were given")
-        if not np.isfinite(matrix.data).all():
-            faults.append("keep holds a value that is not finite")
+        if not within_range(matrix.data):
+            faults.append(f"keep: {OUT_OF_RANGE}")
         return matrix, kept, faults
-    kept = (keep,) if isinstance(keep, str) else tuple(keep)
+    try:
+        kept = name_list("keep", keep, "names of dofs, or a matrix of directions (numpy or scipy.sparse)")
+    except InputError as error:
+        return None, (), list(error.problems)
     if dofs is None:
         return (
             None,
@@ -115,7 +179,9 @@ def kept_directions(
         )
     position = {name: index for index, name in enumerate(dofs)}
     unknown = [name for name in kept if name not in position]
-    faults = [f"dof '{name}' to keep is not in the model; its names look like {_examples(dofs)}" for name in unknown]
+    faults = [
+        f"dof {shown(name)} to keep is not in the model; its names look like {_examples(dofs)}" for name in unknown[:20]
+    ]
     if not kept or len(set(kept)) != len(kept):
         faults.append("keep must name at least one dof, each once")
     if faults or len(dofs) != n:
@@ -133,16 +199,16 @@ def load_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[s
     faults: list[str] = []
     columns: list[Array] = []
     for name, vector in shapes.items():
-        wrong = number_faults(f"load shape '{name}'", vector)
+        wrong = number_faults(f"load shape {shown(name)}", vector)
         if wrong:
             faults += wrong
             continue
         column = real(vector).reshape(-1)
         columns.append(column)
         if column.shape != (n,):
-            faults.append(f"load shape '{name}' has {column.size} entries, the matrices {n}; give one for each dof")
-        elif not np.isfinite(column).all() or not column.any():
-            faults.append(f"load shape '{name}' is zero or not finite; give forces")
+            faults.append(f"load shape {shown(name)} has {column.size} entries, the matrices {n}; give one for each dof")
+        elif not within_range(column) or not column.any():
+            faults.append(f"load shape {shown(name)} is zero, not finite or above {LARGEST:g}; give forces")
     if faults or not columns:
         return np.zeros((n, 0)), faults
     return np.column_stack(columns), faults

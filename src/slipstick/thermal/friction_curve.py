@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import numbers, shown
 
 Array = NDArray[np.float64]
 
@@ -67,10 +68,7 @@ class FrictionCurve:
         interpolation: str | Mapping[str, str] = "pchip",
     ) -> None:
         problems: list[str] = []
-        kinds = dict.fromkeys(PARAMETERS, interpolation) if isinstance(interpolation, str) else dict(interpolation)
-        for kind in dict.fromkeys(kinds.values()):
-            if kind not in INTERPOLATIONS:
-                problems.append(f"interpolation: found {kind!r}; expected one of {', '.join(INTERPOLATIONS)}")
+        kinds = _interpolations(interpolation, problems)
         given = {name: table for name, table in zip(PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
         if not given:
             problems.append("friction curve: no table was given; give at least one of mu, kt, kn")
@@ -145,7 +143,9 @@ class FrictionCurve:
     def _sampled(self, name: str, temperature: ArrayLike) -> Sampled:
         if name not in self._splines:
             raise InputError(f"{name}: the friction curve has no table of it; it has {', '.join(self.names)}")
-        return self._splines[name].at(np.asarray(temperature, dtype=float))
+        if not (isinstance(temperature, np.ndarray) and temperature.dtype == np.float64):
+            temperature = numbers("temperature", temperature)
+        return self._splines[name].at(temperature)
 
     def _ranges(self) -> str:
         return ", ".join(f"{name}: {table[0, 0]:g} to {table[-1, 0]:g}" for name, table in self.tables.items())
@@ -190,13 +190,30 @@ class _Spline:
         return float(temperature[value.argmin()]), float(value.min())
 
 
+def _interpolations(given: Any, problems: list[str]) -> dict[str, str]:
+    """Kind of interpolation by parameter; appends one sentence for each fault."""
+    kinds = dict.fromkeys(PARAMETERS, given)
+    if isinstance(given, Mapping):
+        kinds = dict(given)
+        problems += [
+            f"interpolation: found a kind for {shown(name)}; the parameters are {', '.join(PARAMETERS)}"
+            for name in kinds
+            if name not in PARAMETERS
+        ]
+    wrong_kinds = (kind for kind in kinds.values() if not (isinstance(kind, str) and kind in INTERPOLATIONS))
+    sentences = (f"interpolation: found {shown(k)}; expected one of {', '.join(INTERPOLATIONS)}" for k in wrong_kinds)
+    problems += dict.fromkeys(sentences)
+    return kinds
+
+
 def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, problems: list[str]) -> Array:
     """The table as (n, 2); appends one sentence for each fault."""
+    expected = "a table of finite numbers: rows of temperature and value, or one value for each temperature"
     try:
-        table = np.asarray(values, dtype=float)
-        rows = None if temperature is None else np.asarray(temperature, dtype=float)
-    except (TypeError, ValueError):
-        problems.append(f"{name}: the table is not made of numbers; expected rows of temperature and value")
+        table = numbers(name, values, expected)
+        rows = None if temperature is None else numbers("temperature", temperature)
+    except InputError as error:
+        problems += [sentence for sentence in error.problems if sentence not in problems]
         return np.zeros((2, 2))
     if rows is not None:
         if rows.ndim != 1 or rows.shape != table.shape:
@@ -210,8 +227,6 @@ def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, 
         problems.append(
             f"{name}: the table has the shape {table.shape}; expected at least two rows of temperature and value"
         )
-    elif not np.all(np.isfinite(table)):
-        problems.append(f"{name}: the table holds values that are not finite; expected finite numbers")
     else:
         falling = np.flatnonzero(np.diff(table[:, 0]) <= 0)
         if falling.size:

@@ -95,7 +95,7 @@ class Harmonics:
             raise InputError(f'harmonics: found part {shown(part)}; expected "c" or "cos", "s" or "sin"')
         order = whole("harmonics, order", order)
         if order not in self.orders:
-            raise InputError(f"harmonic {order} is not kept; the harmonics are {list(self.orders)}")
+            raise InputError(f"harmonic {shown(order)} is not kept; the harmonics are {shown(list(self.orders))}")
         if order == 0:
             if known == "s":
                 raise InputError("harmonic 0 has no sine; it is one constant, harmonics.index(0)")
