@@ -81,9 +81,9 @@ def test_never_extrapolates(wrong: float) -> None:
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 1j, "warm", None])
 def test_a_temperature_is_a_finite_number(wrong: Any) -> None:
-    for given in (wrong, [100.0, wrong]):
+    for temperature in (wrong, [100.0, wrong]):
         with pytest.raises(InputError, match=r"temperature"):
-            FrictionCurve(temperature=T, mu=MU).mu(given)
+            FrictionCurve(temperature=T, mu=MU).mu(temperature)
 
 
 def test_all_faults_at_once() -> None:

@@ -32,8 +32,8 @@ def _steps(given: int | None, fastest: float) -> int:
     needed = 2 * np.pi * fastest / _REACH
     if needed > MOST_ITEMS:
         raise InputError(
-            f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing, so that a period takes "
-            f"{needed:.1g} steps, and {MOST_ITEMS} are the most; leave out the fast modes, or check omega and the "
+            f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing; a period takes "
+            f"{needed:.1g} steps, and {MOST_ITEMS} are the most: leave out the fast modes, or check omega and the "
             "stiffness of the contacts"
         )
     if given is not None and given < 0.5 * needed:

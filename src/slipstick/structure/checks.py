@@ -18,9 +18,7 @@ Array = NDArray[np.float64]
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
 
-OUT_OF_RANGE = (
-    f"some entries are not finite or above {LARGEST:g}; look for empty fields or overflow in its source, check the units"
-)
+OUT_OF_RANGE = f"some entries are not finite or above {LARGEST:g}; look for empty fields, overflow, other units"
 """What is wrong with an array that is not :func:`within_range`."""
 
 REAL_MODES = {

@@ -74,7 +74,9 @@ def checked_request(
         "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
     }
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
-    ends = None if frequency_range is None else found.take(_pair, "frequency_range", frequency_range, expected, some=True)
+    ends = (
+        None if frequency_range is None else found.take(_pair, "frequency_range", frequency_range, expected, some=True)
+    )
     modes = None if modes is None else found.take(whole, "modes", modes, 1, n)
     accuracy = found.take(_below_one, "accuracy", accuracy)
     dofs = None if dofs is None else found.take(name_list, "dofs", dofs, "the name of each dof, in order")
@@ -206,7 +208,9 @@ def load_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[s
         column = real(vector).reshape(-1)
         columns.append(column)
         if column.shape != (n,):
-            faults.append(f"load shape {shown(name)} has {column.size} entries, the matrices {n}; give one for each dof")
+            faults.append(
+                f"load shape {shown(name)} has {column.size} entries, the matrices {n}; give one for each dof"
+            )
         elif not within_range(column) or not column.any():
             faults.append(f"load shape {shown(name)} is zero, not finite or above {LARGEST:g}; give forces")
     if faults or not columns:
