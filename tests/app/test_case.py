@@ -108,6 +108,22 @@ def test_the_contract_case() -> None:
     assert case.text == GOOD
 
 
+def test_motion_of_the_counter_surface_along_the_normal() -> None:
+    rub = 'cos = { "1" = 2.0 }, normal_cos = { "2" = 3.7e-4 }, normal_sin = { "1" = 1e-4 }'
+    lobed = replaced(('cos = { "1" = 2.0 }', rub))
+    (pair,) = Case.from_text(lobed).problem().contacts
+    assert dict(pair.rubbing.normal_cos) == {2: 3.7e-4}
+    assert dict(pair.rubbing.normal_sin) == {1: 1e-4}
+    swept = lobed.replace("from = 2.0", 'parameter = "damper.normal_cos2"\nomega = 4.0\nfrom = 0.0')
+    case = Case.from_text(swept)
+    assert case.problem().parameter(str(case.parameter)) == 3.7e-4
+    wrong = faults(lobed.replace('{ "2" = 3.7e-4 }', '{ "two" = 3.7e-4 }'))
+    assert wrong == [
+        "[[contact]] 'damper' rubbing.normal_cos: found a table; expected a table of harmonic = amplitude "
+        'such as { "1" = 2.0 }, amplitudes finite lengths'
+    ]
+
+
 def test_files_units_normal_loads_and_phases(tmp_path: Path) -> None:
     np.savez(tmp_path / "M.npz", M=np.eye(2))
     mmwrite(tmp_path / "K.mtx", sparse.coo_array(np.array([[40.0, -5.0], [-5.0, 120.0]])), symmetry="symmetric")

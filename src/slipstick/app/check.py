@@ -97,10 +97,20 @@ def _contacts(problem: Problem) -> None:
             ports = {port: pair.direction(port, k) for port in pair.contact.ports}
             along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
             numbers = [f"{quantity} {float(pair.values(quantity)[k]):g}" for quantity in _told(pair, k)]
-            rub = pair.rubbing
-            moving = f"rubbing at {float(pair.values('velocity')[k]):g}" if rub.moves else "no rubbing"
-            periodic = f" and periodic part of order {_some([str(m) for m in rub.orders])}" if rub.orders else ""
-            say(f"contact '{name}': {', '.join([*along, *numbers, moving])}{periodic}")
+            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k)])}")
+
+
+def _motion(pair: ContactPair, k: int) -> str:
+    """How the counter surface of the k-th contact moves."""
+    along, across = (
+        _some(sorted({m for part in parts for m in getattr(pair.rubbing, part) if pair.values(f"{part}{m}")[k] != 0.0}))
+        for parts in (("cos", "sin"), ("normal_cos", "normal_sin"))
+    )
+    velocity = float(pair.values("velocity")[k])
+    words = [f"rubbing at {velocity:g}" if velocity or along else "no rubbing"]
+    words += [f"periodic part of order {along}"] if along else []
+    words += [f"moving along the normal with order {across}"] if across else []
+    return " and ".join(words)
 
 
 def _told(pair: ContactPair, k: int) -> list[str]:

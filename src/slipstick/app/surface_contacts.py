@@ -92,7 +92,7 @@ def rubbing_motion(table: ContactTable) -> RubbingMotion:
     from slipstick.contact.rubbing import RubbingMotion
 
     rub = table.rubbing
-    return RubbingMotion() if rub is None else RubbingMotion(velocity=rub.velocity, cos=rub.cos, sin=rub.sin)
+    return RubbingMotion() if rub is None else RubbingMotion(**{key: getattr(rub, key) for key in rub.model_fields_set})
 
 
 def own_influence(

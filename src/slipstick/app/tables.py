@@ -182,6 +182,8 @@ class RubbingTable(Table):
     velocity: float = Field(default=0.0, description="a finite number, length/time")
     cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
     sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
+    normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
 
 
 class ContactThermalTable(Table):
