@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.balance.contacts import ContactPair
 from slipstick.contact.friction import FrictionContact
+from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import shown
@@ -21,7 +22,7 @@ def surface_contacts(
     body: ReducedBody,
     name: str = "contact",
     *,
-    contact: FrictionContact,
+    contact: Law,
     direction: ArrayLike,
     points: str | Iterable[int] = "all",
     normal: bool = False,
@@ -35,7 +36,8 @@ def surface_contacts(
     body
         Made by :func:`reduced_body` with a ``surface``, or by :func:`reduced_blade`.
     contact
-        Parameters of each contact, scalars.
+        The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
+        order.
     direction
         Rubbing direction (3,), projected on the surface at every point.
     points
@@ -46,38 +48,61 @@ def surface_contacts(
         Whether the normal load of ``contact`` is that of all these contacts together, shared by area; otherwise each
         carries it.
     rubbing
-        Motion of the counter surface along ``direction``.
+        Motion of the counter surface along ``direction`` (and against the normal); numbers or arrays (n,) as above.
 
     Raises
     ------
     InputError
         If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
-        or a gap is to be shared.
+        there is not one value for each point, or a gap is to be shared.
     """
     if body.points is None:
         raise InputError("points: the body has no contact points; give surface where it is reduced")
     at = body.points.chosen(points)
     along, across = body.points.tangential(direction), body.points.normal
-    numbers = [k + 1 for k in at]
-    each = _sharing(contact, body.points.share(1.0, numbers)) if shared else [contact] * len(at)
+    if shared:
+        contact = _sharing(contact, body.points.share(1.0, [k + 1 for k in at]))
+    motion = rubbing or RubbingMotion()
+    _require_sizes(len(at), {**contact.values, **dict(motion.components())})
     return [
         ContactPair(
             name=f"{name} {k + 1}",
-            contact=own,
+            contact=contact.changed(**_part(contact.values, i)),
             tangential=along[k],
             normal=across[k] if normal else None,
-            rubbing=rubbing or RubbingMotion(),
+            rubbing=_motion_of(motion, i),
         )
-        for k, own in zip(at, each, strict=True)
+        for i, k in enumerate(at)
     ]
 
 
-def _sharing(contact: FrictionContact, shares: Array) -> list[FrictionContact]:
-    """The contact with a share of its normal load, for each of the shares (n,)."""
-    if np.any(np.asarray(contact.gap) > 0.0):
-        raise InputError(f"shared: the contact has a gap of {shown(contact.gap)}, and no normal load to share")
-    total = float(contact.normal_load)
-    return [
-        FrictionContact(kt=contact.kt, mu=contact.mu, kn=contact.kn, normal_load=total * float(share))
-        for share in shares
+def _sharing(contact: Law, shares: Array) -> Law:
+    """The contact with a share of its normal load for each of the shares (n,)."""
+    if not isinstance(contact, FrictionContact) or np.any(np.asarray(contact.gap) > 0.0):
+        raise InputError(f"shared: found {shown(contact)}; expected a FrictionContact with a normal load to share")
+    if np.ndim(contact.normal_load):
+        raise InputError("shared: found a normal load for each contact; expected one, that of all of them")
+    return contact.changed(normal_load=float(contact.normal_load) * shares)
+
+
+def _require_sizes(n: int, values: Mapping[str, ArrayLike]) -> None:
+    """InputError for lists that do not have one value for each of n points."""
+    faults = [
+        f"{name}: found {np.size(value)} values; expected one, or {n}, one for each of the chosen points"
+        for name, value in values.items()
+        if np.ndim(value) and np.size(value) != n
     ]
+    if faults:
+        raise InputError(faults)
+
+
+def _part(values: Mapping[str, ArrayLike], i: int) -> dict[str, float]:
+    """The i-th of every list among values."""
+    return {name: float(np.asarray(value)[i]) for name, value in values.items() if np.ndim(value)}
+
+
+def _motion_of(motion: RubbingMotion, i: int) -> RubbingMotion:
+    """The motion at the i-th point."""
+    for name, value in _part(dict(motion.components()), i).items():
+        motion = motion.with_component(name, value)
+    return motion

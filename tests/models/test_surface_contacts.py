@@ -1,0 +1,85 @@
+"""Contacts at the points of a body: names, directions, loads, values for each point, other laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.models.reduced_body import ReducedBody
+
+STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+LAW = ss.FrictionContact(kt=1e5, mu=0.4, kn=2e4, normal_load=6.0)
+
+
+@pytest.fixture(scope="module")
+def body() -> ReducedBody:
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
+    model = assemble_mesh(mesh, source="beam", material=STEEL, fixed=["x0"])
+    return ss.reduced_body(model, surface="y1", contacts=3, modes=6)
+
+
+def loads(contacts: list[ss.ContactPair]) -> list[float]:
+    return [float(pair.contact.normal_load) for pair in contacts]
+
+
+def test_names_directions_and_loads(body: ReducedBody) -> None:
+    contacts = ss.surface_contacts(body, "pad", contact=LAW, direction=(1.0, 1.0, 0.0), points=[3, 1], normal=True)
+    assert [pair.name for pair in contacts] == ["pad 3", "pad 1"]
+    assert contacts[0].tangential == pytest.approx({"c3x": 1.0})  # 1, 1, 0 on a surface that looks along y
+    assert contacts[0].normal == pytest.approx({"c3y": 1.0})
+    assert loads(contacts) == pytest.approx([6.0, 6.0])
+    shared = ss.surface_contacts(body, contact=LAW, direction=(1, 0, 0), points=[3, 1], shared=True)
+    areas = body.points.areas[[2, 0]]
+    np.testing.assert_allclose(loads(shared), 6.0 * areas / areas.sum())
+    assert [pair.name for pair in shared] == ["contact 3", "contact 1"]
+    assert shared[0].normal is None
+
+
+def test_values_for_each_point(body: ReducedBody) -> None:
+    """In the order in which the points are chosen."""
+    law = ss.FrictionContact(kt=[1e5, 2e5], mu=0.3, normal_load=[1.0, 2.0])
+    rub = ss.RubbingMotion(velocity=[3.0, 4.0], normal_cos={2: [0.1, 0.2]}, sin={1: 5.0})
+    contacts = ss.surface_contacts(body, "a", contact=law, direction=(1, 0, 0), points=[3, 1], rubbing=rub)
+    assert [pair.contact.kt for pair in contacts] == [1e5, 2e5]
+    assert loads(contacts) == pytest.approx([1.0, 2.0])
+    assert [pair.rubbing.velocity for pair in contacts] == [3.0, 4.0]
+    assert [pair.rubbing.normal_cos[2] for pair in contacts] == [0.1, 0.2]
+    assert [pair.rubbing.sin[1] for pair in contacts] == [5.0, 5.0]
+    with pytest.raises(InputError) as raised:
+        ss.surface_contacts(body, "a", contact=law, direction=(1, 0, 0), rubbing=rub)
+    assert raised.value.problems[0] == ("kt: found 2 values; expected one, or 3, one for each of the chosen points")
+    assert len(raised.value.problems) == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"points": [1, 4]}, "points: found 4; the surface has the points 1 to 3"),
+        ({"points": [2, 2]}, "give every point once"),
+        ({"points": []}, "give every point once"),
+        ({"points": "some"}, "points: found 'some'; expected \"all\" or numbers counted from 1"),
+        ({"direction": (0, 1, 0)}, "is normal to the surface; give one along it"),
+        ({"direction": (0, 0)}, "expected a vector of three finite numbers"),
+        ({"contact": ss.FrictionContact(kt=1.0, mu=0.1, gap=1.0), "shared": True}, "expected a FrictionContact with a"),
+        ({"contact": ss.FrictionContact(kt=1.0, mu=0.1, gap=[-1.0, -1.0, -1.0]), "shared": True}, "for each contact"),
+    ],
+)
+def test_faults(body: ReducedBody, options: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said.replace("(", r"\(")):
+        ss.surface_contacts(body, **{"contact": LAW, "direction": (1, 0, 0), **options})
+
+
+def test_points_need_a_surface(body: ReducedBody) -> None:
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
+    model = assemble_mesh(mesh, source="beam", material=STEEL, fixed=["x0"])
+    kept = ss.reduced_body(model, keep=[model.dofs[-1]], modes=4)
+    with pytest.raises(InputError, match="the body has no contact points"):
+        ss.surface_contacts(kept, contact=LAW, direction=(1, 0, 0))
+    with pytest.raises(InputError, match="nothing is kept"):
+        ss.reduced_body(model)
+    with pytest.raises(InputError, match="no influence matrix"):
+        body.points.resistance()
