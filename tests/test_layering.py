@@ -30,6 +30,9 @@ ORDER = (
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 
+LAZY = ("results/branch.py", "results/plotting.py")
+"""Conveniences of results that come from later rooms; nothing else imports to the right, not even in a function."""
+
 FILE_LINES = 500
 FUNCTION_LINES = 80
 COMPILED_LINES = 160  # a compiled loop cannot call out as freely
@@ -83,7 +86,9 @@ def test_module(path: Path) -> None:
     assert room in LEVEL, f"{path}: the room '{room}' has no place in the order"
     wrong = [
         f"line {line}: {room} imports {other}"
-        for line, other in imported_rooms(tree, path, lazily=False)
+        for lazily in (False, True)
+        for line, other in imported_rooms(tree, path, lazily)
+        if not (lazily and path.relative_to(ROOT).as_posix() in LAZY)
         if other != room and LEVEL[other] >= LEVEL[room]
     ]
     assert not wrong, f"{path.relative_to(ROOT)}: {wrong}"

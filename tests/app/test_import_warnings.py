@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -13,7 +14,9 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
-from slipstick.importers.import_model import ImportOptions, import_model, read_model
+from slipstick.importers.import_model import import_model
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import load_model, save_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
@@ -152,3 +155,6 @@ def test_files_and_options_without_effect_are_refused(tmp_path: Path) -> None:
     for options in (ImportOptions(material=STEEL), ImportOptions(quadratic=True)):
         with pytest.raises(InputError, match=r"model\.h5: holds matrices; a material or quadratic has no effect"):
             read_model(tmp_path / "model.h5", options)
+    np.savez(tmp_path / "bare.npz", K=np.eye(2), M=np.eye(2), dof_nodes=[1, 1], dof_components=[1, 2])
+    with pytest.raises(InputError, match="conductivity: without a mesh it has no effect"):
+        read_model(tmp_path / "bare.npz", ImportOptions(conductivity=40.0))

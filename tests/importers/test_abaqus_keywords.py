@@ -8,8 +8,9 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.importers.abaqus.input_file import _HANDLERS, _LATE
 from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, TABLE
-from slipstick.importers.import_model import ImportOptions, read_model
 from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 
 CUBE = """\
 *NODE, NSET=NALL

@@ -11,8 +11,10 @@ from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
-from slipstick.importers.import_model import ImportOptions, import_model, read_model, summary
+from slipstick.importers.import_model import import_model, summary
 from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 from slipstick.io.model_file import load_model
 
 BEAM = Material(young=16.9e6, poisson=0.31, density=4.1408e-4)

@@ -15,8 +15,9 @@ from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
-from slipstick.importers.import_model import ImportOptions, read_model
 from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 
 CCX = shutil.which("ccx")
 needs_ccx = pytest.mark.skipif(CCX is None, reason="CalculiX (Debian: calculix-ccx) is not installed")

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.import_model import ImportOptions, read_model
 from slipstick.importers.nastran.bulk import read_bulk
 from slipstick.importers.nastran.cards import cards
 from slipstick.importers.nastran.op4 import read_op4
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 
 DENSE = """\
        3       3       6       2KGG     1P,3E23.16

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.importers.import_model import read_model
 from slipstick.importers.nastran.bulk import read_bulk
+from slipstick.importers.read_model import read_model
 
 BULK = """\
 SOL 103

@@ -16,9 +16,11 @@ from slipstick.fem.geometry import volume
 from slipstick.fem.materials import Material
 from slipstick.importers import extras
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.import_model import ImportOptions, import_model, read_model, summary
+from slipstick.importers.import_model import import_model, summary
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.plain.matrix_market import read_matrix_market
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 
@@ -243,7 +245,7 @@ def test_a_missing_extra_says_how_to_get_it():
 
 def test_importing_the_readers_loads_none_of_the_extras():
     code = (
-        "import sys, slipstick.importers.import_model\n"
+        "import sys, slipstick.importers.read_model\n"
         "import slipstick.importers.ansys.full, slipstick.importers.ansys.archive\n"
         "import slipstick.importers.nastran.matrices\n"
         "heavy = {'pyvista', 'vtk', 'meshio', 'mapdl_archive', 'ansys', 'h5py', 'matplotlib'} & set(sys.modules)\n"

@@ -12,8 +12,8 @@ from scipy.sparse import coo_array, csc_array, csr_matrix, diags_array
 
 import slipstick as ss
 from slipstick.errors import InputError
-from slipstick.importers.import_model import read_model
 from slipstick.importers.plain.matrix_file import read_matrix
+from slipstick.importers.read_model import read_model
 from slipstick.structure import matrices
 from slipstick.structure.definite import smallest_pivot
 from slipstick.structure.modal import LoadShape, ModalStructure

@@ -66,8 +66,9 @@ def _path(name: str, folder: Path) -> Path:
 
 def _imported(table: FeTable, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
-    from slipstick.importers.import_model import ImportOptions, read_model
     from slipstick.importers.mesh_files import MESH_SUFFIXES
+    from slipstick.importers.read_model import read_model
+    from slipstick.importers.roles import ImportOptions
 
     if path.suffix.lower() in MESH_SUFFIXES:
         material = None if table.material is None else material_of(table.material)

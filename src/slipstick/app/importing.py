@@ -19,7 +19,7 @@ _SUFFIXES = (".h5", ".hdf5")
 
 @dataclass(frozen=True, kw_only=True)
 class ImportRequest:
-    """What the command line says; see :class:`slipstick.importers.import_model.ImportOptions`.
+    """What the command line says; see :class:`slipstick.importers.roles.ImportOptions`.
 
     ``names`` are texts such as "K=KGG"; ``force`` allows an existing output to be replaced.
     """
@@ -50,7 +50,9 @@ def import_files(request: ImportRequest) -> None:
     InputError
         With all faults; the output is then as it was before.
     """
-    from slipstick.importers.import_model import ImportOptions, read_model, summary
+    from slipstick.importers.import_model import summary
+    from slipstick.importers.read_model import read_model
+    from slipstick.importers.roles import ImportOptions
     from slipstick.io.model_file import save_model
 
     material, faults = _material(request)

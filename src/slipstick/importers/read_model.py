@@ -1,0 +1,177 @@
+"""A model from the files of another code: the reader that fits, positions and mesh beside matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.imported import ImportedModel
+from slipstick.fem.materials import Material
+from slipstick.fem.refine import linear_warnings
+from slipstick.importers.mesh_checks import mass_warnings
+from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.importers.raw_model import Nodes, RawModel, build_model
+from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unused, roles_of
+from slipstick.importers.text_numbers import read_bytes
+from slipstick.io.model_file import load_model
+
+
+def read_model(
+    files: Sequence[str | Path] | str | Path, options: ImportOptions | None = None, *, quiet: bool = False
+) -> ImportedModel:
+    """A model from one or several files; the reader follows from the names and the content.
+
+    What is approximated or looks wrong is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
+
+    Raises
+    ------
+    InputError
+        One sentence for each fault.
+    """
+    options = options or ImportOptions()
+    model = _read_model(files, options)
+    if options.conductivity is not None:
+        if model.mesh is None:
+            raise InputError("conductivity: without a mesh it has no effect; import the mesh too, or leave it out")
+        model = model.conducting(options.conductivity)
+    if not quiet:
+        model.announce()
+    return model
+
+
+def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions) -> ImportedModel:
+    paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(file) for file in files]
+    if not paths:
+        raise InputError("no file to import was given")
+    missing = [f"{path}: there is no such file" for path in paths if not path.is_file()]
+    if missing:
+        raise InputError(missing)
+    source = ", ".join(path.name for path in paths)
+    roles = roles_of(paths, options)
+    refuse_unused(paths, roles, options)
+    if not roles.matrices:
+        return _without_matrices(paths[0], source, options)
+    raw, mesh = _with_positions(_read(roles, options), roles)
+    model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
+    if mesh:
+        if not any(path.suffix.lower() == ".sti" for path in paths):  # CalculiX writes global directions
+            _refuse_rotated(model, mesh)
+        model = _with_mesh(model, mesh, options.material)
+    return model.fix(list(options.fixed)) if options.fixed else model
+
+
+def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
+    """The model of matrices with the mesh they came from, and what does not fit between the two."""
+    materials = imported.materials if material is None else {"all": material}
+    found = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    found += linear_warnings(imported.mesh, model.source, ("tet4",))
+    if materials:
+        found += mass_warnings(model, imported.mesh, material or materials)
+    assembled = (f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
+    notes = (*model.notes, *imported.notes, *assembled)
+    return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
+
+
+def _refuse_rotated(model: ImportedModel, imported: MeshModel) -> None:
+    """A row named n12x must be along x."""
+    rotated = np.intersect1d(model.dof_nodes, imported.rotated)
+    if len(rotated):
+        raise InputError(
+            f"{model.source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the "
+            "rows of the matrices; rotate the nodes to the global directions and export again"
+        )
+
+
+def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:
+    if path.suffix.lower() in MODELS:
+        model = load_model(path, quiet=True)
+        model = replace(model, units=options.units or model.units)
+        return model.fix(list(options.fixed)) if options.fixed else model
+    return assemble_file(path, source, options)
+
+
+def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
+    """A mesh file read and assembled with our own elements."""
+    return assemble_mesh(
+        read_mesh(path),
+        source=source,
+        material=options.material,
+        fixed=options.fixed,
+        quadratic=options.quadratic,
+        units=options.units,
+    )
+
+
+def _read(roles: Roles, options: ImportOptions) -> RawModel:
+    first = roles.matrices.get("K") or next(iter(roles.matrices.values()))
+    suffix = first.suffix.lower()
+    others = [path.name for path in roles.matrices.values() if path != first]
+    if others and suffix in (".full", ".sti"):
+        raise InputError(f"{first.name}: brings its own mass; leave out {', '.join(others)}")
+    if suffix == ".full":
+        from slipstick.importers.ansys.full import read_full
+
+        return read_full(first)
+    if suffix in (".op4", ".pch"):
+        return _nastran(roles, options, suffix)
+    if suffix == ".sti":
+        from slipstick.importers.abaqus.calculix import read_matrix_storage
+
+        return read_matrix_storage(first)
+    if suffix in (".mtx", ".npz"):
+        return _plain(roles, first)
+    from slipstick.importers.ansys.hbmat import read_hbmat
+
+    return read_hbmat(roles.matrices, roles.dof_map)
+
+
+def _nastran(roles: Roles, options: ImportOptions, suffix: str) -> RawModel:
+    from slipstick.importers.nastran.matrices import read_dmig, read_op4_model
+
+    files = list(roles.matrices.values())
+    bulk = roles.nodes if roles.nodes and roles.nodes.suffix.lower() in BULK else None
+    if suffix == ".pch":
+        return read_dmig(files, bulk, names=options.names)
+    return read_op4_model(files, bulk, names=options.names, dof_map=roles.dof_map, constraints=options.constraints)
+
+
+def _plain(roles: Roles, first: Path) -> RawModel:
+    from slipstick.importers.plain import matrices
+
+    if first.suffix.lower() == ".npz" and matrices.is_bundle(first):
+        return matrices.read_bundle(first)
+    if first.suffix.lower() == ".mtx" and not read_bytes(first)[:14].lower().startswith(b"%%matrixmarket"):
+        from slipstick.importers.abaqus.calculix import read_abaqus_matrices
+        from slipstick.importers.dof_map import read_dof_map
+
+        if roles.dof_map is None:
+            return read_abaqus_matrices(roles.matrices)
+        rows, nodes = read_dof_map(roles.dof_map)
+        raw = read_abaqus_matrices(roles.matrices, rows)
+        return replace(raw, nodes=replace(nodes, held=raw.nodes.held))
+    return matrices.read_plain(roles.matrices, roles.dof_map)
+
+
+def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | None]:
+    """Coordinates and sets from a mesh or bulk data file given besides the matrices, and the mesh."""
+    if roles.nodes is None:
+        return raw, None
+    if roles.nodes.suffix.lower() in BULK:
+        from slipstick.importers.nastran.bulk import read_bulk
+        from slipstick.importers.nastran.matrices import told
+
+        if len(raw.nodes.ids):
+            return raw, None
+        data = read_bulk(roles.nodes)
+        nodes = replace(raw.nodes, ids=data.nodes.ids, coordinates=data.nodes.coordinates)
+        return replace(raw, nodes=nodes, **told(data)), None
+    imported = read_mesh(roles.nodes)
+    mesh = imported.mesh
+    sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}
+    nodes = Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held)
+    return replace(raw, nodes=nodes), imported

@@ -1,0 +1,121 @@
+"""What the user asks of an import, and which file is what: by option, by suffix, by the words in the name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from slipstick.errors import InputError
+from slipstick.fem.materials import Material
+from slipstick.importers.mesh_files import MESH_SUFFIXES
+
+MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
+_MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
+MODELS = (".h5", ".hdf5")
+BULK = (".bdf", ".nas", ".dat", ".blk")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """What the files do not say.
+
+    Attributes
+    ----------
+    mass, damping, dof_map, nodes
+        Files with the mass matrix, the damping matrix, the map from rows to nodes and directions, and the positions
+        (bulk data, or any mesh), where their names do not tell.
+    names
+        Names of the matrices in a Nastran file, as {"K": "KGG"}, where several would do.
+    constraints
+        Number of the Nastran SPC set in force.
+    material
+        Material for a mesh, instead of the file's own.
+    conductivity
+        Of every material, power/(length temperature), where the files have none.
+    fixed
+        Node sets or surfaces to hold.
+    quadratic
+        Put a node in the middle of every edge of a linear mesh.
+    units
+        Text kept with the model.
+    """
+
+    mass: Path | None = None
+    damping: Path | None = None
+    dof_map: Path | None = None
+    nodes: Path | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+    constraints: int | None = None
+    material: Material | None = None
+    conductivity: float | None = None
+    fixed: Sequence[str] = ()
+    quadratic: bool = False
+    units: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roles:
+    """Which file is what."""
+
+    matrices: dict[str, Path]
+    dof_map: Path | None
+    nodes: Path | None
+
+
+def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
+    """Files by role: told by the options, else by suffix and by the words in the name."""
+    matrices: dict[str, Path] = {}
+    dof_map, nodes = options.dof_map, options.nodes
+    told = {"M": options.mass, "C": options.damping}
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix in MATRICES and path not in told.values():
+            role = _role(path)
+            if role in matrices and suffix not in (".op4", ".pch"):
+                raise InputError(
+                    f"{matrices[role].name} and {path.name} both look like the matrix {role}; say which is the mass"
+                )
+            matrices[role if role not in matrices else f"{role}{len(matrices)}"] = path
+        elif suffix in _MAPS and path != dof_map:
+            dof_map = path
+        elif suffix in (*BULK, *MESH_SUFFIXES) and matrices_follow(paths):
+            nodes = path
+    matrices |= {role: Path(path) for role, path in told.items() if path}
+    return Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
+
+
+def matrices_follow(paths: Sequence[Path]) -> bool:
+    """Whether matrix files are among these, so that a mesh among them is there for its positions."""
+    return any(path.suffix.lower() in MATRICES for path in paths)
+
+
+def _role(path: Path) -> str:
+    """K, M or C by the words in a file name.
+
+    >>> [_role(Path(name)) for name in ("job_STIF1.mtx", "job_MASS1.mtx", "m.mtx", "blade_damping.npz")]
+    ['K', 'M', 'M', 'C']
+    """
+    name = path.stem.lower()
+    if re.search(r"mass|(^|[_\-.])m(gg|aa|ff)?\d*$", name):
+        return "M"
+    return "C" if re.search(r"damp|(^|[_\-.])c\d*$", name) else "K"
+
+
+def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -> None:
+    """Every file and every option has an effect, or is refused."""
+    told = (options.mass, options.damping, options.dof_map, options.nodes)
+    used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in told if path)}
+    if not roles.matrices:
+        used.add(paths[0])
+    beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
+    faults = [f"{path.name}: what it is for does not show; leave it out" for path in paths if path not in used | beside]
+    if roles.matrices and options.quadratic:
+        faults.append("quadratic: the matrices have elements already; import the mesh alone, or mesh it quadratic")
+    if roles.matrices and options.material is not None and roles.nodes is None:
+        faults.append("material: matrices hold their material already; give it with a mesh, or leave it out")
+    if paths[0].suffix.lower() in MODELS and (options.material is not None or options.quadratic):
+        faults.append(f"{paths[0].name}: holds matrices; a material or quadratic has no effect on them: leave it out")
+    if faults:
+        raise InputError(faults)
