@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 UNSOLVED = 1e-8
 """A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""
 
+_ROUNDING = 1e-11
 _FOLD = 0.5
 _BEYOND = (1e-5, 1e-4, 1e-3)
 _FAR = 1e-3
@@ -62,8 +63,13 @@ class Jump:
 
 
 def relative_residual(step: Step) -> float:
-    """Norm of the residual of a step, each entry over the size of its own terms."""
-    value = step.evaluation
+    """Norm of the residual of a step, each entry over the size of its own terms.
+
+    Where it is rounding beside the motion alone, which is one of the terms, that ratio is given: it is an upper bound.
+    """
+    value, size = step.evaluation, norm(step.x)
+    if step.residual_norm <= _ROUNDING * size:
+        return step.residual_norm / size if size else 0.0
     terms = value.terms()
     return norm(value.residual / np.where(terms > 0, terms, 1.0))
 

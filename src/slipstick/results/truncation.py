@@ -64,14 +64,17 @@ def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wid
     batch, shape = balance.batches[k], (len(points), balance.batches[k].count, wide.size)
     if not points:
         return [np.zeros(shape) for _ in batch.ports]
-    each = [balance.motion(k, p.x, w, p.detail.inputs.batches[k]) for p, w in zip(points, omega.tolist(), strict=True)]
+    given = [p.detail.inputs.batches[k] for p in points]
     at = [wide.index(0), *(wide.index(m, part) for m in balance.harmonics.orders[1:] for part in ("c", "s"))]
+    X = np.array([p.x for p in points]).reshape(len(points), balance.n_ports, balance.L)
     Q = []
-    for i in range(len(batch.ports)):
+    for i, port in enumerate(batch.ports):
+        own = np.array([g.motion[i] for g in given])
+        own[:, port.members] += X[:, port.rows]
         spread = np.zeros(shape)
-        spread[..., at] = [motion.Q[i] for motion in each]
+        spread[..., at] = own
         Q.append(spread.reshape(-1, wide.size))
-    drift = np.concatenate([motion.drift for motion in each], axis=1)
+    drift = np.concatenate([g.velocity for g in given], axis=1) / np.repeat(omega, batch.count)
     responses = [p.detail.responses[k] for p in points]
     values = {name: np.concatenate([r.values[name] for r in responses]) for name in batch.law.values}
     found = batch.law.respond(Motion(wide, np.repeat(omega, batch.count), tuple(Q), drift), values)
