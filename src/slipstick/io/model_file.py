@@ -35,14 +35,15 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     import h5py
 
     path = Path(path)
-    part = path.with_name(path.name + ".part")
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")  # two imports to one name do not write into each other
     try:
         with h5py.File(part, "w", libver=CHECKED) as file:
             _write(file, model)
         os.replace(part, path)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
+    finally:
+        part.unlink(missing_ok=True)  # an interruption too leaves nothing behind
     return path
 
 
