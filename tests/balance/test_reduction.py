@@ -59,7 +59,7 @@ def exact_error(s: ModalStructure, omega: float) -> float:
         omega=s.omega, mode_shapes=s.mode_shapes, static_compliance=s.static_compliance,
         second_residual=s.second_residual, dofs=s.dofs,
     )  # fmt: skip
-    found = undamped.project(np.eye(2), np.eye(2)).at([omega])[0][0].real
+    found = undamped.project(np.eye(2), np.eye(2)).at([1], omega)[0][0].real
     scale = 1.0 / np.sqrt(np.diag(s.static_compliance))
     scaled = scale * scale[:, None]
     return float(np.linalg.norm(scaled * (found - full)) / np.linalg.norm(scaled * full))

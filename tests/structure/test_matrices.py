@@ -45,7 +45,7 @@ def test_receptance_equals_the_inverse(kind, loss, store):
         M=store(M), C=None if C is None else store(C), K=store(K), dofs=names(6), loss_factor=loss
     )
     seen = structure.project(rows, columns)
-    value, slope = seen.at(FREQUENCIES)
+    value, slope = (each[:, 0] for each in seen.at([1], FREQUENCIES))
     assert isinstance(structure, Structure)
     assert isinstance(seen, Receptance)
     np.testing.assert_allclose(seen.static, rows.T @ np.linalg.solve(K, columns), atol=1e-13)
@@ -65,7 +65,7 @@ def test_solved_and_summed_over_modes_agree():
     near[0, 0] += 1e-9
     ways = [MatrixStructure(M=M, C=c, K=K, dofs=names(6)).project(np.eye(6), np.eye(6)) for c in (C, near)]
     assert type(ways[0]) is not type(ways[1])
-    for a, b in zip(ways[0].at(FREQUENCIES), ways[1].at(FREQUENCIES), strict=True):
+    for a, b in zip(ways[0].at([1], FREQUENCIES), ways[1].at([1], FREQUENCIES), strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * abs(a).max())
 
 
@@ -76,8 +76,8 @@ def test_nearly_critical_damping_is_still_exact():
     for distance in (0.0, 1e-12, 1e-6, 1e-2):
         C = turn.T @ np.diag([4.0 * (1.0 + distance), 0.1, 0.2]) @ turn
         structure = MatrixStructure(M=M, C=C, K=K, dofs=names(3))
-        value, _ = structure.project(np.eye(3), np.eye(3)).at(FREQUENCIES)
-        for w, a in zip(FREQUENCIES, value, strict=True):
+        value, _ = structure.project(np.eye(3), np.eye(3)).at([1], FREQUENCIES)
+        for w, a in zip(FREQUENCIES, value[:, 0], strict=True):
             np.testing.assert_allclose(a, direct(M, C, K, 0.0, w, np.eye(3), np.eye(3)), rtol=1e-9, atol=1e-10)
     defective = MatrixStructure(M=[[1.0]], C=[[4.0]], K=[[4.0]], dofs=["x"])
     assert defective._poles is None
@@ -96,7 +96,7 @@ def test_large_sparse_structure_is_solved_sparsely(monkeypatch, loss):
     a, b = dense.project(rows, rows), sparse.project(rows, rows)
     assert not isinstance(sparse.K, np.ndarray)
     np.testing.assert_allclose(a.static, b.static, rtol=1e-11)
-    for x, y in zip(a.at(FREQUENCIES), b.at(FREQUENCIES), strict=True):
+    for x, y in zip(a.at([1], FREQUENCIES), b.at([1], FREQUENCIES), strict=True):
         np.testing.assert_allclose(x, y, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(sparse.natural_frequencies, dense.natural_frequencies[:20], rtol=1e-9)
     with pytest.raises(InputError, match="too many"):
@@ -118,8 +118,8 @@ def test_time_equations_have_the_same_receptance():
     structure = MatrixStructure(M=M, C=C, K=K, dofs=names(6), load_shapes={"wind": np.arange(6.0)})
     rows, columns = RNG.standard_normal((6, 2)), RNG.standard_normal((6, 1))
     equations = structure.time_equations(rows, columns, ["wind"])
-    value, _ = structure.project(rows, columns, ["wind"]).at(FREQUENCIES)
-    for w, a in zip(FREQUENCIES, value, strict=True):
+    value, _ = structure.project(rows, columns, ["wind"]).at([1], FREQUENCIES)
+    for w, a in zip(FREQUENCIES, value[:, 0], strict=True):
         Z = equations.K - w * w * equations.M + 1j * w * equations.C
         np.testing.assert_allclose(
             equations.rows @ np.linalg.solve(Z, equations.columns) + equations.feedthrough, a, rtol=1e-10
@@ -136,7 +136,7 @@ def test_hysteretic_damping_in_time_has_the_same_value_at_each_resonance():
     # forces in the shape of a mode at its own frequency: the hysteretic answer is the viscous one
     for r in range(6):
         w, force = np.sqrt(squared[r]), M @ modes[:, [r]]
-        value, _ = structure.project(np.eye(6), force).at([w])
+        value, _ = structure.project(np.eye(6), force).at([1], w)
         Z = equations.K - w * w * equations.M + 1j * w * equations.C
         np.testing.assert_allclose(np.linalg.solve(Z, force), value[0], rtol=1e-9, atol=1e-9)
 
@@ -149,7 +149,7 @@ def test_load_shapes_are_further_columns():
     seen = structure.project(np.eye(6), np.eye(6)[:, :1], ["wind"])
     assert seen.static.shape == (6, 2)
     np.testing.assert_allclose(seen.static[:, 1], np.linalg.solve(K, shape), rtol=1e-12)
-    np.testing.assert_allclose(seen.at([0.7])[0][0, :, 1], np.linalg.solve(K - 0.49 * M, shape), rtol=1e-10)
+    np.testing.assert_allclose(seen.at([1], 0.7)[0][0, :, 1], np.linalg.solve(K - 0.49 * M, shape), rtol=1e-10)
     with pytest.raises(InputError, match=r"'rain' is unknown.*wind"):
         structure.project(np.eye(6), np.eye(6), ["rain"])
     with pytest.raises(InputError, match="rows"):
@@ -160,9 +160,9 @@ def test_empty_projection_and_no_frequencies():
     M, K = chain()
     seen = MatrixStructure(M=M, K=K, dofs=names(6)).project(np.eye(6)[:, :2], np.zeros((6, 0)))
     assert seen.static.shape == (2, 0)
-    assert seen.at(FREQUENCIES)[0].shape == (5, 2, 0)
+    assert seen.at([1, 2], FREQUENCIES)[0].shape == (5, 2, 2, 0)
     seen = MatrixStructure(M=M, K=K, dofs=names(6)).project(np.eye(6), np.eye(6))
-    assert seen.at(np.empty(0))[0].shape == (0, 6, 6)
+    assert seen.at(np.empty(0), 1.0)[0].shape == (0, 6, 6)
 
 
 def test_disparate_units_are_not_mistaken_for_singular():

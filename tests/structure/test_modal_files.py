@@ -40,7 +40,7 @@ def write(folder: Path, **more: object) -> Path:
 
 
 def receptance(structure: ss.ModalStructure) -> np.ndarray:
-    return structure.project(np.eye(3), np.eye(3)).at([0.3, 2.0])[0]
+    return structure.project(np.eye(3), np.eye(3)).at([1], [0.3, 2.0])[0]
 
 
 def test_dropped_modes_are_added_to_the_second_residual() -> None:

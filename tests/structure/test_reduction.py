@@ -64,7 +64,7 @@ def test_receptance_against_the_full_model_up_to_five_times_the_first_resonance(
     columns = np.column_stack([reduction.directions.toarray(), pressure])
     n = len(s.dofs)
     frequencies = s.omega[0] * np.array([0.3, 0.9, 1.7, 3.0, 4.4, 5.0])
-    values = s.project(np.eye(n), np.eye(n), ["pressure"]).at(frequencies)[0]
+    values = s.project(np.eye(n), np.eye(n), ["pressure"]).at([1], frequencies)[0][:, 0]
     for omega, value in zip(frequencies, values, strict=True):
         exact = direct(beam, columns, omega)[:n]
         assert relative(value[:, :n], exact[:, :n]) < 1e-7
@@ -76,7 +76,7 @@ def test_receptance_at_resonance_with_damping(beam: ElasticModel, tip: list[str]
     n = len(s.dofs)
     columns = np.zeros((len(beam.dofs), n))
     columns[[beam.dofs.index(name) for name in tip], range(n)] = 1.0
-    value = s.project(np.eye(n), np.eye(n)).at([s.omega[0]])[0][0]
+    value = s.project(np.eye(n), np.eye(n)).at([1], s.omega[0])[0][0]
     assert relative(value, direct(beam, columns, s.omega[0], 1e-3)) < 1e-6
 
 
@@ -116,7 +116,7 @@ def test_error_grows_with_the_fourth_power_of_frequency(beam: ElasticModel, tip:
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=6)
     s, columns = made.structure, made.directions.toarray()
     omegas = s.omega[0] * np.array([1.5, 3.0])
-    found = s.project(np.eye(len(tip)), np.eye(len(tip))).at(omegas)[0]
+    found = s.project(np.eye(len(tip)), np.eye(len(tip))).at([1], omegas)[0][:, 0]
     errors = [np.linalg.norm(a - direct(beam, columns, w)) for a, w in zip(found, omegas, strict=True)]
     assert np.log2(errors[1] / errors[0]) == pytest.approx(4.0, abs=0.3)
 
@@ -149,8 +149,8 @@ def test_patches_are_kept_as_directions(beam: ElasticModel, reduction: Reduction
     rows = np.zeros((len(tip), 1))
     rows[[tip.index(name) for name in names], 0] = weights[:, 0]
     frequencies = np.array([500.0, 4000.0])
-    one = patch.project([[1.0]], [[1.0]]).at(frequencies)[0]
-    other = reduction.structure.project(rows, rows).at(frequencies)[0]
+    one = patch.project([[1.0]], [[1.0]]).at([1], frequencies)[0]
+    other = reduction.structure.project(rows, rows).at([1], frequencies)[0]
     np.testing.assert_allclose(one, other, rtol=1e-9)
     assert patch.dofs == ("patch",)
 
@@ -343,7 +343,7 @@ def test_all_modes_and_dense_matrices_work_too() -> None:
     assert isinstance(s, ModalStructure)
     assert s.omega.size == 30
     exact = np.linalg.inv(K.toarray() - 0.04 * np.eye(30))
-    np.testing.assert_allclose(s.project(np.eye(30), np.eye(30)).at([0.2])[0][0], exact, atol=1e-10)
+    np.testing.assert_allclose(s.project(np.eye(30), np.eye(30)).at([1], 0.2)[0][0], exact, atol=1e-10)
 
 
 def test_estimate_at_a_natural_frequency_is_refused() -> None:

@@ -113,13 +113,13 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
 
 def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
     """Motion of the ports (n, n_ports, L) with springs and constant forces c (n_ports, L): harmonics are apart."""
-    p, n = balance.n_ports, balance.orders.size
+    p = balance.n_ports
     unit, x = np.eye(p), np.empty((w.size, p, balance.L))
     push = np.concatenate([-c, P])
     static = balance.receptance.static
     x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
-    if n:
-        A = balance.receptance.at((w[:, None] * balance.orders).ravel())[0].reshape(w.size, n, *static.shape)
+    if balance.orders.size:
+        A = balance.receptance.at(balance.orders, w)[0]
         hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
         moved = np.linalg.solve(unit + A[..., :p] @ stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
         x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag

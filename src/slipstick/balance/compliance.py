@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.structure.protocol import Receptance
+
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 class Compliance:
@@ -15,17 +16,16 @@ class Compliance:
 
     __slots__ = ("slope", "value")
 
-    def __init__(self, receptance: Any, orders: Array, omega: float) -> None:
+    def __init__(self, receptance: Receptance, orders: Array, omega: float) -> None:
         static = receptance.static
         shape = (static.shape[1], static.shape[0], orders.size + 1)
         self.value, self.slope = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
         self.value[:, :, 0] = static.T
         self.slope[:, :, 0] = 0.0
         if orders.size:
-            value, slope = receptance.at(orders * omega)
+            value, slope = receptance.at(orders, omega)
             np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
             np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
-            self.slope[:, :, 1:] *= orders
 
     def anchor(self, springs: Array) -> None:
         """From ``A`` to ``B = A (1 + i k A)^-1`` for ``k`` (n_rows,), the receptance with springs ``i k`` at the rows.
@@ -38,3 +38,8 @@ class Compliance:
         B = turned @ V
         dB = turned @ (dV + 1j * (dV[:, :, :rows] * springs) @ B)
         self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
+
+
+def undamped(value: ComplexArray, share: float) -> NDArray[np.bool_]:
+    """Where receptances of directions over themselves have no more than ``share`` of themselves out of phase."""
+    return np.asarray(np.abs(value.imag) <= share * np.abs(value))

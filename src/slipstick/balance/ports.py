@@ -8,16 +8,16 @@ with a real, static compliance.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.batches import Column, batches_of
-from slipstick.balance.compliance import Compliance
+from slipstick.balance.compliance import Compliance, undamped
 from slipstick.balance.inputs import Given
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
+from slipstick.structure.protocol import Receptance
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -69,7 +69,7 @@ class Balance:
         """Names of the heated contacts."""
         return [] if self.heated is None else list(self.heated.names)
 
-    def rows_to(self, rows: Array) -> Any:
+    def rows_to(self, rows: Array) -> Receptance:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
         return self.problem.structure.project(rows, self.columns, self.shapes)
 
@@ -80,9 +80,8 @@ class Balance:
         smoothly through the resonances at which an undamped ``A`` is infinite.
         """
         own = np.arange(self.n_ports)
-        value = self.receptance.at(self.orders * omega)[0][:, own, own]
-        lost = np.abs(value.imag) <= _UNDAMPED * np.abs(value)
-        if np.any(np.all(lost, axis=0)):
+        value = self.receptance.at(self.orders, omega)[0][:, own, own]
+        if np.any(np.all(undamped(value, _UNDAMPED), axis=0)):
             static = np.abs(self.receptance.static[own, own])
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 

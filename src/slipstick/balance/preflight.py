@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.batches import batches_of
+from slipstick.balance.compliance import undamped
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.contact import traits
 
@@ -166,8 +167,8 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
     else:
         rows = columns = problem.direction_matrix({dof: 1.0} for dof in (dofs or problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
-    value, _ = problem.structure.project(rows, columns, shapes).at(np.array([at]))
-    if np.all(np.abs(value.imag) <= _UNDAMPED * np.abs(value.real)):
+    value, _ = problem.structure.project(rows, columns, shapes).at(np.ones(1), at)
+    if np.all(undamped(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "
             "is infinite and the motion may have no bound; give a little damping, for instance a loss factor of 1e-6"

@@ -13,6 +13,7 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
+from slipstick.structure.symmetry import asymmetry
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-ASYMMETRY = 1e-8
-"""Difference of the two halves, relative to the largest entry, up to which a matrix counts as symmetric."""
+ASYMMETRY = 1e-6
+"""What files of few digits may differ between their halves, see ``asymmetry``; the mean is taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,20 +87,18 @@ def full_symmetric(matrix: Any, name: str) -> csr_array:
     if not stored_twice:
         half = lower + upper
         return csr_array(half + half.T + diags_array(matrix.diagonal()))
-    _refuse_asymmetric(matrix, csr_array(lower - upper), name)
+    _refuse_asymmetric(matrix, name)
     return csr_array((matrix + matrix.T) * 0.5)
 
 
-def _refuse_asymmetric(matrix: csr_array, difference: csr_array, name: str) -> None:
-    worst = np.abs(difference.data).max(initial=0.0)
-    if worst <= ASYMMETRY * np.abs(matrix.data).max():
+def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
+    pair = asymmetry(matrix, ASYMMETRY)
+    if pair is None:
         return
-    entry = difference.tocoo()
-    at = int(np.argmax(np.abs(entry.data)))
-    i, j = int(entry.coords[0][at]), int(entry.coords[1][at])
+    i, j = pair.row + 1, pair.column + 1
     raise InputError(
-        f"{name} is not symmetric: entry ({i + 1}, {j + 1}) is {matrix[i, j]:.6g}, entry ({j + 1}, {i + 1}) is "
-        f"{matrix[j, i]:.6g}; export a symmetric model (no friction, follower or gyroscopic terms)"
+        f"{name} is not symmetric: entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is "
+        f"{pair.mirrored:.6g}; export a symmetric model (no friction, follower or gyroscopic terms)"
     )
 
 

@@ -132,6 +132,7 @@ class Outputs:
             rate = float(tangent[-1])
             G = b.excitation(detail.forces, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
+            assert self.receptance is not None
             at = Compliance(self.receptance, b.orders, detail.omega)
             rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
             if isinstance(system, FrequencySystem):

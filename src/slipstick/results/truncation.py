@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.contact.law import Motion
 from slipstick.results.measures import largest_deviation
+from slipstick.structure.protocol import Receptance
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
@@ -97,20 +98,20 @@ def _added(outputs: Outputs, F: Array, omega: Array, orders: Array) -> Array:
     """Motion of contact ports and far outputs (n, rows, 1 + 2 k) by forces (n, n_ports, 2 k) of the orders (k,)."""
     balance = outputs.balance
     G = np.concatenate([F, np.zeros((len(F), balance.n_loads, F.shape[2]))], axis=1)
-    receptances: list[Any] = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
+    receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
     return np.concatenate([moved(receptance, orders, G, omega) for receptance in receptances], axis=1)
 
 
-def moved(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
+def moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
     """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), zero harmonic 0; in slices of limited memory."""
     n = orders.size
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
         w, g = omega[first : first + slices], G[first : first + slices]
-        A, _ = receptance.at((w[:, None] * orders).ravel())
-        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1).reshape(len(A), -1, 1)
-        answer = (A @ hat)[..., 0].reshape(len(g), n, -1).transpose(0, 2, 1)
+        A, _ = receptance.at(orders, w)
+        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1)[..., None]
+        answer = (A @ hat)[..., 0].transpose(0, 2, 1)
         out[first : first + slices, :, 1::2] = -answer.real
         out[first : first + slices, :, 2::2] = answer.imag
     return out

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, SMALLEST, listed, shown, table
+from slipstick.structure.symmetry import ASYMMETRY, asymmetry
 
 Array = NDArray[np.float64]
 
@@ -74,14 +75,14 @@ def array_faults(
     return []
 
 
-def symmetry_faults(name: str, value: Any, *, tolerance: float = 1e-8) -> list[str]:
-    """Faults of a square matrix (dense or sparse) that must be symmetric, to a fraction of its largest entry."""
-    largest = abs(value).max() if value.shape[0] else 0.0
-    difference = abs(value - value.T).max() if value.shape[0] else 0.0
-    if difference <= tolerance * largest:
+def symmetry_faults(name: str, value: Any, *, tolerance: float = ASYMMETRY) -> list[str]:
+    """Faults of a square matrix (dense or sparse) that must be symmetric, see ``asymmetry``."""
+    pair = asymmetry(value, tolerance)
+    if pair is None:
         return []
+    i, j = pair.row + 1, pair.column + 1
     return [
-        f"{name}: not symmetric (largest difference {difference:g} beside entries up to {largest:g}); "
+        f"{name}: not symmetric (entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is {pair.mirrored:.6g}); "
         "give the full symmetric matrix, not one triangle"
     ]
 

@@ -62,7 +62,7 @@ class MatrixStructure:
     >>> s = MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     >>> s.natural_frequencies.round(4)
     array([6.3246])
-    >>> value, slope = s.project([[1.0]], [[1.0]]).at([6.0])
+    >>> value, slope = s.project([[1.0]], [[1.0]]).at([1], 6.0)
     >>> complex(value[0, 0, 0].round(4))
     (0.1838-0.1103j)
     """
@@ -180,7 +180,7 @@ class MatrixStructure:
             return None
         modes = modes / np.sqrt(weights)
         for w in np.quantile(self.natural_frequencies, (0.0, 0.5, 1.0)) * (1.0, 1.1, 3.0):
-            exact = self._solve(float(w), np.eye(n))[0]
+            exact = np.linalg.inv(self._stiffness(float(w))[0])
             if not np.abs((modes / (1j * w - poles)) @ modes.T - exact).max() <= _POLE_ERROR * np.abs(exact).max():
                 return None
         return poles, modes
@@ -212,7 +212,7 @@ class MatrixStructure:
             return PoleReceptance(
                 left=left.T @ shapes_at_poles, right=right.T @ shapes_at_poles, poles=poles, static=static
             )
-        return SolvedReceptance(solve=self._solve, rows=left, columns=right, static=static)
+        return SolvedReceptance(stiffness=self._stiffness, rows=left, columns=right, static=static)
 
     def _static_solve(self, right: Array) -> Array:
         return np.asarray(self._static_factors(right), dtype=float)
@@ -232,20 +232,14 @@ class MatrixStructure:
         """Everything but the factors, which cannot be pickled."""
         return {name: value for name, value in self.__dict__.items() if name != "_static_factors"}
 
-    def _solve(self, w: float, right: Array) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """``Z(w)^-1 right`` and ``dZ/dw Z(w)^-1 right``."""
+    def _stiffness(self, w: float) -> tuple[Any, Any]:
+        """Dynamic stiffness ``Z(w)`` and ``dZ/dw``."""
         stiffness = self.K * (1.0 + 1j * self.loss_factor) - w * w * self.M
         slope = -2.0 * w * self.M
         if self.C is not None:
             stiffness = stiffness + 1j * w * self.C
             slope = slope + 1j * self.C
-        if self._dense:
-            solution = np.linalg.solve(stiffness, right)
-        else:
-            from scipy.sparse.linalg import splu
-
-            solution = splu(stiffness).solve(right.astype(complex))
-        return solution, slope @ solution
+        return stiffness, slope
 
     def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
         """Equations of motion in time; hysteretic damping becomes viscous, equal at each natural frequency."""

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from slipstick.faults import LARGEST, SMALLEST
 from slipstick.structure.checks import within_range
-
-ASYMMETRY = 1e-8
-"""Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
+from slipstick.structure.symmetry import asymmetry
 
 
 def matrix_problems(K: Any, M: Any, dofs: Sequence[str] | None = None) -> list[str]:
@@ -50,26 +48,13 @@ def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[s
         where = name_of(dofs, int(A.tocoo().row[~(np.abs(A.data) <= LARGEST)][0]))
         yield f"the {name} matrix holds a value that is not finite or above {LARGEST:g}, in the row of dof {where}"
         return
-    row = asymmetric_row(A)
-    if row is not None:
+    pair = asymmetry(A)
+    if pair is not None:
         yield (
-            f"the {name} matrix is not symmetric, first in the row of dof {name_of(dofs, row)}; "
+            f"the {name} matrix is not symmetric, first in the row of dof {name_of(dofs, pair.row)} "
+            f"({pair.entry:.6g} there, {pair.mirrored:.6g} in its column); "
             "if one half is stored, mirror it; gyroscopic or follower terms cannot be reduced here"
         )
-
-
-def asymmetric_row(A: Any) -> int | None:
-    """First row that differs from its column; None for a symmetric matrix. Two products, no transposed copy.
-
-    >>> from scipy import sparse
-    >>> asymmetric_row(sparse.csr_array([[2.0, 1.0], [0.0, 2.0]]))
-    0
-    """
-    x = np.random.default_rng(1).uniform(0.5, 1.5, A.shape[0])
-    difference = np.abs(A @ x - A.T @ x)
-    size = abs(A) @ x
-    wrong = np.flatnonzero(difference > ASYMMETRY * np.maximum(size, np.finfo(float).tiny))
-    return int(wrong[0]) if len(wrong) else None
 
 
 def _mass_problems(M: Any, dofs: Sequence[str] | None) -> Iterator[str]:

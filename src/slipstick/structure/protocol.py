@@ -17,14 +17,19 @@ ComplexArray = NDArray[np.complex128]
 class Receptance(Protocol):
     """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md section 9).
 
-    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part.
+    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric.
     """
 
     static: Array
     """Exact static compliance, (n_rows, n_columns), real, length/force: the zero harmonic."""
 
-    def at(self, frequency: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
+    def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
+
+        Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
+        principal frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
+        sector to sector), which is why they are asked for by number.
+        """
         ...
 
 

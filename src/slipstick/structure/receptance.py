@@ -25,6 +25,14 @@ def _products(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     return np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, left.shape[1]).T)
 
 
+def undamped(omega: Array, modes: Array, static: Array, second: Array | None = None) -> ModalReceptance:
+    """Receptance without damping between dofs: modes (n_dofs, n_modes), exact static compliance, second residual."""
+    return ModalReceptance(
+        left=modes, right=modes, stiffness=omega**2, damping=np.zeros_like(omega), static=static,
+        residual=static - (modes / omega**2) @ modes.T, second=second,
+    )  # fmt: skip
+
+
 class ModalReceptance:
     """``A(w) = sum_r left_r right_r / (stiffness_r + i w damping_r - w^2) + residual + w^2 second``.
 
@@ -66,9 +74,9 @@ class ModalReceptance:
         products = _products(self._left, self._right)
         return products.astype(complex) if products.size < _SMALL else products
 
-    def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
-        w = np.asarray(frequency, dtype=float).reshape(-1, 1)
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        places, w, shape = _places(orders, omega, self._shape)
         count, modes = w.size, self._stiffness.size
         both = np.empty((2, count, modes), dtype=complex)
         np.divide(1.0, self._stiffness + w * (self._damping - w), out=both[0])
@@ -81,7 +89,7 @@ class ModalReceptance:
             cube = w[:, :, None]
             value += cube * cube * self._second
             slope += 2.0 * cube * self._second
-        return value, slope
+        return _by_omega(value.reshape(shape), slope.reshape(shape), places)
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
         """``factors @ products``; real products are multiplied with real and imaginary parts apart (half the work)."""
@@ -120,26 +128,26 @@ class PoleReceptance:
         """``left_k right_k`` (n_poles, n_rows n_columns), made when a frequency is first asked for."""
         return _products(self._left, self._right)
 
-    def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
-        w = np.asarray(frequency, dtype=float).reshape(-1, 1)
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        places, w, shape = _places(orders, omega, self.static.shape)
         both = np.empty((2, w.size, self._poles.size), dtype=complex)
         np.divide(1.0, 1j * w - self._poles, out=both[0])
         np.multiply(both[0], -1j * both[0], out=both[1])
         summed: ComplexArray = both.reshape(2 * w.size, -1) @ self._products
-        value, slope = summed.reshape(2, w.size, *self.static.shape)
-        return value, slope
+        value, slope = summed.reshape(2, *shape)
+        return _by_omega(value, slope, places)
 
 
 class SolvedReceptance:
-    """``A(w) = rows^T Z(w)^-1 columns`` with one solution of ``Z(w)`` for each frequency.
+    """``A(w) = rows^T Z(w)^-1 columns`` with one factorisation of ``Z(w)``, which need not be symmetric, a frequency.
 
-    The derivative needs no further factorisation: ``dA/dw = -(Z^-1 rows)^T (dZ/dw) (Z^-1 columns)``, Z being symmetric.
+    The derivative needs no further one: ``dA/dw = -(Z^-T rows)^T (dZ/dw) (Z^-1 columns)``.
 
     Parameters
     ----------
-    solve
-        ``solve(w, right)`` returns ``Z(w)^-1 right`` and ``dZ/dw Z(w)^-1 right`` for right-hand sides (n_dofs, k).
+    stiffness
+        ``stiffness(w)`` returns ``Z(w)`` and ``dZ/dw``, (n_dofs, n_dofs), dense or scipy sparse.
     rows, columns
         Directions (n_dofs, n_rows) and (n_dofs, n_columns).
     static
@@ -147,25 +155,46 @@ class SolvedReceptance:
     """
 
     def __init__(
-        self,
-        *,
-        solve: Callable[[float, Array], tuple[ComplexArray, ComplexArray]],
-        rows: Array,
-        columns: Array,
-        static: Array,
+        self, *, stiffness: Callable[[float], tuple[Any, Any]], rows: Array, columns: Array, static: Array
     ) -> None:
         self.static = static
-        self._solve, self._rows, self._columns = solve, rows, columns
-        self._both = np.hstack((columns, rows))
+        self._stiffness, self._rows, self._columns = stiffness, rows, columns
 
-    def at(self, frequency: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance and its derivative by frequency, both (n_frequencies, n_rows, n_columns); frequency in rad/s."""
-        w = np.asarray(frequency, dtype=float).reshape(-1)
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        places, w, shape = _places(orders, omega, self.static.shape)
         value = np.empty((w.size, *self.static.shape), dtype=complex)
         slope = np.empty_like(value)
-        k = self._columns.shape[1]
-        for i, each in enumerate(w):
-            solution, stiffness_slope = self._solve(float(each), self._both)
-            value[i] = self._rows.T @ solution[:, :k]
-            slope[i] = -solution[:, k:].T @ stiffness_slope[:, :k]
-        return value, slope
+        for i, each in enumerate(w[:, 0].tolist()):
+            Z, dZ = self._stiffness(each)
+            solve = _solver(Z)
+            moved = solve(self._columns, False)
+            value[i] = self._rows.T @ moved
+            slope[i] = -solve(self._rows, True).T @ (dZ @ moved)
+        return _by_omega(value.reshape(shape), slope.reshape(shape), places)
+
+
+def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
+    """Orders (k,), the frequencies ``orders * omega`` as a column, and the shape of what is asked there."""
+    m = np.asarray(orders, dtype=float)
+    w = np.multiply.outer(omega, m)
+    return m, w.reshape(-1, 1), (*w.shape, *shape)
+
+
+def _by_omega(value: ComplexArray, slope: ComplexArray, orders: Array) -> tuple[ComplexArray, ComplexArray]:
+    """The derivative by each order's own frequency, ``slope``, becomes that by omega."""
+    slope *= orders[:, None, None]
+    return value, slope
+
+
+def _solver(Z: Any) -> Callable[[Array, bool], ComplexArray]:
+    """``solve(right, transposed)`` with one factorisation of a dense or sparse matrix."""
+    if hasattr(Z, "tocsc"):
+        from scipy.sparse.linalg import splu
+
+        factors = splu(Z.tocsc())
+        return lambda right, transposed: factors.solve(right.astype(complex), trans="T" if transposed else "N")
+    from scipy.linalg import lu_factor, lu_solve
+
+    lu = lu_factor(Z)
+    return lambda right, transposed: lu_solve(lu, right, trans=int(transposed))

@@ -24,6 +24,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.eigen import Listener
 from slipstick.structure import reduction_store
 from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction_compute import (
     ReducedData,
     compute,
@@ -250,10 +251,8 @@ def receptance_error(
     """
     s = structure
     exact = direct_receptance(as_csr(K), as_csr(M), directions, omega, solver)[0]
-    residual = s.static_compliance - (s.mode_shapes / s.omega**2) @ s.mode_shapes.T
-    second = 0.0 if s.second_residual is None else omega**2 * s.second_residual
-    modal = (s.mode_shapes / (s.omega**2 - omega**2)) @ s.mode_shapes.T
-    return float(np.linalg.norm(modal + residual + second - exact) / np.linalg.norm(exact))
+    found = undamped(s.omega, s.mode_shapes, s.static_compliance, s.second_residual).at([1], omega)[0][0]
+    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
 def modal_structure(

@@ -18,6 +18,7 @@ from slipstick.solve.factorisation import SingularMatrixError, factorise, shifte
 from slipstick.structure import reduction_store
 from slipstick.structure.definite import scaled, smallest_pivot
 from slipstick.structure.matrix_checks import matrix_problems, name_of
+from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction_request import Accuracy
 
 Array = NDArray[np.float64]
@@ -58,9 +59,9 @@ class ReducedData:
 
     def receptance(self, omega: float, n_keep: int) -> Array:
         """Undamped, between the kept directions (n_keep, n_keep), both residual terms included."""
-        a, w2 = self.amplitudes[:n_keep], self.omega**2
-        tail = 1.0 / (w2 - omega**2) - 1.0 / w2 - omega**2 / w2**2
-        return np.asarray((a * tail) @ a.T + self.static[:n_keep, :n_keep] + omega**2 * self.second[:n_keep, :n_keep])
+        a, kept = self.amplitudes[:n_keep], np.s_[:n_keep, :n_keep]
+        second = self.second[kept] - (a / self.omega**4) @ a.T
+        return np.asarray(undamped(self.omega, a, self.static[kept], second).at([1], omega)[0][0].real)
 
 
 def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
