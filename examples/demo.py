@@ -13,6 +13,7 @@ SCRIPTS = (
     "oscillator/rub_excited.py",
     "oscillator/friction_force.py",
     "blade_reduced/blade.py",
+    "lobed_casing/lobed_casing.py",
 )
 
 

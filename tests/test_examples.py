@@ -129,3 +129,26 @@ def test_blade_reduced(tmp_path):
         assert branches[name].outcome.ok
     assert max(float(branch.dataset.separation_fraction.max()) for branch in branches.values()) > 0.05
     module.draw(branches, tmp_path)
+
+
+def test_lobed_casing(tmp_path):
+    """A blade on an oval casing: twice the speed meets its first mode, and time integration agrees."""
+    module = load("lobed_casing/lobed_casing.py")
+    branches = module.compute()
+    speed, height = branches["over speed"], branches["over height"]
+    assert speed.outcome.ok
+    assert height.outcome.ok
+    omega, amplitude = highest(speed, "y")
+    assert (omega, amplitude) == (pytest.approx(1437.4, rel=1e-3), pytest.approx(4.178e-4, rel=1e-3))
+    assert omega == pytest.approx(module.problem().structure.natural_frequencies[0], rel=0.01)
+    for point in (speed.at(omega), 5, len(speed) - 5):
+        check = speed.check_in_time(point)
+        assert check.converged
+        assert check.relative_difference < 1e-4
+    assert float(speed.dataset.stick_fraction.max()) == 0.0  # which is why the velocity need not follow the speed
+    data = height.dataset
+    touching = data.parameter.values[data.separation_fraction.values[:, 0] < 1.0]
+    assert touching.min() == pytest.approx(module.CLEARANCE, abs=1.5e-6)  # a step of the curve
+    assert np.all(data.amplitude.sel(dof="y").values[data.parameter.values < module.CLEARANCE] == 0.0)
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "lobed_casing.png").stat().st_size > 10_000

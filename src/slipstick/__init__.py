@@ -16,6 +16,7 @@ _PUBLIC = {
     "FrictionContact": "slipstick.contact.friction",
     "RubbingMotion": "slipstick.contact.rubbing",
     "SampledLaw": "slipstick.contact.sampled",
+    "casing_motion": "slipstick.contact.casing",
     "common_period": "slipstick.contact.rubbing",
     "contact_forces": "slipstick.contact.friction",
     "MatrixStructure": "slipstick.structure.matrices",
@@ -55,6 +56,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
+    from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
     from slipstick.contact.rubbing import RubbingMotion as RubbingMotion

@@ -1,0 +1,263 @@
+"""From the profile of a casing or disc over angle to the normal motion that contacts running along it feel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.contact.rubbing import RubbingMotion
+from slipstick.errors import InputError
+from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, numbers, same_length, warn, whole, wrong
+from slipstick.trig.harmonics import HIGHEST, Harmonics
+
+Array = NDArray[np.float64]
+Profile = Callable[[Any], Any] | ArrayLike
+
+WARNED = 1e-2
+"""Truncation error of a profile over its range, above which it is warned of."""
+
+_FEWEST_SAMPLES = 8192
+_ZERO = 1e-13
+"""Coefficients below it, over the largest height, are rounding."""
+_EXPECTED = "a function of the angle (rad) with period 2 pi, or a table of rows (angle, height) over one turn"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProfileSeries:
+    """``h(theta) = sum cos_m cos(m theta) + sin_m sin(m theta)``, m counted per turn.
+
+    Attributes
+    ----------
+    orders, cos, sin
+        The orders m and their coefficients, (n,) each, length.
+    range
+        Highest less lowest height of the profile itself, length.
+    error
+        Largest distance of the series from the profile, length.
+    """
+
+    orders: NDArray[np.int64]
+    cos: Array
+    sin: Array
+    range: float
+    error: float
+
+    def height(self, angle: ArrayLike) -> Array:
+        """The series at angles (rad), same shape."""
+        turned = np.asarray(angle, dtype=float)[..., None] * self.orders
+        return np.asarray(np.cos(turned) @ self.cos + np.sin(turned) @ self.sin)
+
+
+def profile_series(profile: Profile, orders: Iterable[int]) -> ProfileSeries:
+    """Fourier series of a profile over one turn, with what it misses.
+
+    A function is sampled at 8192 angles or more: finite Fourier series come out exactly. Between the rows of a table
+    the profile is straight; its coefficients are those of that polygon, exactly.
+
+    Parameters
+    ----------
+    profile
+        As in ``casing_motion``.
+    orders
+        Whole orders per turn, >= 0.
+
+    Raises
+    ------
+    InputError
+        For a function without the period 2 pi, a table that is none, heights that are not finite.
+    """
+    m = np.array(sorted({whole("orders", order) for order in orders}), dtype=np.int64)
+    samples = max(_FEWEST_SAMPLES, 1 << int(16 * m.max(initial=1)).bit_length())
+    angle = np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False)
+    if callable(profile):
+        height = _sampled(profile, angle)
+        coefficients = np.fft.rfft(height)[m] / samples
+    else:
+        at, corners = _corners(profile)
+        coefficients = _of_polygon(at, corners, m)
+        height = np.interp(angle, at, corners, period=2.0 * np.pi)
+        angle, height = np.concatenate([angle, at]), np.concatenate([height, corners])
+    coefficients = coefficients * np.where(m == 0, 1.0, 2.0)
+    least = _ZERO * float(np.abs(height).max())
+    cos, sin = (np.where(np.abs(c) > least, c, 0.0) for c in (coefficients.real, -coefficients.imag))
+    series = ProfileSeries(orders=m, cos=cos, sin=sin, range=float(np.ptp(height)), error=0.0)
+    missed = max(float(np.abs(series.height(a) - h).max()) for a, h in _slices(angle, height))
+    return replace(series, error=missed)
+
+
+def casing_motion(
+    profile: Profile,
+    *,
+    angles: ArrayLike,
+    radius: ArrayLike,
+    speed: float,
+    orders: Harmonics | Iterable[int] | int = 10,
+    lobes: int = 1,
+) -> RubbingMotion:
+    """Motion of a lobed, oval or eccentric counter surface as the contacts of a rotor feel it.
+
+    A contact at ``angle`` runs along the profile with ``speed``: it meets the height ``h(angle + speed t)``, which
+    moves the surface towards it, and slides with ``radius * speed``. The principal frequency is ``lobes * abs(speed)``.
+
+    Parameters
+    ----------
+    profile
+        Height towards the axis over the angle, length, positive where it closes the gap: a function of the angle in
+        rad, of period 2 pi; or a table of rows (angle, height) within one turn, straight in between.
+    angles
+        Angular places of the contacts at t = 0 on the profile, rad; one, or (n_contacts,).
+    radius
+        Of the contacts about the axis, length > 0; one, or (n_contacts,).
+    speed
+        Of the contacts relative to the profile, rad/s, positive towards growing angles, not 0. The tangential
+        directions of the contacts point towards growing angles too. A disc that turns under contacts at rest: its own
+        speed with the opposite sign.
+    orders
+        Orders of the principal frequency that are kept, as in ``Harmonics``.
+    lobes
+        Number of equal lobes: with 2 the principal frequency is twice the speed, and order 1 is the oval itself.
+
+    Returns
+    -------
+    RubbingMotion
+        With arrays (n_contacts,) where ``angles`` or ``radius`` are such.
+
+    Raises
+    ------
+    InputError
+        With one sentence for each argument that cannot be used.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where the series misses the profile by more than a hundredth of its range (``profile_series`` tells the error).
+
+    Examples
+    --------
+    >>> from math import cos, pi
+    >>> rub = casing_motion(lambda a: 3e-4 * cos(2 * a), angles=[0.0, pi / 2], radius=0.4, speed=700.0, lobes=2)
+    >>> rub.velocity, rub.normal_cos[1]
+    (array([280., 280.]), array([ 0.0003, -0.0003]))
+    """
+    at, arm, turning, kept, count = _checked(angles, radius, speed, orders, lobes)
+    series = profile_series(profile, (count * order for order in kept.orders))
+    _tell(series, count, kept)
+    cos, sin = _met(series, at, float(np.sign(turning)))
+    places = {int(m) // count: i for i, m in enumerate(series.orders) if series.cos[i] or series.sin[i]}
+    return RubbingMotion(
+        velocity=np.broadcast_to(arm * turning, np.broadcast_shapes(at.shape, arm.shape)),
+        normal_cos={order: cos[..., i] for order, i in places.items()},
+        normal_sin={order: sin[..., i] for order, i in places.items() if order},
+    )
+
+
+def _checked(
+    angles: Any, radius: Any, speed: Any, orders: Any, lobes: Any
+) -> tuple[Array, Array, float, Harmonics, int]:
+    """The arguments in the form that is computed with; InputError with all faults."""
+    found = Gathering()
+    at = found.take(number_or_numbers, "angles", angles, "an angle in rad, or one for each contact")
+    arm = found.take(number_or_numbers, "radius", radius, "a length > 0, or one for each contact")
+    turning = found.take(number, "speed", speed, "a speed in rad/s other than 0")
+    kept = found.take(Harmonics.of, orders)
+    count = found.take(whole, "lobes", lobes, 1, HIGHEST)
+    if arm is not None and np.any(np.asarray(arm) < SMALLEST):
+        found.problems.append(f"radius: found {np.min(arm):g}; expected a length > 0")
+    if turning is not None and abs(turning) < SMALLEST:
+        found.problems.append("speed: found 0; expected a speed in rad/s other than 0")
+    found.end()
+    same_length("casing motion", {"angles": at, "radius": arm})
+    assert kept is not None and count is not None and turning is not None  # noqa: PT018
+    return np.asarray(at), np.asarray(arm), turning, kept, count
+
+
+def _met(series: ProfileSeries, angle: Array, sign: float) -> tuple[Array, Array]:
+    """Cosine and sine coefficients over time of ``h(angle + sign m t)``, (..., n)."""
+    turned = angle[..., None] * series.orders
+    c, s = np.cos(turned), np.sin(turned)
+    return c * series.cos + s * series.sin, sign * (c * series.sin - s * series.cos)
+
+
+def _tell(series: ProfileSeries, lobes: int, kept: Harmonics) -> None:
+    if series.error <= WARNED * series.range:
+        return
+    equal = f", which have to be {lobes} equal lobes," if lobes > 1 else ""
+    sentence = (
+        f"profile: its Fourier series with orders up to {kept.highest}{equal} misses it by up to {series.error:.3g}, "
+        f"{100.0 * series.error / series.range:.2g} % of its range {series.range:.3g}: keep more orders, or round off "
+        "its edges"
+    )
+    warn([sentence])
+
+
+def _sampled(profile: Callable[[Any], Any], angle: Array) -> Array:
+    """Heights (n,) of a function at angles (n,), which has to be the same a turn later."""
+    heights = _heights(profile, angle)
+    probes = 0.123 + angle[:: max(1, angle.size // 16)]  # off round places, where profiles have their edges
+    once, again = _heights(profile, probes), _heights(profile, probes + 2.0 * np.pi)
+    differ = np.abs(again - once) > 1e-6 * max(float(np.ptp(heights)), 1e-6 * float(np.abs(heights).max()))
+    if np.any(differ):
+        at = int(np.argmax(differ))
+        raise InputError(
+            f"profile: found {once[at]:g} at angle {probes[at]:.4g} but {again[at]:g} a turn later; "
+            "expected a function with period 2 pi"
+        )
+    return heights
+
+
+def _heights(profile: Callable[[Any], Any], angle: Array) -> Array:
+    try:
+        found = np.asarray(profile(angle))
+    except Exception:  # a function of one number, such as math.cos
+        found = np.empty(0)
+    if found.shape != angle.shape:
+        found = np.asarray([profile(float(a)) for a in angle])
+    heights = numbers("profile", found, "a function of the angle with finite heights")
+    if heights.shape != angle.shape:
+        raise wrong("profile", found, "a function with one height for each angle")
+    return heights
+
+
+def _corners(profile: Any) -> tuple[Array, Array]:
+    """Angles in [0, 2 pi), increasing, and heights of a table."""
+    table = numbers("profile", profile, _EXPECTED)
+    if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3:
+        raise InputError(f"profile: found a table of shape {table.shape}; expected {_EXPECTED}, at least 3 rows")
+    angle, height = table.T
+    steps, turn = np.diff(angle), 2.0 * np.pi
+    if np.any(steps <= 0.0):
+        row = int(np.argmax(steps <= 0.0)) + 2
+        raise InputError(f"profile: row {row} has an angle not above the one before; expected growing angles")
+    if angle[-1] - angle[0] > turn * (1.0 + 1e-9):
+        raise InputError(
+            f"profile: its angles go from {angle[0]:g} to {angle[-1]:g}; expected at most one turn, 2 pi rad"
+        )
+    if angle[-1] - angle[0] > turn * (1.0 - 1e-9):
+        if abs(height[-1] - height[0]) > 1e-6 * np.ptp(height):
+            raise InputError(
+                f"profile: found {height[0]:g} in the first row but {height[-1]:g} a turn later in the last; "
+                "expected the same height"
+            )
+        angle, height = angle[:-1], height[:-1]
+    order = np.argsort(angle % turn)
+    return (angle % turn)[order], height[order]
+
+
+def _of_polygon(angle: Array, height: Array, m: NDArray[np.int64]) -> NDArray[np.complex128]:
+    """Complex coefficients of ``exp(i m theta)`` of a closed polygon, by the jumps of its slope."""
+    width = np.diff(angle, append=angle[0] + 2.0 * np.pi)
+    slope = np.diff(height, append=height[0]) / width
+    jumps = slope - np.roll(slope, 1)
+    positive = np.maximum(m, 1)
+    found = -(np.exp(-1j * positive[:, None] * angle) @ jumps) / (2.0 * np.pi * positive**2)
+    mean = np.sum(width * (height + np.roll(height, -1))) / (4.0 * np.pi)
+    return np.where(m == 0, mean, found)
+
+
+def _slices(angle: Array, height: Array, size: int = 1024) -> Iterable[tuple[Array, Array]]:
+    """Parts of limited memory."""
+    return ((angle[i : i + size], height[i : i + size]) for i in range(0, angle.size, size))
