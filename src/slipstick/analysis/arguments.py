@@ -1,0 +1,113 @@
+"""What users give to a response curve, in the form that is computed with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipstick.analysis.events import Listener
+from slipstick.analysis.task import response_options
+from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
+from slipstick.errors import InputError
+from slipstick.faults import listed, names, number, numbers, one, shown, suggestion, whole, wrong
+from slipstick.solve.continuation import ContinuationOptions, NewtonOptions
+
+Array = NDArray[np.float64]
+
+PEAK_OUTPUTS = 3
+"""Up to that many outputs, the peaks of all of them are located."""
+
+
+def followed_problem(given: Any) -> Problem:
+    """A problem that has contacts."""
+    problem = one("problem", given, Problem, "an ss.Problem")
+    if not problem.contacts:
+        raise InputError("there is no contact; the response is linear: use linear_response, or give a contact")
+    return problem
+
+
+def common_arguments(
+    balance: Balance,
+    requested: tuple[float, ...],
+    peaks_of: Sequence[str] | str | None,
+    options: ContinuationOptions | Mapping[str, Any] | None,
+    listeners: Iterable[Listener] | Listener,
+    guess: ArrayLike | None,
+) -> dict[str, Any]:
+    """The fields of a ``Task`` that are asked for alike for every kind of branch."""
+    return {
+        "requested": requested,
+        "peaks_of": _peak_dofs(balance.problem, peaks_of),
+        "options": _options(options),
+        "listeners": _listeners(listeners),
+        "guess": None if guess is None else _guess(guess, balance),
+    }
+
+
+def _options(given: Any) -> ContinuationOptions:
+    if given is None or isinstance(given, ContinuationOptions):
+        return given or response_options()
+    if not isinstance(given, Mapping):
+        raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
+    known = [field.name for field in fields(ContinuationOptions)]
+    faults = [
+        f"options: there is no option {shown(name)}; {suggestion(name, known)}" for name in given if name not in known
+    ]
+    if faults:
+        raise InputError(faults)
+    return response_options(**{name: _option(name, value) for name, value in given.items()})
+
+
+def _option(name: str, value: Any) -> Any:
+    default, where = getattr(response_options(), name), f"options, {name}"
+    if isinstance(default, NewtonOptions):
+        return one(where, value, NewtonOptions, "NewtonOptions(...)")
+    if isinstance(default, bool):
+        return one(where, value, bool, "True or False")
+    return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
+
+
+def _listeners(given: Any) -> tuple[Listener, ...]:
+    if callable(given):
+        return (given,)
+    expected = "a function of one event, or a list of them"
+    found = listed("listeners", given, expected)
+    for listener in found:
+        if not callable(listener):
+            raise wrong("listeners", listener, expected)
+    return found
+
+
+def _guess(given: Any, balance: Balance) -> Array:
+    guess = numbers("guess", given, f"{balance.size} finite numbers")
+    if guess.shape not in ((balance.size,), (balance.n_ports, balance.L)):
+        raise InputError(
+            f"guess: found shape {guess.shape}; expected ({balance.n_ports}, {balance.L}): coefficients of the "
+            "relative motion of the contacts, first all tangential, then all normal ones"
+        )
+    return guess.reshape(-1)
+
+
+def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str, ...]:
+    outputs = tuple(problem.outputs or ())
+    if given is None:
+        if len(outputs) <= PEAK_OUTPUTS:
+            return outputs
+        loaded = [load.dof for load in problem.loads if load.dof in outputs]
+        first = [pair.direction(pair.contact.ports[0]) or {} for pair in problem.contacts[:1]]
+        rubbed = [dof for direction in first for dof in direction if dof in outputs]
+        return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
+    chosen = names("peaks_of", given)
+    faults = [
+        f"peaks_of: '{name}' is not among the outputs; {suggestion(name, outputs)}"
+        for name in chosen
+        if name not in outputs
+    ]
+    if faults:
+        raise InputError(faults)
+    return chosen

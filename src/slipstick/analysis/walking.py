@@ -1,0 +1,200 @@
+"""The walk along a branch, part by part: points in order, listeners told, temperatures watched."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.events import PointFound, Started, Stopped
+from slipstick.analysis.parts import BROKEN_OFF, Part, joined
+from slipstick.analysis.peaks import peak_events
+from slipstick.analysis.task import Task
+from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text, relative_residual
+from slipstick.balance.scaling import scales
+from slipstick.balance.start import FirstPoint
+from slipstick.balance.systems import ParameterSystem
+from slipstick.errors import Outcome
+from slipstick.faults import warn
+from slipstick.results.branch import Branch, attributes_of, make_dataset
+from slipstick.results.record import Point, Recorder
+from slipstick.results.truncation import truncation_sentence
+from slipstick.solve.continuation import Step
+
+Array = NDArray[np.float64]
+
+
+@cache
+def _blas() -> Any:
+    """Finding the BLAS libraries takes milliseconds: once a process."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def _one_thread() -> AbstractContextManager[Any]:
+    """Matrices of the balance are small: more BLAS threads only wait for each other."""
+    limit: AbstractContextManager[Any] = _blas().limit(limits=1, user_api="blas")
+    return limit
+
+
+def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
+    """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message."""
+    begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
+    outcome, message = Outcome.INTERRUPTED, ""
+    work = dict.fromkeys(("evaluations", "linear_solves", "rejected_steps"), 0)
+    jumps: list[Jump] = []
+    parts = [Part(number=1, start=task.start, stop=task.stop)]
+    task.problem.warn(task.warnings)
+    attributes = attributes_of(task.problem, outcome, "", task.warnings, parameter=task.parameter)
+    _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
+    try:
+        yield from _follow_part(task, parts, recorder, jumps, work)
+        if parts[0].outcome in BROKEN_OFF:
+            parts.append(Part(number=2, start=task.stop, stop=task.start))
+            yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
+        outcome, message = joined(parts, undamped=task.balance.springs is not None)
+        message += jumps_text(jumps, task.balance.heated_names)
+        message = _placed(task, outcome, message, parts)
+        return outcome, message
+    except KeyboardInterrupt:
+        message = _placed(task, outcome, outcome.text, parts)
+        return outcome, message
+    finally:
+        seconds, number = time.perf_counter() - begin, sum(part.points for part in parts)
+        attributes = attributes_of(
+            task.problem, outcome, message, task.warnings,
+            parameter=task.parameter, parts=len(parts), **work, seconds=seconds,
+        )  # fmt: skip
+        _tell(task, Stopped(
+            outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
+        ))  # fmt: skip
+
+
+def _follow_part(
+    task: Task, parts: list[Part], recorder: Recorder, jumps: list[Jump], work: dict[str, int]
+) -> Generator[Point, None, None]:
+    """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
+    part, sought = parts[-1], parts[0].last if len(parts) > 1 else None
+    with _one_thread():
+        x = _first(task)
+    if x is None:
+        part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
+        return
+    run = WarmContinuation(
+        task.system, x, task.start, task.stop, jumps=jumps,
+        options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
+        requested=(*task.requested, *((sought[0],) if sought else ())),
+        events=peak_events(recorder.outputs, task.peaks_of, task.system),
+    )  # fmt: skip
+    try:
+        while True:
+            with _one_thread():
+                step = next(run, None)
+            if step is None:
+                break
+            point = _point(step, task, part)
+            part.add(step.parameter, step.x)
+            if task.listeners:
+                _tell(task, PointFound(
+                    number=sum(p.points for p in parts), point=point, progress=_progress(parts), step=run.step_length,
+                    recorder=recorder,
+                ))  # fmt: skip
+            yield point
+            if sought is not None and part.reaches(*sought):
+                part.outcome, part.met = Outcome.COMPLETED, True
+                return
+        part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
+    finally:
+        counts = (run.evaluations, run.solves, run.rejected)
+        work.update({name: work[name] + count for name, count in zip(work, counts, strict=True)})
+
+
+def _from_other_end(task: Task) -> Task:
+    """The same range from its other end."""
+    given = task.inputs
+    if isinstance(task.system, ParameterSystem):
+        given = task.system.base.moved(task.system.direction, task.stop)
+    omega = task.omega if task.parameter else task.stop
+    return replace(task, start=task.stop, stop=task.start, omega=omega, inputs=given, guess=None)
+
+
+def _progress(parts: list[Part]) -> float:
+    """Part of the range that is done; it falls where the branch turns back."""
+    first, now = parts[0], parts[-1]
+    assert now.last is not None
+    done = abs(now.last[0] - now.start) + (abs(first.reach - first.start) if now is not first else 0.0)
+    return min(1.0, done / abs(first.stop - first.start))
+
+
+def _placed(task: Task, outcome: Outcome, message: str, parts: list[Part]) -> str:
+    """The message of a curve that stopped early, with the place of its last point; two parts tell it themselves."""
+    if outcome.ok or len(parts) > 1:
+        return message
+    unit, last = f" ({task.parameter})" if task.parameter else " rad/s", parts[0].last
+    if last is None:
+        return f"{message}; no point was found at {task.start:.6g}{unit}"
+    return f"{message}; the last of {parts[0].points} points is at {last[0]:.6g}{unit}"
+
+
+def _tell(task: Task, event: Any) -> None:
+    for listener in task.listeners:
+        listener(event)
+
+
+def _first(task: Task) -> Array | None:
+    search = FirstPoint(
+        task.balance, task.inputs, task.omega,
+        guess=task.guess, report=lambda event: _tell(task, event), last_resort=lambda: _settled_in_time(task),
+    )  # fmt: skip
+    return search.find()
+
+
+def _settled_in_time(task: Task) -> Array | None:
+    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration."""
+    from slipstick.analysis.transient import transient
+
+    problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem
+    found = transient(problem, task.omega, periods=200, tolerance=1e-6)
+    compliance = task.balance.compliance(task.omega, anchored=False)
+    by_port = (found.friction_coefficients, found.normal_coefficients)
+    forces = [dict(enumerate(F[batch.elements] for F in by_port)) for batch in task.balance.batches]
+    return -task.balance.moved_by(forces, task.inputs.P, compliance)
+
+
+def _point(step: Step, task: Task, part: Part) -> Point:
+    value, kind = step.evaluation, step.kind
+    if kind == "requested" and step.parameter not in task.requested:
+        kind = "regular"
+    return Point.at(
+        value.detail, x=step.x, residual=relative_residual(step),
+        iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
+        peak_of=step.name if kind == "peak" else "",
+    )  # fmt: skip
+
+
+def collect(task: Task) -> Branch:
+    """The branch of a task."""
+    points: list[Point] = []
+    last: list[Stopped] = []
+
+    def remember(event: Any) -> None:
+        if isinstance(event, Stopped):
+            last.append(event)
+
+    task = replace(task, listeners=(*task.listeners, remember))
+    points.extend(walk(task))
+    end = last[-1]
+    recorder = Recorder(task.balance, parameter=task.parameter)
+    values, followed = recorder.values(points), task.parameter or "omega"
+    at, attributes = values["parameter" if task.parameter else "omega"], dict(end.attributes)
+    if sentence := truncation_sentence(followed, at, values["truncation"]):
+        warn([sentence])
+        attributes["warnings"] = "\n".join([*task.warnings, sentence])
+    return Branch(lambda: make_dataset(recorder, values, attributes), end.outcome, task.problem, end.message)
