@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 from scipy.io import mmwrite
+from typer.testing import CliRunner
 
 from slipstick.app.case import Case
 from slipstick.errors import InputError
@@ -385,3 +387,22 @@ def test_a_byte_order_mark_is_read_over(tmp_path):
     example = Path(__file__).parent.parent.parent / "examples/oscillator/case.toml"
     path.write_bytes(b"\xef\xbb\xbf" + example.read_bytes())
     assert Case.from_file(path).problem().title.startswith("SDOF")
+
+
+def test_a_run_projects_the_structure_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once for its warnings and its recorder, once for the curve; damping is looked at through one port, each time."""
+    from slipstick.app.cli import app
+    from slipstick.structure.matrices import MatrixStructure
+
+    counted: list[int] = []
+    project = MatrixStructure.project
+
+    def counting(self: MatrixStructure, rows: Any, columns: Any, shapes: Any = ()) -> Any:
+        counted.append(np.shape(columns)[1])
+        return project(self, rows, columns, shapes)
+
+    monkeypatch.setattr(MatrixStructure, "project", counting)
+    (tmp_path / "case.toml").write_text(GOOD)
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-figures"])
+    assert done.exit_code == 0, done.output
+    assert sorted(counted) == [1, 1, 2, 2]  # a contact and a loaded dof are two columns

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from slipstick.errors import InputError
 from slipstick.faults import warn
 
 if TYPE_CHECKING:
+    from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
     from slipstick.structure.protocol import Structure
@@ -76,6 +78,13 @@ class Case:
         """The problem the case describes."""
         return self.problem_
 
+    @cached_property
+    def balance(self) -> Balance:
+        """The problem made ready: its warnings and the recorder of a run share one projection of the structure."""
+        from slipstick.balance.ports import Balance
+
+        return Balance(self.problem())
+
     @property
     def name(self) -> str:
         """The file's name without its ending."""
@@ -114,10 +123,11 @@ class Case:
         """What can be computed but looks wrong, one sentence each."""
         from slipstick.balance.preflight import parameter_warnings, problem_warnings
 
+        static = self.balance.receptance.static
         if self.parameter is not None:
-            found = parameter_warnings(self.problem(), self.parameter, self.span, self.omega[0])
+            found = parameter_warnings(self.problem(), self.parameter, self.span, self.omega[0], static)
         else:
-            found = problem_warnings(self.problem(), self.omega)
+            found = problem_warnings(self.problem(), self.omega, static)
         return [*self.body.warnings, *found]
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:

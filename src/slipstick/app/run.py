@@ -78,14 +78,13 @@ class _Run:
 
     def compute(self, *, quiet: bool) -> None:
         """Follow the branch; every point goes to the store at once."""
-        from slipstick.balance.ports import Balance
         from slipstick.io.journal import Layout
         from slipstick.io.store import ResultStore
         from slipstick.results.record import Recorder
 
         self.tell(f"{self.case.title}: {self._request()}")
         prepare_kernel(self.tell)
-        recorder = Recorder(Balance(self.case.problem()), parameter=self.case.parameter or "")
+        recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
         layout = Layout(
             labels=recorder.labels,
             variables=recorder.variables,
