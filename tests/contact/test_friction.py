@@ -118,7 +118,8 @@ def test_the_normal_load_is_said_in_one_way():
     assert both.gap == -8000.0
     for given, words in (
         ({}, "the normal load is missing"), ({"gap": -1.0, "normal_load": 2.0}, "give one of them"),
-        ({"gap": 1.0, "normal_load": 2.0}, "give one of them"), ({"kn": 0.0, "normal_load": 2.0}, "kn = 0.0 is too small"),
+        ({"gap": 1.0, "normal_load": 2.0}, "give one of them"),
+        ({"kn": 0.0, "normal_load": 2.0}, "kn = 0.0 is too small"),
         ({"normal_load": -1.0}, "negative"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=words):

@@ -19,7 +19,7 @@ from slipstick.io.model_file import load_model
 
 BEAM = Material(young=16.9e6, poisson=0.31, density=4.1408e-4)
 """Of file.full, in lbf and inch."""
-BLADE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"
+BLADE = Path(__file__).parents[4] / "shared" / "data" / "turbine_blade" / "blade.cdb"
 
 
 @pytest.fixture(scope="module")
