@@ -186,6 +186,7 @@ def test_kept_dofs_without_a_surface(tmp_path: Path) -> None:
         ("modes = 6", 'modes = 6\nkeep = ["q"]', "keep: there is no free dof 'q'"),
         ('surface = "y1"\ncontacts = 3\n', "", "nothing is kept"),
         ('surface = "y1"', "surface = { direction = [0, 0, 0] }", "not all 0"),
+        ('surface = "y1"\ncontacts = 3\n', 'keep = ["n5z"]\n', "pressure: is given without surface"),
     ],
 )
 def test_faults_of_the_structure(tmp_path: Path, old: str, new: str, said: str) -> None:

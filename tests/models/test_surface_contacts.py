@@ -79,7 +79,14 @@ def test_points_need_a_surface(body: ReducedBody) -> None:
     kept = ss.reduced_body(model, keep=[model.dofs[-1]], modes=4)
     with pytest.raises(InputError, match="the body has no contact points"):
         ss.surface_contacts(kept, contact=LAW, direction=(1, 0, 0))
+    with pytest.raises(InputError, match=r"model: found 'blade\.cdb'; expected what ss\.import_model returns"):
+        ss.reduced_body("blade.cdb", surface="y1")
+    with pytest.raises(InputError, match=r"body: found ModalStructure.*; expected what ss\.reduced_body"):
+        ss.surface_contacts(kept.structure, contact=LAW, direction=(1, 0, 0))
     with pytest.raises(InputError, match="nothing is kept"):
         ss.reduced_body(model)
+    with pytest.raises(InputError) as raised:
+        ss.reduced_body(model, keep=[model.dofs[-1]], pressure="z1", radius=1e-3, films={"boundary": 1.0})
+    assert [problem.partition(":")[0] for problem in raised.value.problems] == ["radius", "pressure", "films"]
     with pytest.raises(InputError, match="no influence matrix"):
         body.points.resistance()

@@ -40,7 +40,7 @@ def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
             surface=table.surface,
             **given,
             radius=table.radius,
-            pressure=table.pressure if table.surface is not None else None,
+            pressure=table.pressure,
             films=table.films,
             cold=table.cold,
             keep=table.keep,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
-from slipstick.faults import suggestion, warn
+from slipstick.faults import one, suggestion, warn
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import ImportedModel
@@ -57,7 +57,7 @@ class ReducedBody:
     """
 
     structure: ModalStructure
-    points: ContactPoints | None
+    points: ContactPoints | None = field(repr=False)
     n_dofs: int
     solver: str
     seconds: Mapping[str, float]
@@ -65,7 +65,7 @@ class ReducedBody:
     source: str
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-    full: Callable[[], FullMatrices]
+    full: Callable[[], FullMatrices] = field(repr=False)
 
     def modes_below(self, omega: float) -> int | None:
         """How many modes of the full model lie below a frequency, rad/s; one factorisation."""
@@ -142,8 +142,11 @@ def reduced_body(
     SlipstickWarning
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
     """
+    one("model", model, ImportedModel, "what ss.import_model returns")
     wanted = _Wanted(
         surface=surface,
+        contacts=contacts,
+        radius=radius,
         pressure={"pressure": pressure} if isinstance(pressure, str) else dict(pressure or {}),
         films=dict(films or {}),
         cold=cold,
@@ -153,7 +156,7 @@ def reduced_body(
         up_to=up_to,
     )
     _refuse(model, wanted)
-    whole = None if surface is None else _with_contacts(model, wanted, contacts, radius)
+    whole = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = {"keep": wanted.keep} if whole is None else _with_kept(whole, model, wanted.keep)
     if accuracy is not None:
         request |= {"accuracy": accuracy, "frequency_range": (0.0, up_to)}
@@ -190,6 +193,8 @@ class _Wanted:
     """What :func:`reduced_body` is asked for, tables instead of their short forms."""
 
     surface: str | Surface | Mapping[str, Any] | None
+    contacts: int | ArrayLike
+    radius: float | None
     pressure: Mapping[str, str]
     films: Mapping[str, float]
     cold: str | None
@@ -199,14 +204,14 @@ class _Wanted:
     up_to: float | None
 
 
-def _with_contacts(model: ImportedModel, wanted: _Wanted, contacts: Any, radius: float | None) -> ContactModel:
+def _with_contacts(model: ImportedModel, wanted: _Wanted) -> ContactModel:
     assert wanted.surface is not None
     elastic = of_import(model)
     return with_contacts(
         elastic,
         surface=_surface(wanted.surface, elastic.mesh),
-        contacts=_contact_nodes(contacts, elastic.mesh),
-        radius=radius,
+        contacts=_contact_nodes(wanted.contacts, elastic.mesh),
+        radius=wanted.radius,
         pressures=wanted.pressure,
         films=wanted.films,
         cold=wanted.cold,
@@ -226,7 +231,7 @@ def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[str]:
     if wanted.surface is None:
         if not wanted.keep:
             yield 'surface: nothing is kept; give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
-        for key in ("pressure", "films", "cold"):
+        for key in ("radius", "pressure", "films", "cold"):
             if getattr(wanted, key):
                 yield f"{key}: is given without surface; give the surface the contacts lie on"
     if wanted.modes is not None and wanted.accuracy is not None:

@@ -12,7 +12,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
-from slipstick.faults import shown
+from slipstick.faults import one, shown
 from slipstick.models.reduced_body import ReducedBody
 
 Array = NDArray[np.float64]
@@ -56,6 +56,7 @@ def surface_contacts(
         If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
         there is not one value for each point, or a gap is to be shared.
     """
+    one("body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
     if body.points is None:
         raise InputError("points: the body has no contact points; give surface where it is reduced")
     at = body.points.chosen(points)
