@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.balance.parameters import parameter_direction
+from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import detail
@@ -85,14 +85,15 @@ def test_jacobian_and_frequency_derivative(seed: int, harmonics: list[int], rati
 
 @pytest.mark.parametrize("name", ["c1.velocity", "c0.mu", "c1.kt", "c2.kn", "c1.gap", "c1.normal_load", "*.mu", "load",
                                   "friction", "*.velocity", "c0.cos1", "c1.sin2", "*.normal_cos1", "c2.normal_sin2",
-                                  "c1.normal_cos0"])  # fmt: skip
+                                  "c1.normal_cos0", "rubbing.cos1", "rubbing.normal_cos2", "load.d0.amplitude",
+                                  "load.d0.phase", "load.d4.1.phase", "load.d2.amplitude"])  # fmt: skip
 @pytest.mark.parametrize("seed", [0, 1])
 def test_parameter_derivatives(name: str, seed: int) -> None:
     problem = random_problem(seed)
     balance = Balance(problem)
     x, omega = 0.5 * np.random.default_rng(seed).standard_normal(balance.size), 6.0
-    value = problem.parameter(name) if not name.startswith("*") else 0.4
-    system = ParameterSystem(balance, *parameter_direction(problem, name), omega)
+    value = problem.parameter(name) if not name.startswith(("*", "rubbing")) else 0.4
+    system = ParameterSystem(balance, parameter_path(problem, name), omega)
     found = system.evaluate(x, value)
 
     def residual(p: float) -> Array:

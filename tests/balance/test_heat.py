@@ -10,7 +10,7 @@ import pytest
 
 from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
-from slipstick.balance.parameters import parameter_direction
+from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.start import first_point
@@ -98,8 +98,7 @@ def test_jacobian_and_frequency_derivative(seed: int) -> None:
 def test_parameter_derivatives(name: str) -> None:
     problem = two_contacts(coupled())
     balance = Balance(problem)
-    base, direction = parameter_direction(problem, name)
-    system, x = ParameterSystem(balance, base, direction, 5.3), random_state(balance, 1)
+    system, x = ParameterSystem(balance, parameter_path(problem, name), 5.3), random_state(balance, 1)
     value = problem.parameter(name)
     warm = system.evaluate(x, value).context
     at = system.evaluate(x, value, warm)

@@ -13,7 +13,7 @@ from slipstick.analysis.linear import linear_response
 from slipstick.analysis.task import Task, response_options
 from slipstick.analysis.walking import collect, walk
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
-from slipstick.balance.parameters import parameter_direction
+from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
@@ -120,7 +120,9 @@ def parameter_response(
     Parameters
     ----------
     parameter
-        Such as "damper.velocity", "damper.normal_load" (at fixed kn), "*.mu" (all contacts), "load", "friction".
+        Such as "damper.velocity", "damper.normal_load" (at fixed kn), "*.mu" (all contacts), "rubbing.cos1",
+        "load.x.amplitude", "load.x.phase" (rad; "load.x.2.phase" of one harmonic among several), and the factors "load"
+        and "friction".
     span
         First and last value.
     omega
@@ -137,10 +139,10 @@ def parameter_response(
     for end in span:
         problem.at_parameter(parameter, end)
     balance = Balance(problem)
-    base, direction = parameter_direction(problem, parameter)
+    path = parameter_path(problem, parameter)
     task = Task(
-        problem=problem, balance=balance, system=ParameterSystem(balance, base, direction, omega),
-        inputs=base.moved(direction, span[0]), omega=omega, start=span[0], stop=span[1], parameter=parameter,
+        problem=problem, balance=balance, system=ParameterSystem(balance, path, omega),
+        inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
         warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
         **common_arguments(balance, requested, peaks_of, options, listeners, guess),
     )  # fmt: skip

@@ -19,7 +19,6 @@ from slipstick.analysis.task import Task
 from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text, relative_residual
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.balance.systems import ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.faults import warn
 from slipstick.results.branch import Branch, attributes_of, make_dataset
@@ -118,10 +117,7 @@ def _follow_part(
 
 def _from_other_end(task: Task) -> Task:
     """The same range from its other end."""
-    given = task.inputs
-    if isinstance(task.system, ParameterSystem):
-        given = task.system.base.moved(task.system.direction, task.stop)
-    omega = task.omega if task.parameter else task.stop
+    given, omega = task.system.at(task.stop)
     return replace(task, start=task.stop, stop=task.start, omega=omega, inputs=given, guess=None)
 
 

@@ -1,4 +1,4 @@
-"""Named parameters: what "tip.velocity", "*.mu" or "load" belongs to, and how the inputs move with it."""
+"""Named parameters: what "tip.velocity", "*.mu", "load.x.phase" or "load" is, and how the inputs move with it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from slipstick.balance.contacts import prescribed
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
+from slipstick.balance.paths import Line, Path
 from slipstick.contact import traits
+from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import suggestion, text
 
@@ -25,14 +28,18 @@ FACTORS = ("load", "friction")
 
 ALL = "*"
 
+RUBBING = "rubbing"
+"""Stands for all contacts in names of components of the rubbing motion, where no contact is called so."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """What a name stands for: a quantity of some contacts, or (without members) a factor of the problem."""
+    """What a name stands for: a quantity of some contacts or of a load, or else a factor of the problem."""
 
     quantity: str
     members: tuple[tuple[int, int], ...] = ()
     """Contact pair and place in it of each contact."""
+    load: LoadPart | None = None
 
     def elements(self, problem: Problem) -> list[int]:
         """Their places in the heated batch."""
@@ -45,16 +52,27 @@ def parameter_target(problem: Problem, name: str) -> Target:
     """What a name stands for; raises InputError with a suggestion where nothing has it."""
     if text("parameter", name, 'a name such as "damper.mu"') in FACTORS:
         return Target(quantity=name)
-    contact, _, quantity = name.rpartition(".")
-    members = tuple(
+    owner, _, quantity = name.rpartition(".")
+    members = _members(problem, owner, quantity)
+    if members:
+        return Target(quantity=quantity, members=members)
+    found = find_load(problem, name)
+    if found is not None:
+        return Target(quantity=found[1], load=found[0])
+    raise InputError(f"there is no parameter '{name}'; {suggestion(name, [*known_parameters(problem)])}")
+
+
+def _members(problem: Problem, owner: str, quantity: str) -> tuple[tuple[int, int], ...]:
+    """Contact pair and place in it of each contact that ``owner`` stands for and that has the quantity."""
+    named = {name for pair in problem.contacts for name in (pair.name, *pair.elements)}
+    if owner == RUBBING and RUBBING not in named and RubbingMotion.is_component(quantity):
+        owner = ALL
+    return tuple(
         (p, k)
         for p, pair in enumerate(problem.contacts)
         for k, element in enumerate(pair.elements)
-        if contact in (pair.name, element, ALL) and _has(pair, quantity)
+        if owner in (pair.name, element, ALL) and _has(pair, quantity)
     )
-    if not members:
-        raise InputError(f"there is no parameter '{name}'; {suggestion(name, [*known_parameters(problem)])}")
-    return Target(quantity=quantity, members=members)
 
 
 def known_parameters(problem: Problem) -> Iterator[str]:
@@ -63,16 +81,33 @@ def known_parameters(problem: Problem) -> Iterator[str]:
         for owner in dict.fromkeys((pair.name, *pair.elements)):
             yield from (f"{owner}.{quantity}" for quantity in pair.quantities)
     yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
+    yield from dict.fromkeys(f"{RUBBING}.{part}" for pair in problem.contacts for part in pair.rubbing.names)
+    yield from load_names(problem)
     yield from FACTORS
+
+
+def parameter_units(problem: Problem, name: str) -> str:
+    """Units of a named parameter in the user's own system; "1" for factors."""
+    target = parameter_target(problem, name)
+    if target.load is not None:
+        return target.load.units(target.quantity)
+    if target.quantity == "velocity":
+        return "length/time"
+    if RubbingMotion.is_component(target.quantity):
+        return "length"
+    own = {traits.units(problem.contacts[p].contact, target.quantity) for p, _ in target.members}
+    return next((units for units in sorted(own) if units != "1"), "1")
 
 
 def _has(pair: object, quantity: str) -> bool:
     return quantity in pair.quantities or pair.rubbing.is_component(quantity)  # type: ignore[attr-defined]
 
 
-def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
-    """Inputs where the named parameter is zero, and their derivative by it; every named parameter acts linearly."""
+def parameter_path(problem: Problem, name: str) -> Path:
+    """How the inputs move with a named parameter."""
     target, base = problem.parameter_target(name), problem.inputs
+    if target.load is not None:
+        return load_path(problem, target.load, target.quantity)
     if target.quantity == "load":
         return _factor(problem, base, "load", {})
     if not target.members:
@@ -84,22 +119,20 @@ def parameter_direction(problem: Problem, name: str) -> tuple[Inputs, Inputs]:
         rows = [e for e, member in enumerate(batch.members) if member in target.members]
         if rows:
             base, zero = _moved(problem, b, rows, target.quantity, base, zero)
-    return base, zero
+    return Line(base, zero)
 
 
-def _factor(
-    problem: Problem, base: Inputs, name: str, parameters: Mapping[int, Mapping[str, str]]
-) -> tuple[Inputs, Inputs]:
+def _factor(problem: Problem, base: Inputs, name: str, parameters: Mapping[int, Mapping[str, str]]) -> Line:
     change: dict[str, Any] = {name: 1.0, "told": None}
     unit = replace(problem, **change).inputs
     touched = {(b, own[name]) for b, own in parameters.items() if name in own}
     if name == "load":
-        return replace(base, P=np.zeros_like(base.P)), replace(base.scaled(0.0), P=unit.P)
+        return Line(replace(base, P=np.zeros_like(base.P)), replace(base.scaled(0.0), P=unit.P))
     start, slope = base, base.scaled(0.0)
     for b, parameter in touched:
         value = unit.batches[b].values[parameter]
         start, slope = start.with_batch(b, **{parameter: 0.0 * value}), slope.with_batch(b, **{parameter: value})
-    return start, slope
+    return Line(start, slope)
 
 
 def _moved(

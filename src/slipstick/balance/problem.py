@@ -168,13 +168,16 @@ class Problem:
         shapes = tuple(dict.fromkeys(load.shape for load in self.loads if load.shape is not None and load.dof is None))
         return dofs, shapes
 
+    def load_row(self, load: Load) -> int:
+        """Its place among ``load_targets``."""
+        dofs, shapes = self.load_targets
+        return dofs.index(load.dof) if load.dof is not None else len(dofs) + shapes.index(load.target)
+
     def load_coefficients(self) -> Array:
         """Coefficients of the loads on ``load_targets`` (dofs, then shapes), (n, L), factor included."""
-        dofs, shapes = self.load_targets
-        P = np.zeros((len(dofs) + len(shapes), self.harmonics.size))
+        P = np.zeros((sum(map(len, self.load_targets)), self.harmonics.size))
         for load in self.loads:
-            row = dofs.index(load.dof) if load.dof is not None else len(dofs) + shapes.index(load.target)
-            order = load.harmonic * self.load_order
+            row, order = self.load_row(load), load.harmonic * self.load_order
             P[row, self.harmonics.index(order, "c")] += load.cos
             if order:
                 P[row, self.harmonics.index(order, "s")] += load.sin
@@ -209,7 +212,7 @@ class Problem:
         return direction_vectors(self.structure.dofs, list(directions))
 
     def parameter_target(self, name: str) -> Target:
-        """What a named parameter such as "tip.velocity", "*.mu" or "load" belongs to; InputError if there is none."""
+        """What a named parameter such as "tip.velocity", "load.x.phase" or "load" is; InputError if there is none."""
         target = parameter_target(self, name)
         if self.heated is not None and target.members and self.heated.follows(target.quantity, target.elements(self)):
             raise InputError(f"{name} follows the temperature by its table; use the factor 'friction' instead")
@@ -218,6 +221,8 @@ class Problem:
     def parameter(self, name: str) -> float:
         """Value of a named parameter; of several contacts, the mean."""
         target = self.parameter_target(name)
+        if target.load is not None:
+            return target.load.value(target.quantity)
         if not target.members:
             return float(getattr(self, target.quantity))
         found = [self.contacts[p].values(target.quantity) for p, k in target.members]
@@ -233,6 +238,10 @@ class Problem:
 
     def _changed(self, name: str, value: float) -> dict[str, Any]:
         target, value = self.parameter_target(name), number(name, value)
+        if target.load is not None:
+            if target.quantity == "amplitude" and value < 0:
+                raise InputError(f"{name}: found {value:g}; expected an amplitude >= 0")
+            return {"loads": target.load.changed(tuple(self.loads), target.quantity, value)}
         if not target.members:
             if target.quantity != "load" and value < 0:
                 raise InputError(f"{name}: found {value:g}; expected a factor >= 0")

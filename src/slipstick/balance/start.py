@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.paths import Line
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, linear_motions, scales
@@ -151,7 +152,7 @@ class FirstPoint:
         else:
             self._reason = "no solution where the ramp begins"
             return None
-        system = ParameterSystem(self.balance, base, direction, self.omega)
+        system = ParameterSystem(self.balance, Line(base, direction), self.omega)
         run = continuation(system, x, 0.0, 1.0, options=_RAMP, scaling=self.scales.arclength())
         last = None
         for step in run:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipstick.balance.heat import power_along, warm_direction
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.solve.newton import Evaluation
@@ -60,45 +61,47 @@ class FrequencySystem:
             slope += at.heat_columns @ found.heat.power.omega
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
 
-    def rates(self, found: Detail, dx: Array, rate: float) -> tuple[Forces, Array]:
-        """Change of the forces and of the loads for changes ``dx`` (N,) and ``rate`` of omega."""
+    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
         own = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(found)]
         dpower = None if found.heat is None else rate * found.heat.power.omega
         return force_rates(self.balance, found, dx, own, dpower), np.zeros_like(found.inputs.P)
 
 
 class ParameterSystem:
-    """The balance at a fixed frequency as a system in a parameter: inputs are ``base + parameter * direction``."""
+    """The balance at a fixed frequency as a system in a parameter, along whose path the inputs move."""
 
-    def __init__(self, balance: Balance, base: Inputs, direction: Inputs, omega: float) -> None:
-        self.balance, self.base, self.direction, self.omega = balance, base, direction, omega
+    def __init__(self, balance: Balance, path: Path, omega: float) -> None:
+        self.balance, self.path, self.omega = balance, path, omega
         self._compliance = balance.compliance(omega)
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs and frequency at ``parameter``."""
-        return self.base.moved(self.direction, parameter), self.omega
+        return self.path.at(parameter)[0], self.omega
 
     def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
         if not (isfinite(x.dot(x)) and isfinite(parameter)):
             return _undefined(x.size)
         balance = self.balance
-        found = detail(balance, x, self.omega, self.at(parameter)[0], context)
+        inputs, direction = self.path.at(parameter)
+        found = detail(balance, x, self.omega, inputs, context)
         if found.heat is not None and found.heat.lost:
             return _undefined(x.size)
         at = balanced(balance, x, found, self._compliance)
-        direction = self._warm(found)
+        direction = _warm(found, direction)
         slope = balance.moved_by(by_inputs(found, direction), direction.P, self._compliance)
         if found.heat is not None and at.heat_columns is not None:
             slope += at.heat_columns @ power_along(found.heat, direction)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
 
-    def rates(self, found: Detail, dx: Array, rate: float) -> tuple[Forces, Array]:
-        """Change of the forces and of the loads for changes ``dx`` (N,) and ``rate`` of the parameter."""
-        direction = self._warm(found)
+    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
+        """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
+        direction = _warm(found, self.path.at(parameter)[1])
         own = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(found, direction)]
         dpower = None if found.heat is None else rate * power_along(found.heat, direction)
         return force_rates(self.balance, found, dx, own, dpower), rate * direction.P
 
-    def _warm(self, found: Detail) -> Inputs:
-        return self.direction if found.heat is None else warm_direction(found.heat, self.direction)
+
+def _warm(found: Detail, direction: Inputs) -> Inputs:
+    return direction if found.heat is None else warm_direction(found.heat, direction)

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.parameters import parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
-from slipstick.contact.rubbing import RubbingMotion
 from slipstick.results.measures import amplitude
 from slipstick.results.truncation import moved, truncation
 
@@ -131,7 +131,7 @@ class Outputs:
         if self._far:
             rate = float(tangent[-1])
             G = b.excitation(detail.forces, detail.inputs.P)
-            dG = b.excitation(*system.rates(detail, tangent[:-1], rate))
+            dG = b.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
             assert self.receptance is not None
             at = Compliance(self.receptance, b.orders, detail.omega)
             rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
@@ -181,7 +181,7 @@ class Recorder:
         """Every variable: that of each branch, those of the ports, those of the laws."""
         found = {name: value for name, value in VARIABLES.items() if self.parameter or name != "parameter"}
         if self.parameter:
-            found["parameter"] = ((), _units(self.balance, self.parameter), self.parameter)
+            found["parameter"] = ((), parameter_units(self.balance.problem, self.parameter), self.parameter)
         for batch in self.balance.batches:
             for port, force in zip(batch.law.ports, traits.force_names(batch.law), strict=True):
                 dims = ("contact", "coefficient")
@@ -275,13 +275,3 @@ class Recorder:
 
 def _stack(arrays: Sequence[Array], shape: tuple[int, ...]) -> Array:
     return np.array(arrays, dtype=float).reshape(len(arrays), *shape)
-
-
-def _units(balance: Balance, parameter: str) -> str:
-    """Units of a followed parameter."""
-    quantity = parameter.rpartition(".")[2]
-    if quantity == "velocity":
-        return "length/time"
-    if RubbingMotion.is_component(quantity):
-        return "length"
-    return next((u for batch in balance.batches if (u := traits.units(batch.law, quantity)) != "1"), "1")
