@@ -96,7 +96,7 @@ class ModalReceptance:
         if self.static.size * factors.shape[1] > _LARGE:
             rows = [(self._left * factor) @ self._right.T for factor in factors]
             return np.stack([row.ravel() for row in rows])
-        if self._products.dtype == complex:
+        if self._products.dtype.kind == "c":
             small: ComplexArray = factors @ self._products
             return small
         out = np.empty((factors.shape[0], self._products.shape[1]), dtype=complex)
