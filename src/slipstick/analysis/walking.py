@@ -16,7 +16,7 @@ from slipstick.analysis.events import PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
-from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text, relative_residual
+from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import Outcome
@@ -98,7 +98,7 @@ def _follow_part(
                 step = next(run, None)
             if step is None:
                 break
-            point = _point(step, task, part)
+            point = _point(step, task, part, run.residual)
             part.add(step.parameter, step.x)
             if task.listeners:
                 _tell(task, PointFound(
@@ -164,12 +164,12 @@ def _settled_in_time(task: Task) -> Array | None:
     return -task.balance.moved_by(forces, task.inputs.P, compliance)
 
 
-def _point(step: Step, task: Task, part: Part) -> Point:
+def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
     value, kind = step.evaluation, step.kind
     if kind == "requested" and step.parameter not in task.requested:
         kind = "regular"
     return Point.at(
-        value.detail, x=step.x, residual=relative_residual(step),
+        value.detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
     )  # fmt: skip

@@ -85,6 +85,8 @@ class WarmContinuation(Iterator[Step]):
     ----------
     jumps
         Every ``Jump`` so far, added to those of the list given.
+    residual
+        Relative residual of the last step.
     """
 
     def __init__(
@@ -102,7 +104,7 @@ class WarmContinuation(Iterator[Step]):
         self._names = self._balance.heated_names
         self.jumps: list[Jump] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
-        self.message = ""
+        self.message, self.residual = "", 0.0
         self._runs: list[Continuation] = [continuation(system, x, start, stop, **options)]
         self._steps = self._follow()
 
@@ -135,9 +137,10 @@ class WarmContinuation(Iterator[Step]):
             run, last, over = self._runs[-1], None, False
             outcome, message = run.outcome, run.message
             for step in run:
-                if (left := relative_residual(step)) > UNSOLVED:
+                self.residual = relative_residual(step)
+                if self.residual > UNSOLVED:
                     outcome = Outcome.STEP_TOO_SMALL
-                    message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {left:.0e})"
+                    message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {self.residual:.0e})"
                     break
                 if fault := self._fault(step):
                     self._end(Outcome.OUTSIDE_TABLE, f"at {step.parameter:g}: {fault}")

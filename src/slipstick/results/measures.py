@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.trig.extremes import largest_deviations
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -22,30 +23,12 @@ class Amplitude(NamedTuple):
     sign: Array
 
 
-class _Grid(NamedTuple):
-    """What depends on the orders alone: ``H_-`` without the zero harmonic at equidistant times, and powers of ``m``."""
-
-    basis: Array
-    """(2 n, times)."""
-    times: NDArray[Any]
-    step: float
-    order: NDArray[Any]
-    """``i m`` (n,)."""
-    derivatives: NDArray[Any]
-    """Factors of value, first and second derivative on ``exp(i m t)``, (n, 3)."""
-    margin: Array
-    """How much each coefficient can lift an extreme above the nearest grid time, (2 n,)."""
-
-
 @lru_cache(maxsize=32)
-def _grid(orders: tuple[int, ...]) -> _Grid:
+def _times(orders: tuple[int, ...]) -> Array:
+    """``H_-`` without the zero harmonic at equidistant times, (2 n, times)."""
     harmonics = Harmonics(orders)
     count = max(32, 8 * harmonics.highest)
-    step, m = 2.0 * np.pi / count, harmonics.m.astype(float)
-    times = np.arange(count, dtype=float) * step
-    basis = np.ascontiguousarray(harmonics.H_minus(times)[:, 1:].T)
-    factors = np.stack([np.ones_like(m), 1j * m, -m * m], axis=1)
-    return _Grid(basis, times, step, 1j * m, factors, 0.125 * step**2 * np.repeat(m * m, 2))
+    return np.ascontiguousarray(harmonics.H_minus(np.arange(count) * (2.0 * np.pi / count))[:, 1:].T)
 
 
 def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
@@ -73,71 +56,17 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
     if harmonics.n == 0:
         zero = np.zeros(X.shape[:-1])
         return Amplitude(zero, zero, zero + 1.0)
-    rows, times = _candidates(harmonics, flat)
-    value, time = _polished(harmonics, flat[rows, 1:], times)
-    best = _largest(rows, np.abs(value), len(flat))
+    value, time = largest_deviations(harmonics, flat)
     shape = X.shape[:-1]
-    found = value[best]
-    return Amplitude(
-        np.abs(found).reshape(shape),
-        (time[best] % (2.0 * np.pi)).reshape(shape),
-        np.where(found < 0, -1.0, 1.0).reshape(shape),
-    )
+    sign = np.where(value < 0, -1.0, 1.0)
+    return Amplitude(np.abs(value).reshape(shape), time.reshape(shape), sign.reshape(shape))
 
 
 def largest_deviation(harmonics: Harmonics, X: Array) -> Array:
     """``amplitude`` to about a percent, from a grid of times: X (..., L) to (...)."""
     if harmonics.n == 0:
         return np.zeros(X.shape[:-1])
-    return np.asarray(np.abs(X[..., 1:] @ _grid(harmonics.orders).basis).max(axis=-1))
-
-
-def _candidates(harmonics: Harmonics, flat: Array) -> tuple[NDArray[np.intp], Array]:
-    """Grid times next to an extreme that can be the largest: row and time of each, at least one for each row."""
-    grid = _grid(harmonics.orders)
-    dynamic = flat[:, 1:]
-    size = np.abs(dynamic @ grid.basis)
-    # an extreme lies at most half a step from the nearest grid time
-    least = size.max(axis=1) - np.abs(dynamic) @ grid.margin
-    rows, columns = np.nonzero(size >= least[:, None])
-    here = size[rows, columns]
-    top = (here >= size[rows, columns - 1]) & (here >= size[rows, (columns + 1) % grid.times.size])
-    return rows[top], grid.times[columns[top]]
-
-
-def _polished(harmonics: Harmonics, coefficients: Array, times: Array) -> tuple[Array, Array]:
-    """Values and times of the extremes next to some times; coefficients (k, 2 n), times (k,)."""
-    grid = _grid(harmonics.orders)
-    z, t = coefficients[:, 0::2] - 1j * coefficients[:, 1::2], times
-    value, slope, curvature = _taylor(z, t, grid)
-    first = value
-    for _ in range(8):
-        change = np.divide(-slope, curvature, out=np.zeros_like(t), where=curvature != 0)
-        moved = np.minimum(np.maximum(t + change, times - grid.step), times + grid.step)
-        done = float(np.abs(moved - t).max(initial=0.0)) < 1e-8
-        t = moved
-        value, slope, curvature = _taylor(z, t, grid)
-        if done:
-            break
-    worse = np.abs(value) < np.abs(first)
-    if worse.any():
-        value, t = np.where(worse, first, value), np.where(worse, times, t)
-    return value, t
-
-
-def _taylor(z: NDArray[Any], t: Array, grid: _Grid) -> tuple[Array, Array, Array]:
-    """Value, first and second derivative at times (k,) of ``Re sum z exp(i m t)``, z (k, n)."""
-    parts = ((z * np.exp(t[:, None] * grid.order)) @ grid.derivatives).real
-    return parts[:, 0], parts[:, 1], parts[:, 2]
-
-
-def _largest(rows: NDArray[np.intp], size: Array, count: int) -> NDArray[np.intp]:
-    """Index of the largest of each row; ``rows`` is ascending and holds every row."""
-    if len(rows) == count:
-        return np.arange(count)
-    order = np.lexsort((size, rows))
-    last = np.searchsorted(rows, np.arange(count), side="right") - 1
-    return order[last]
+    return np.asarray(np.abs(X[..., 1:] @ _times(harmonics.orders)).max(axis=-1))
 
 
 def amplitude_slope(harmonics: Harmonics, at: Amplitude, dX: ArrayLike) -> Array:

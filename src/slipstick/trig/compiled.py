@@ -23,7 +23,7 @@ FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Floating-point freedoms: sums may be reordered; infinities and NaN stay honest."""
 
 SOURCES = (
-    *(f"trig/{name}.py" for name in ("compiled", "basis", "roots", "integrals")),
+    *(f"trig/{name}.py" for name in ("compiled", "basis", "roots", "integrals", "extremes")),
     *(f"contact/{name}.py" for name in ("states", "critical", "steep", "kernel")),
 )
 

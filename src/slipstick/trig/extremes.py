@@ -1,0 +1,77 @@
+"""The largest deviation of a trigonometric polynomial from its mean, with its time: a grid, then Newton's method.
+
+Between two neighbouring times of a grid of step ``h`` the deviation rises above the nearer one by at most
+``B2 (h/2)^2 / 2``, ``B2 = sum m^2 (|c_m| + |s_m|)``: grid times further below the largest need no look.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.trig.basis import TWO_PI, basis, grid, values
+from slipstick.trig.compiled import compiled, inlined
+from slipstick.trig.harmonics import Harmonics
+
+Array = NDArray[np.float64]
+
+
+@inlined
+def summit(
+    t: float, start: float, reach: float, pc: Any, ps: Any, m: Any, consecutive: bool, c: Any, s: Any
+) -> tuple[float, float]:  # fmt: skip
+    """Time and value of the extreme next to ``t``, where the value is ``start``, at most ``reach`` away."""
+    first = t
+    for _ in range(8):
+        basis(t, m, consecutive, c, s)
+        _v, slope, curvature = values(0.0, pc, ps, m, c, s)
+        moved = t - slope / curvature if curvature != 0.0 else t
+        moved = min(max(moved, first - reach), first + reach)
+        done = abs(moved - t) < 1e-8
+        t = moved
+        if done:
+            break
+    basis(t, m, consecutive, c, s)
+    v, _slope, _curvature = values(0.0, pc, ps, m, c, s)
+    return (t, v) if abs(v) >= abs(start) else (first, start)
+
+
+@compiled(allocates=True)
+def _largest(X: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int) -> tuple[Any, Any]:
+    """Signed largest deviation of each row of ``X`` (k, L) and its time."""
+    rows, cells = X.shape[0], cos.shape[1]
+    step = TWO_PI / cells
+    value, time = np.zeros(rows), np.zeros(rows)
+    pc, ps = np.zeros(orders.size), np.zeros(orders.size)
+    c, s, v = np.empty(orders.size), np.empty(orders.size), np.empty(cells)
+    for r in range(rows):
+        margin, top = 0.0, 0.0
+        v[:] = 0.0
+        for j in range(n):
+            pc[j], ps[j] = X[r, 2 * j + 1], X[r, 2 * j + 2]
+            margin += orders[j] * orders[j] * (abs(pc[j]) + abs(ps[j]))
+            for i in range(cells):
+                v[i] += pc[j] * cos[j, i] + ps[j] * sin[j, i]
+        for i in range(cells):
+            top = max(top, abs(v[i]))
+        least = top - 0.125 * step * step * margin
+        for i in range(cells):
+            here, before, after = abs(v[i]), abs(v[i - 1]), abs(v[i + 1 if i + 1 < cells else 0])
+            if here >= least and here >= before and here >= after:
+                t, found = summit((i + 0.5) * step, v[i], step, pc, ps, orders, consecutive, c, s)
+                if abs(found) >= abs(value[r]):
+                    value[r], time[r] = found, t
+    return value, time
+
+
+def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
+    """The largest deviation of each row of ``X`` (k, L) from its zero harmonic, signed, and its time, both (k,).
+
+    Times are in rad within ``[0, 2 pi)``; where several deviations are equally large one of them is given.
+    """
+    table = grid(harmonics)
+    rows = np.require(X, float, ["C", "W"])
+    value, time = _largest(rows, table.orders, table.cos, table.sin, table.consecutive, harmonics.n)
+    return value, np.mod(time, TWO_PI)
