@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -308,20 +309,16 @@ def write_results(folder: Path) -> Path:
     """A results file of a run, and the journal a kill would have left beside it, one point longer."""
     from slipstick.app.case import Case
     from slipstick.balance.ports import Balance
-    from slipstick.io.journal import Layout
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Recorder
 
     case = Case.from_text(OSCILLATOR.replace("to = 6.0", "to = 4.6").replace("at = [4.5, 5]", ""), folder / "case.toml")
     recorder = Recorder(Balance(case.problem()), parameter="")
-    layout = Layout(
-        labels=recorder.labels, variables=recorder.variables, meanings=recorder.meanings,
-        attributes={"case": case.text, "outcome": "INTERRUPTED", "title": "t"},
-    )  # fmt: skip
+    layout = replace(recorder.layout, attributes={"case": case.text, "outcome": "INTERRUPTED", "title": "t"})
     points: list[object] = []
     case.run(listeners=[lambda event: points.append(event.point) if hasattr(event, "point") else None])
     path = folder / "results.nc"
-    with ResultStore(path, layout) as store:
+    with ResultStore(path, layout, case.problem()) as store:
         for point in points[:-1]:
             store.append(recorder.record(point))
     journal = Journal(journal_of(path), layout)

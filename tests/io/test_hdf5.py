@@ -16,7 +16,7 @@ from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import load_model, save_model
-from slipstick.io.netcdf import Variable, write_netcdf
+from slipstick.io.netcdf import Group, Variable, write_netcdf
 from slipstick.io.store import load_dataset
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
@@ -28,7 +28,7 @@ def results(folder: Path) -> Path:
         "dof": Variable(dims=("dof",), values=np.array(["x", "y"])),
         "amplitude": Variable(dims=("point", "dof"), values=np.ones((3, 2))),
     }
-    write_netcdf(folder / "r.nc", variables, {"case": "format = 1"})
+    write_netcdf(folder / "r.nc", Group(variables=variables, attributes={"case": "format = 1"}))
     assert load_dataset(folder / "r.nc").sizes == {"point": 3, "dof": 2}
     return folder / "r.nc"
 

@@ -19,27 +19,31 @@ import xarray
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
-from slipstick.io.journal import Journal, Layout, journal_of, read_journal
+from slipstick.io.journal import Journal, journal_of, read_journal
 from slipstick.io.store import ResultStore, load_dataset, remove_leftovers, save_dataset
+from slipstick.results.schema import Declared, Layout
 
 LAYOUT = Layout(
     labels={"dof": ("x", "y"), "coefficient": ("0", "c1", "s1"), "contact": ("tip",)},
-    variables={"omega": (), "displacement": ("dof", "coefficient"), "power": ("contact",)},
-    meanings={
-        "omega": ("rad/s", "principal frequency"),
-        "displacement": ("length", "displacement coefficients"),
-        "power": ("force length/s", "dissipated power"),
-        "dof": ("1", "degree of freedom"),
-        "coefficient": ("1", "coefficient"),
-        "contact": ("1", "contact"),
-        "point": ("1", "point"),
+    variables={
+        "omega": Declared((), "rad/s", "principal frequency"),
+        "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
+        "power": Declared(("contact",), "force length/s", "dissipated power"),
+        "count": Declared((), "1", "count", whole=True),
+        "kind": Declared((), "1", "kind of point", texts=("start", "end")),
     },
     attributes={"case": "format = 1\n" + "# a long case\n" * 8000},
 )
 
 
 def point(i: int) -> dict[str, object]:
-    return {"omega": float(i), "displacement": np.arange(6.0).reshape(2, 3) + i, "power": np.array([i / 7])}
+    return {
+        "omega": float(i),
+        "displacement": np.arange(6.0).reshape(2, 3) + i,
+        "power": np.array([i / 7]),
+        "count": i,
+        "kind": "start" if i == 0 else "end",
+    }
 
 
 def opened(path: Path) -> xarray.Dataset:
@@ -56,6 +60,9 @@ def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:
     assert list(data["dof"].values) == ["x", "y"]
     assert data["displacement"].values[3].tolist() == (np.arange(6.0).reshape(2, 3) + 3).tolist()
     assert all(data[name].attrs.keys() >= {"units", "long_name"} for name in data.variables)
+    assert data["count"].values.tolist() == [0, 1, 2, 3, 4]
+    assert data["count"].dtype == np.int32
+    assert data["kind"].values.tolist() == ["start", "end", "end", "end", "end"]
     assert data.attrs["case"] == LAYOUT.attributes["case"]
     assert data.encoding["unlimited_dims"] == {"point"}
     assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
@@ -69,6 +76,7 @@ def test_variables_left_out_are_nan_and_wrong_shapes_refused(tmp_path: Path) -> 
     data = opened(tmp_path / "r.nc")
     assert data.sizes["point"] == 1
     assert np.isnan(data["power"].values).all()
+    assert (data["count"].item(), data["kind"].item()) == (-1, "")
 
 
 def test_an_empty_store_opens(tmp_path: Path) -> None:
@@ -127,18 +135,18 @@ def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
         b"",
         b"nothing\n",
         b'{"magic": "x"}\n',
-        b'{"magic": "slipstick journal 1"}\n',
+        b'{"magic": "slipstick journal 2"}\n',
         b"[]",
         b"[" * 10**6,
         b'{"magic": ' + b"9" * 5000 + b"}",
-        b'{"magic": "slipstick journal 1", "labels": {"a": "'
+        b'{"magic": "slipstick journal 2", "labels": {"a": "'
         + b"x" * 2000
         + b'"}, "variables": {"v": '
         + b'["a", "a", "a", "a", "a", "a", "a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 1", "labels": {"a": "x"}, "variables": {"v": ['
+        b'{"magic": "slipstick journal 2", "labels": {"a": "x"}, "variables": {"v": ['
         + b'"a", ' * 99
         + b'"a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 1", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
+        b'{"magic": "slipstick journal 2", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
         + bytes(99),
     ],
 )

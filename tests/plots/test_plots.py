@@ -12,20 +12,19 @@ import xarray
 
 from slipstick import plots
 from slipstick.errors import InputError
-from slipstick.results.record import KINDS
 
 OMEGA = np.linspace(2.0, 15.0, 40)
 
 
 def dataset(factor: float = 1.0) -> xarray.Dataset:
     amplitude = factor / np.abs(40 - OMEGA**2 + 0.4j * OMEGA)
-    kinds, peak_of = np.ones(40), np.full(40, -1)
-    kinds[[0, 13, 20]] = KINDS.index("start"), KINDS.index("peak"), KINDS.index("peak")
+    kinds, peak_of = np.full(40, "regular"), np.full(40, -1)
+    kinds[[0, 13, 20]] = "start", "peak", "peak"
     peak_of[[13, 20]] = 1, 0
     units = {"omega": "rad/s", "amplitude": "m", "mean": "m", "dissipated_power": "W"}
     data = {
         "omega": ("point", OMEGA),
-        "kind_code": ("point", kinds),
+        "kind": ("point", kinds),
         "peak_dof": ("point", peak_of),
         "amplitude": (("point", "dof"), np.stack([amplitude, 2 * amplitude], axis=1)),
         "mean": (("point", "dof"), np.stack([-amplitude, amplitude], axis=1)),

@@ -15,7 +15,7 @@ __all__ = ["Event", "Listener", "PointFound", "Started", "Stopped", "StrategyTri
 
 @dataclass(frozen=True, kw_only=True)
 class Started:
-    """A branch begins; ``recorder`` knows the variables, labels and meanings of what will be recorded."""
+    """A branch begins; ``recorder.layout`` tells what will be recorded."""
 
     start: float
     stop: float

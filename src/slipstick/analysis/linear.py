@@ -14,9 +14,10 @@ from slipstick.balance.problem import Problem
 from slipstick.contact import traits
 from slipstick.errors import Outcome
 from slipstick.faults import Gathering, numbers, one, shown, wrong
-from slipstick.results.branch import Branch, attributes_of
+from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
-from slipstick.results.record import VARIABLES, Outputs
+from slipstick.results.record import Outputs
+from slipstick.results.schema import attributes_of, layout_of, make_dataset
 
 Array = NDArray[np.float64]
 
@@ -127,18 +128,12 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
 
 
 def _branch(problem: Problem, w: Array, motion: Array, state: str, warnings: Sequence[str]) -> Branch:
-    import xarray
-
-    names = ("omega", "displacement", "amplitude", "mean")
-    values = (w, motion, amplitude(problem.harmonics, motion).value, motion[:, :, 0])
-    data = {}
-    for name, value in zip(names, values, strict=True):
-        dims, units, text = VARIABLES[name]
-        data[name] = (("point", *dims), value, {"units": units, "long_name": text})
-    coords = {
-        "point": np.arange(w.size),
-        "dof": list(problem.outputs or ()),
-        "coefficient": list(problem.harmonics.labels),
+    values = {
+        "omega": w,
+        "displacement": motion,
+        "amplitude": amplitude(problem.harmonics, motion).value,
+        "mean": motion[:, :, 0],
     }
     attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {state}", warnings)
-    return Branch(xarray.Dataset(data, coords=coords, attrs=attributes), Outcome.COMPLETED, problem)
+    layout = layout_of(problem, only=tuple(values))
+    return Branch(make_dataset(layout, values, attributes), Outcome.COMPLETED, problem)

@@ -21,8 +21,9 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import Outcome
 from slipstick.faults import warn
-from slipstick.results.branch import Branch, attributes_of, make_dataset
+from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
+from slipstick.results.schema import attributes_of, make_dataset
 from slipstick.results.truncation import truncation_sentence
 from slipstick.solve.continuation import Step
 
@@ -193,4 +194,4 @@ def collect(task: Task) -> Branch:
     if sentence := truncation_sentence(followed, at, values["truncation"]):
         warn([sentence])
         attributes["warnings"] = "\n".join([*task.warnings, sentence])
-    return Branch(lambda: make_dataset(recorder, values, attributes), end.outcome, task.problem, end.message)
+    return Branch(lambda: make_dataset(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

@@ -137,8 +137,17 @@ class Case:
         common: dict[str, Any] = {"options": self.options(), "requested": self.requested, "listeners": tuple(listeners)}
         common["peaks_of"] = self.response.peaks_of
         if self.parameter is None:
-            return forced_response(self.problem(), omega=self.span, **common)
-        return parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
+            branch = forced_response(self.problem(), omega=self.span, **common)
+        else:
+            branch = parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
+        said = dict.fromkeys([*self.body.warnings, *branch.warnings])
+        branch.dataset.attrs |= {**self.names, "warnings": "\n".join(said)}
+        return branch
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What results say of the case they are of."""
+        return {"title": self.title, "case": self.text, "case_file": self.path.name}
 
 
 def load_case(path: str | Path) -> Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,6 @@ from slipstick.app.guard import (
     say,
     termination_as_interrupt,
 )
-from slipstick.app.info import versions
 from slipstick.app.output import OutputFolder
 from slipstick.app.prepare import prepare_kernel
 from slipstick.app.progress import Progress, duration, progress
@@ -75,23 +74,19 @@ class _Run:
     message: str = ""
     failures: list[str] = field(default_factory=list)
     seconds: float = 0.0
+    found: Mapping[str, Any] = field(default_factory=dict)
+    """Attributes of the branch."""
 
     def compute(self, *, quiet: bool) -> None:
         """Follow the branch; every point goes to the store at once."""
-        from slipstick.io.journal import Layout
         from slipstick.io.store import ResultStore
         from slipstick.results.record import Recorder
 
         self.tell(f"{self.case.title}: {self._request()}")
         prepare_kernel(self.tell)
         recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
-        layout = Layout(
-            labels=recorder.labels,
-            variables=recorder.variables,
-            meanings=recorder.meanings,
-            attributes=self._attributes(),
-        )
-        self.store = ResultStore(self.folder.results, layout)
+        layout = replace(recorder.layout, attributes=self._attributes())
+        self.store = ResultStore(self.folder.results, layout, self.case.problem())
         self.folder.copy_case()
         begin = time.perf_counter()
         unit = " rad/s" if self.case.parameter is None else ""
@@ -107,6 +102,7 @@ class _Run:
                 branch = self.case.run(listeners=(listener,))
             self.outcome = branch.outcome
             self.message = branch.message
+            self.found = branch.dataset.attrs
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except InputError as error:
@@ -117,7 +113,7 @@ class _Run:
             self.failures.append(internal_sentence(error))
 
     def _close(self) -> None:
-        ended = {"outcome": self.outcome.name, "outcome_text": self.text, "seconds": f"{self.seconds:.3f}"}
+        ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text, "seconds": self.seconds}
         try:
             self.store.close(ended)
         except OSError as error:
@@ -141,23 +137,15 @@ class _Run:
             return f"{hertz(start)} to {hertz(stop)}"
         return f"{self.case.parameter} from {start:g} to {stop:g} at {hertz(self.case.omega[0])}"
 
-    def _attributes(self) -> Mapping[str, str]:
-        from slipstick.balance.reduction import reduction_attributes
+    def _attributes(self) -> Mapping[str, Any]:
+        """What an unfinished file says."""
+        from slipstick.results.schema import attributes_of
 
-        made = {f"{name}_version": number for name, number in versions().items()}
-        return {
-            "Conventions": "CF-1.11",
-            "title": self.case.title,
-            "case": self.case.text,
-            "case_file": self.case.path.name,
-            "harmonics": " ".join(str(m) for m in self.case.problem().harmonics.orders),
-            "parameter": self.case.parameter or "",
-            **reduction_attributes(self.case.problem()),
-            "warnings": "\n".join(self.told),
-            "outcome": Outcome.INTERRUPTED.name,
-            "outcome_text": "unfinished: the run ended before it could say why; every point found is kept",
-            **made,
-        }
+        unfinished = "unfinished: the run ended before it could say why; every point found is kept"
+        made = attributes_of(
+            self.case.problem(), Outcome.INTERRUPTED, unfinished, self.told, parameter=self.case.parameter or ""
+        )
+        return {**made, **self.case.names}
 
     def finish(self, *, figures: bool) -> int:
         """Figures and summary; the exit code."""
@@ -258,12 +246,10 @@ def truncation_of(data: xarray.Dataset) -> str | None:
 
 def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:
     """One line for each located peak, the largest of each dof first."""
-    from slipstick.results.record import KINDS
-
-    code, of = data["kind_code"].to_numpy(), data["peak_dof"].to_numpy().astype(int)
+    kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
     axis = "parameter" if data.attrs.get("parameter") else "omega"
     lines = []
-    for i in (code == KINDS.index("peak")).nonzero()[0]:
+    for i in (kind == "peak").nonzero()[0]:
         dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
         value, size = float(data[axis][i]), float(data["amplitude"][i, max(of[i], 0)])
         where = hertz(value) if axis == "omega" else f"{value:.6g}"

@@ -9,9 +9,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from math import prod
+from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
 
@@ -19,53 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.results.schema import Declared, Layout
 
-_MAGIC = "slipstick journal 1"
+_MAGIC = "slipstick journal 2"
 _LARGEST_HEADER = 64 * 1024**2
 _LARGEST_FILE = 16 * 1024**3
 _MOST_DIMENSIONS = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Layout:
-    """What one point holds: labels of the fixed dimensions and, for each variable, its dimensions and meaning."""
-
-    labels: Mapping[str, tuple[str, ...]]
-    """Names along the dimensions other than ``point``, such as ``{"dof": ("x",)}``."""
-    variables: Mapping[str, tuple[str, ...]]
-    """Dimensions of each variable after ``point``."""
-    meanings: Mapping[str, tuple[str, str]]
-    """``units`` and ``long_name`` of each variable and each dimension."""
-    attributes: Mapping[str, str] = field(default_factory=dict)
-
-    def shape(self, name: str) -> tuple[int, ...]:
-        """Shape of one variable at one point."""
-        return tuple(len(self.labels[dim]) for dim in self.variables[name])
-
-    @property
-    def size(self) -> int:
-        """Numbers a point."""
-        return sum(prod(self.shape(name)) for name in self.variables)
-
-    def pack(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
-        """One point as a flat row; raises InputError where a variable is missing or of the wrong shape."""
-        parts = []
-        for name in self.variables:
-            value = np.asarray(point.get(name, np.nan), dtype="<f8")
-            if value.shape != self.shape(name) and value.ndim:
-                raise InputError(f"results: '{name}' has shape {value.shape}; expected {self.shape(name)}")
-            parts.append(np.broadcast_to(value, self.shape(name)).ravel())
-        return np.concatenate(parts) if parts else np.zeros(0)
-
-    def unpack(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-        """Variables (n_points, ...) from rows (n_points, size)."""
-        out, start = {}, 0
-        for name in self.variables:
-            shape = self.shape(name)
-            stop = start + prod(shape)
-            out[name] = rows[:, start:stop].reshape(len(rows), *shape)
-            start = stop
-        return out
 
 
 class Journal:
@@ -143,12 +100,16 @@ def _layout(line: bytes, path: Path) -> Layout:
             raise ValueError
         layout = Layout(
             labels={k: tuple(map(str, v)) for k, v in header["labels"].items()},
-            variables={k: tuple(map(str, v)) for k, v in header["variables"].items()},
-            meanings={k: (str(v[0]), str(v[1])) for k, v in header["meanings"].items()},
-            attributes={k: str(v) for k, v in header["attributes"].items()},
+            variables={k: _declared(*v) for k, v in header["variables"].items()},
+            attributes={k: v for k, v in header["attributes"].items() if isinstance(v, str | int | float)},
         )
-        if not 0 < 8 * layout.size <= _LARGEST_FILE or max(map(len, layout.variables.values())) > _MOST_DIMENSIONS:
+        most = max(len(declared.dims) for declared in layout.variables.values())
+        if not 0 < 8 * layout.size <= _LARGEST_FILE or most > _MOST_DIMENSIONS:
             raise ValueError
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
         raise InputError(f"{path}: not a journal of slipstick; expected one written by 'slipstick run'") from None
     return layout
+
+
+def _declared(dims: Any, units: Any, long_name: Any, whole: Any, texts: Any) -> Declared:
+    return Declared(tuple(map(str, dims)), str(units), str(long_name), bool(whole), tuple(map(str, texts)))

@@ -21,13 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.io.journal import Journal, Layout, journal_of, read_journal
-from slipstick.io.netcdf import Variable, read_netcdf, write_netcdf
+from slipstick.faults import warn
+from slipstick.io.journal import Journal, journal_of, read_journal
+from slipstick.io.netcdf import Group, Variable, read_netcdf, write_netcdf
+from slipstick.results.schema import Layout, make_dataset
 
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
+
+PROBLEM = "problem"
+"""The group of a results file that holds what was computed."""
 
 _SHARE = 10.0
 _RETRY = 0.1
@@ -44,6 +50,8 @@ class ResultStore:
     layout
         Variables, labels and attributes. The numbers of a point are given to :meth:`append` by variable name; those
         left out are stored as nan.
+    problem
+        What is computed, stored with the points.
 
     Raises
     ------
@@ -51,10 +59,11 @@ class ResultStore:
         If the file cannot be written, already on opening, before anything is computed.
     """
 
-    def __init__(self, path: str | Path, layout: Layout) -> None:
+    def __init__(self, path: str | Path, layout: Layout, problem: Problem | None = None) -> None:
         self.path = Path(path)
         self.layout = layout
-        self.attributes: dict[str, str] = dict(layout.attributes)
+        self.attributes: dict[str, Any] = dict(layout.attributes)
+        self._problem = _described(problem)
         self._rows: list[NDArray[np.float64]] = []
         self._journal = Journal(journal_of(self.path), layout)
         self._written, self._cost, self._when = -1, 0.0, 0.0
@@ -91,7 +100,8 @@ class ResultStore:
             return
         begin = time.perf_counter()
         with replacing(self.path) as temporary:
-            write_netcdf(temporary, _variables(self.layout, self.rows()), self.attributes)
+            variables = _variables(self.layout, self.rows())
+            write_netcdf(temporary, Group(variables=variables, attributes=self.attributes), {PROBLEM: self._problem})
         self._when = time.perf_counter()
         self._cost, self._written = self._when - begin, len(self._rows)
 
@@ -99,7 +109,7 @@ class ResultStore:
         """All points so far, (n_points, numbers a point)."""
         return np.array(self._rows, dtype=float).reshape(len(self._rows), self.layout.size)
 
-    def close(self, attributes: Mapping[str, str] | None = None) -> None:
+    def close(self, attributes: Mapping[str, Any] | None = None) -> None:
         """Write everything, with final attributes, and remove the journal."""
         self.attributes.update(attributes or {})
         self._written = -1
@@ -141,27 +151,51 @@ def remove_leftovers(path: Path) -> None:
 
 def _variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, Variable]:
     """Coordinates and variables of points, as they stand in the file."""
-
-    def described(name: str, dims: tuple[str, ...], values: NDArray[Any]) -> Variable:
-        units, long_name = layout.meanings.get(name, ("1", name.replace("_", " ")))
-        return Variable(dims=dims, values=values, attributes={"units": units, "long_name": long_name})
-
-    found = {"point": described("point", ("point",), np.arange(len(rows)))}
-    for dim, labels in layout.labels.items():
-        found[dim] = described(dim, (dim,), np.array(labels, dtype=object))
-    for name, values in layout.unpack(rows).items():
-        found[name] = described(name, ("point", *layout.variables[name]), values)
-    return found
+    tables = layout.tables(layout.unpack(rows))
+    return {name: Variable(dims=dims, values=values, attributes=about) for name, (dims, values, about) in tables}
 
 
-def save_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
+def _described(problem: Problem | None, without: str = "it was not stored with the results") -> Group:
+    """A problem as arrays and JSON, or why there is none."""
+    from slipstick.io.problem import WITHOUT, describe
+
+    return describe(problem) if problem is not None else Group(variables={}, attributes={WITHOUT: without})
+
+
+def save_branch(branch: Branch, path: str | Path) -> Path:
+    """Write a branch with its problem; an existing file is replaced only when the new one is complete.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where the problem cannot be stored.
+    """
+    from slipstick.io.problem import WITHOUT
+
+    path, problem = Path(path), _described(branch.problem, branch.without)
+    try:
+        save_dataset(branch.dataset, path, {PROBLEM: problem})
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"{path}: cannot be written ({reason}); choose another place") from None
+    if branch.problem is not None and WITHOUT in problem.attributes:
+        warn([f"{path}: saved without the problem: {problem.attributes[WITHOUT]}; give it to ss.load again"])
+    return path
+
+
+def save_dataset(dataset: xarray.Dataset, path: str | Path, groups: Mapping[str, Group] | None = None) -> None:
     """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete."""
     variables = {
         str(name): Variable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
-        for name, v in dataset.variables.items()
+        for name, v in sorted(dataset.variables.items(), key=lambda item: item[0] not in dataset.coords)
     }
     with replacing(Path(path)) as temporary:
-        write_netcdf(temporary, variables, dataset.attrs)
+        write_netcdf(temporary, Group(variables=variables, attributes=dataset.attrs), groups)
 
 
 def load_dataset(path: str | Path) -> xarray.Dataset:
@@ -178,8 +212,8 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
     try:
-        variables, attributes = read_netcdf(path)
-        dataset = _as_dataset(variables, attributes)
+        found = read_netcdf(path)
+        dataset = _as_dataset(found.variables, found.attributes)
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
@@ -201,7 +235,7 @@ def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
         raise InputError(f"{journal}: not the journal of these results")
     if len(rows) <= dataset.sizes.get("point", 0):
         return dataset
-    return _as_dataset(found, layout.attributes)
+    return make_dataset(layout, layout.unpack(rows), layout.attributes)
 
 
 def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, Variable]) -> bool:
@@ -232,8 +266,41 @@ def _as_dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]
     return xarray.Dataset(parts[False], coords=parts[True], attrs=dict(attributes))
 
 
-def load(path: str | Path) -> Branch:
-    """The branch in a results file, without its problem (what needs the problem says so)."""
+def load(path: str | Path, problem: Problem | None = None) -> Branch:
+    """The branch in a results file, with its problem: it can be checked in time, drawn and gone on from.
+
+    Parameters
+    ----------
+    path
+        Written by ``Branch.save`` or by ``slipstick run``; points that a killed run left in the journal are read too.
+    problem
+        The problem, for results that could not store it: laws that are functions, structures of your own. Only what
+        the numbers tell of it is compared.
+
+    Returns
+    -------
+    Branch
+        Where the problem is not known, ``problem`` is None and ``without`` says why; the numbers are there anyway.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is no results file, or the problem given is of other results.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where the stored problem cannot be read.
+    """
+    from slipstick.io.problem import misfit, read_problem
     from slipstick.results.branch import Branch
 
-    return Branch.from_dataset(load_dataset(path))
+    path, without = Path(path), ""
+    dataset = load_dataset(path)
+    if problem is not None:
+        fault = misfit(problem, dataset)
+        if fault:
+            raise InputError(f"{path}: these are results of another problem: {fault}")
+    else:
+        problem, without = read_problem(path, dataset)
+    return Branch.from_dataset(dataset, problem, without)

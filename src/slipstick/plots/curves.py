@@ -167,13 +167,11 @@ def _without_rounding(dataset: xarray.Dataset) -> xarray.DataArray:
 
 
 def _mark_peaks(ax: Axes, dataset: xarray.Dataset, dof: str | None) -> None:
-    if "kind_code" not in dataset:
+    if "kind" not in dataset:
         return
-    from slipstick.results.record import KINDS
-
     names = [str(name) for name in dataset["dof"].to_numpy()]
     own = dataset["peak_dof"].to_numpy() == (names.index(dof) if dof is not None else 0)
-    at = np.flatnonzero((dataset["kind_code"].to_numpy() == KINDS.index("peak")) & own)
+    at = np.flatnonzero((dataset["kind"].to_numpy() == "peak") & own)
     x, y = dataset[abscissa(dataset)].to_numpy()[at], _select(dataset, "amplitude", {"dof": dof})[at]
     ax.plot(x, y, "o", color="black", markersize=3.5, markerfacecolor="white", linestyle="none", label="_peaks")
 

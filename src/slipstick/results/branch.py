@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,44 +9,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.balance.reduction import reduction_attributes, worst_error
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, whole, wrong
 from slipstick.results.measures import friction_force
-from slipstick.results.record import KINDS, Recorder
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.results.plotting import BranchPlots
+    from slipstick.results.verbs import BranchPlots, TimeCheck
 
 Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 
-_PARAMETERS = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimeCheck:
-    """A point of a branch against time integration, by output dof, both (n_outputs,)."""
-
-    omega: float
-    dofs: tuple[str, ...]
-    amplitude: Array
-    amplitude_in_time: Array
-    mean: Array
-    mean_in_time: Array
-    relative_difference: float
-    """Largest difference of amplitudes and zero harmonics over the largest of all of them."""
-    converged: bool
-    """Whether the time integration became periodic."""
-    reduction_error: float | None = None
-    """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
+PARAMETERS = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+"""Parameters of friction contacts and the variables that hold them."""
 
 
 class Branch:
@@ -62,19 +41,24 @@ class Branch:
     outcome
         How the computation ended.
     problem
-        The problem, where it is known: a branch read from a file has none.
+        The problem, where it is known.
     message
         How it ended in words; by default what the dataset says.
+    without
+        Why the problem is not known, in words.
     """
 
-    def __init__(self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "") -> None:
+    def __init__(
+        self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
+    ) -> None:
         if not (callable(dataset) or hasattr(dataset, "data_vars")):
             raise wrong("branch, dataset", dataset, "an xarray.Dataset, or a function that makes one")
         self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
         self._source, self.problem, self._message = dataset, problem, message
+        self.without = "" if problem is not None else without or "it was made from a dataset alone"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"_source": self.dataset, "outcome": self.outcome, "problem": self.problem}
+        return {**{k: v for k, v in vars(self).items() if k != "dataset"}, "_source": self.dataset}
 
     @cached_property
     def dataset(self) -> xarray.Dataset:
@@ -93,13 +77,11 @@ class Branch:
         return tuple(str(self.dataset.attrs.get("warnings", "")).splitlines())
 
     @classmethod
-    def from_dataset(cls, dataset: xarray.Dataset, problem: Problem | None = None) -> Branch:
-        """From a stored dataset; the outcome is read from its attributes."""
+    def from_dataset(cls, dataset: xarray.Dataset, problem: Problem | None = None, without: str = "") -> Branch:
+        """From a stored dataset; the outcome is read from its attributes. ``without``: why there is no problem."""
         name = str(dataset.attrs.get("outcome", ""))
         outcome = Outcome[name] if name in Outcome.__members__ else Outcome.INTERRUPTED
-        if "kind" not in dataset and "kind_code" in dataset:
-            dataset = dataset.assign(kind=("point", _kinds(dataset["kind_code"].to_numpy())))
-        return cls(dataset, outcome, problem)
+        return cls(dataset, outcome, problem, without=without)
 
     def __len__(self) -> int:
         return int(self.dataset.sizes.get("point", 0))
@@ -141,14 +123,14 @@ class Branch:
 
     def contact_forces(self, point: int) -> ContactForces:
         """Contact forces at a point, computed again with states and tangents from the dataset alone."""
-        d = self._point(point)
+        d = self.point(point, friction=True)
         omega = float(d["omega"])
         forces = element_forces(
             self.harmonics,
             d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
             d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy(),
             v=d["rubbing_velocity"].to_numpy() / omega,
-            **{key: d[name].to_numpy() for key, name in _PARAMETERS.items()},
+            **{key: d[name].to_numpy() for key, name in PARAMETERS.items()},
         )
         forces.omega = omega
         return forces
@@ -163,7 +145,7 @@ class Branch:
 
         Each is (samples,); friction is not the truncated series but the force of the states themselves.
         """
-        d = self._point(point)
+        d = self.point(point, friction=True)
         c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
         h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
         X = d["contact_tangential"].to_numpy()[c]
@@ -183,7 +165,7 @@ class Branch:
         For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
         (``slipstick.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
-        d, problem = self._point(point), self._problem_at(point)
+        d, problem = self.point(point), self.problem_at(point)
         heated = problem.heated
         if heated is None:
             raise InputError("no contact of this branch is heated; give the problem a thermal model")
@@ -198,16 +180,26 @@ class Branch:
     @property
     def plot(self) -> BranchPlots:
         """Figures of this branch; each returns matplotlib Axes."""
-        from slipstick.results.plotting import BranchPlots
+        from slipstick.results.verbs import BranchPlots
 
         return BranchPlots(self)
 
     def save(self, path: str | Path) -> Path:
-        """Write all as netCDF-4 and return the path."""
-        from slipstick.io.store import save_dataset
+        """Write all as netCDF-4, with the problem, and return the path; ``ss.load`` reads it again.
 
-        save_dataset(self.dataset, path)
-        return Path(path)
+        Raises
+        ------
+        InputError
+            If the file cannot be written; one that was there stays as it was.
+
+        Warns
+        -----
+        SlipstickWarning
+            Where the problem cannot be stored with the numbers: a law that is a function, a structure of your own.
+        """
+        from slipstick.results.verbs import save
+
+        return save(self, path)
 
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
@@ -217,49 +209,41 @@ class Branch:
         of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """
-        from slipstick.analysis.starting import HarmonicStart
-        from slipstick.analysis.transient import transient
+        from slipstick.results.verbs import check_in_time
 
-        d, problem = self._point(point), self._problem_at(point)
-        start = HarmonicStart(
-            harmonics=problem.harmonics,
-            tangential=d["contact_tangential"].to_numpy(),
-            normal=d["contact_normal"].to_numpy(),
-        )
-        held = {name: d[variable].to_numpy() for name, variable in _PARAMETERS.items()}
-        result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
-        amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
-        pairs = ((amplitude, result.amplitude), (mean, result.mean))
-        worst = worst_error(problem, [float(d["omega"])])
-        size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
-        return TimeCheck(
-            omega=float(d["omega"]),
-            dofs=tuple(result.outputs),
-            amplitude=amplitude,
-            amplitude_in_time=result.amplitude,
-            mean=mean,
-            mean_in_time=result.mean,
-            relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
-            converged=result.converged,
-            reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
-        )
+        return check_in_time(self, point, **options)
 
-    def _problem_at(self, point: int) -> Problem:
-        """The problem with the followed parameter as it is at a point; friction parameters as they are when hot."""
+    def guess(self, point: int) -> Array:
+        """The unknowns at a point, (n_ports, L), to begin a branch there: ``forced_response(..., guess=...)``.
+
+        Raises InputError where the problem is not known.
+        """
+        d, batches = self.point(point), self.problem_at(point).batches
+        ports = (
+            d[f"contact_{name}"].to_numpy()[batch.elements][port.members]
+            for batch in batches
+            for name, port in zip(batch.law.ports, batch.ports, strict=True)
+        )
+        return np.concatenate(list(ports))
+
+    def problem_at(self, point: int) -> Problem:
+        """The problem with the followed parameter as it is at a point; InputError where it is not known."""
         if self.problem is None:
-            raise InputError("this branch was read from a file and has no problem; build it again from its case")
+            raise InputError(f"the problem of this branch is not known: {self.without}")
         problem, name = self.problem, str(self.dataset.attrs.get("parameter", ""))
         if name:
             problem = problem.at_parameter(name, float(self.dataset["parameter"][point]))
         return problem
 
-    def _point(self, point: int) -> xarray.Dataset:
-        """A point with its contacts; InputError where there is none."""
+    def point(self, point: int, *, friction: bool = False) -> xarray.Dataset:
+        """A point with its contacts; InputError where there is none, or no friction where that is needed."""
         if not len(self):
             raise InputError(f"the branch has no points; its outcome is: {self.message}")
         point = whole("point", point, -len(self), len(self) - 1)
-        if "contact_tangential" not in self.dataset:
+        if "contact" not in self.dataset.dims:
             raise InputError("these results are of a linear response, which holds no contact forces")
+        if friction and not {*PARAMETERS.values(), "contact_tangential"} <= set(self.dataset):
+            raise InputError("these results hold no friction contact; laws of another kind have no such states")
         return self.dataset.isel(point=point)
 
     def _index(self, dim: str, name: str | None) -> int:
@@ -277,43 +261,3 @@ def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
     a = size[order]
     least = _ROUNDING * np.max(a, initial=0.0)
     return order[1:-1][(a[1:-1] > a[:-2] + least) & (a[1:-1] >= a[2:])]
-
-
-def _kinds(codes: Array) -> NDArray[np.str_]:
-    return np.array([KINDS[int(code)] for code in codes], dtype=np.str_).reshape(len(codes))
-
-
-def make_dataset(recorder: Recorder, values: Mapping[str, Array], attributes: dict[str, Any]) -> xarray.Dataset:
-    """The dataset of a branch from the values of its points, as ``recorder`` gives them."""
-    import xarray
-
-    meanings, variables = recorder.meanings, recorder.variables
-    describe = {name: {"units": units, "long_name": text} for name, (units, text) in meanings.items()}
-    coords: dict[str, Any] = {dim: (dim, list(names), describe[dim]) for dim, names in recorder.labels.items()}
-    coords["point"] = ("point", np.arange(len(values["omega"])), describe["point"])
-    data: dict[str, Any] = {
-        name: (("point", *variables[name]), value, describe[name]) for name, value in values.items()
-    }
-    meaning = {"units": "1", "long_name": "kind of point"}
-    data["kind"] = (("point",), _kinds(values["kind_code"]), meaning)
-    return xarray.Dataset(data, coords=coords, attrs=attributes)
-
-
-def attributes_of(
-    problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, parameter: str = "", **more: Any
-) -> dict[str, Any]:
-    """Attributes of a results dataset: outcome, warnings, versions, title, settings, work."""
-    from importlib.metadata import version
-
-    return {
-        "title": problem.title,
-        "outcome": outcome.name,
-        "outcome_text": message or outcome.text,
-        "warnings": "\n".join(warnings),
-        "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
-        "parameter": parameter,
-        **reduction_attributes(problem),
-        "slipstick_version": version("slipstick"),
-        "numpy_version": np.__version__,
-        **more,
-    }

@@ -1,4 +1,4 @@
-"""From points of a branch to named numbers: which variables there are, what they mean, and their values."""
+"""From points of a branch to the values of every variable that the schema declares."""
 
 from __future__ import annotations
 
@@ -11,51 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.parameters import parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.results.measures import amplitude
+from slipstick.results.schema import Layout, layout_of
 from slipstick.results.truncation import moved, truncation
 
 Array = NDArray[np.float64]
-
-KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
-
-VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "omega": ((), "rad/s", "principal frequency"),
-    "excitation_frequency": ((), "rad/s", "excitation frequency"),
-    "parameter": ((), "1", "followed parameter"),
-    "displacement": (("dof", "coefficient"), "length", "displacement coefficients"),
-    "amplitude": (("dof",), "length", "amplitude (0-to-peak, without the zero harmonic)"),
-    "mean": (("dof",), "length", "zero harmonic"),
-    "dissipated_power": (("contact",), "force length/time", "dissipated power"),
-    "temperature": (("contact",), "temperature", "contact temperature"),
-    "rubbing_velocity": (("contact",), "length/time", "constant rubbing velocity"),
-    "rubbing_motion": (("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
-    "normal_motion": (("contact", "coefficient"), "length", "normal motion coefficients of the counter surface"),
-    "truncation": ((), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"),
-    "residual": (
-        (),
-        "1",
-        "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it",
-    ),
-    "newton_iterations": ((), "1", "Newton corrections"),
-    "kind_code": ((), "1", "kind of point: " + ", ".join(f"{i} {name}" for i, name in enumerate(KINDS))),
-    "part": ((), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range"),
-    "peak_dof": ((), "1", "index of the dof whose amplitude peaks here, -1 for none"),
-}
-"""Dimensions after ``point``, units and long name of every variable that does not depend on the contact laws. Units are
-the user's own consistent system."""
-
-DIMENSIONS = {
-    "point": "number along the branch",
-    "dof": "degree of freedom",
-    "coefficient": "harmonic coefficient",
-    "contact": "contact",
-    "bound": "lower and upper bound",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +30,7 @@ class Point:
     parameter: float
     """Value of the followed quantity: the frequency itself or the named parameter."""
     kind: str
-    """One of ``KINDS``."""
+    """One of ``schema.KINDS``."""
     peak_of: str
     """Name of the dof whose amplitude peaks here, else empty."""
     x: Array
@@ -165,55 +129,23 @@ class Recorder:
         self.balance, self.parameter = balance, parameter
         self.outputs = Outputs(balance, balance.problem.outputs or ())
 
-    @property
-    def labels(self) -> dict[str, tuple[str, ...]]:
-        """Names along the dimensions other than ``point``."""
-        problem = self.balance.problem
-        return {
-            "dof": tuple(problem.outputs or ()),
-            "coefficient": problem.harmonics.labels,
-            "contact": problem.elements,
-            "bound": ("lower", "upper"),
-        }
-
     @cached_property
-    def _described(self) -> dict[str, tuple[tuple[str, ...], str, str]]:
-        """Every variable: that of each branch, those of the ports, those of the laws."""
-        found = {name: value for name, value in VARIABLES.items() if self.parameter or name != "parameter"}
-        if self.parameter:
-            found["parameter"] = ((), parameter_units(self.balance.problem, self.parameter), self.parameter)
-        for batch in self.balance.batches:
-            for port, force in zip(batch.law.ports, traits.force_names(batch.law), strict=True):
-                dims = ("contact", "coefficient")
-                found[f"contact_{port}"] = (dims, "length", f"{port} relative motion coefficients")
-                found[f"{force}_force"] = (dims, "force", f"{force} force coefficients")
-            for name, own in traits.variables(batch.law).items():
-                found[name] = (("contact", *own.dims), own.units, own.long_name)
-        return found
+    def layout(self) -> Layout:
+        """Which variables there are, their dimensions and meaning."""
+        return layout_of(self.balance.problem, parameter=self.parameter)
 
-    @property
-    def variables(self) -> dict[str, tuple[str, ...]]:
-        """Dimensions of each variable after ``point``."""
-        return {name: dims for name, (dims, _, _) in self._described.items()}
-
-    @property
-    def meanings(self) -> dict[str, tuple[str, str]]:
-        """Units and long name of each variable and dimension."""
-        found = {name: (units, text) for name, (_, units, text) in self._described.items()}
-        return found | {dim: ("1", text) for dim, text in DIMENSIONS.items()}
-
-    def values(self, points: Sequence[Point]) -> dict[str, Array]:
+    def values(self, points: Sequence[Point]) -> dict[str, NDArray[Any]]:
         """Every variable, (n_points, ...)."""
         b = self.balance
         x = _stack([p.x for p in points], (b.size,))
         omega = np.array([p.omega for p in points], dtype=float)
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
-        sizes = {name: len(value) for name, value in self.labels.items()}
-        found = {
-            name: np.full((len(points), *(sizes[dim] for dim in dims)), np.nan)
-            for name, dims in self.variables.items()
-            if "contact" in dims
+        layout = self.layout
+        found: dict[str, NDArray[Any]] = {
+            name: np.full((len(points), *layout.shape(name)), np.nan)
+            for name, declared in layout.variables.items()
+            if "contact" in declared.dims
         }
         for k in range(len(b.batches)):
             self._of_batch(k, points, found, force)
@@ -228,16 +160,16 @@ class Recorder:
             "mean": motion[:, :, 0],
             "truncation": truncation(self.outputs, points, x, motion, omega),
             "residual": np.array([p.residual for p in points], dtype=float),
-            "newton_iterations": np.array([p.iterations for p in points], dtype=float),
-            "kind_code": np.array([KINDS.index(p.kind) for p in points], dtype=float),
-            "part": np.array([p.part for p in points], dtype=float),
+            "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
+            "kind": np.array([p.kind for p in points], dtype=np.str_),
+            "part": np.array([p.part for p in points], dtype=np.int32),
             "peak_dof": np.array(
-                [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=float
+                [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=np.int32
             ),
         }
-        return {name: found[name] for name in self.variables}
+        return {name: found[name] for name in layout.variables}
 
-    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, Array], force: Array) -> None:
+    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, NDArray[Any]], force: Array) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
         responses, at = [p.detail.responses[k] for p in points], batch.elements
@@ -268,7 +200,7 @@ class Recorder:
             )  # fmt: skip
             found[name][:, at] = _stack(source, (batch.count, *found[name].shape[2:]))
 
-    def record(self, point: Point) -> Mapping[str, Array]:
+    def record(self, point: Point) -> Mapping[str, NDArray[Any]]:
         """Every variable of one point."""
         return {name: value[0] for name, value in self.values([point]).items()}
 

@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 DENSE_LIMIT = 1500
 _LISTED_FREQUENCIES = 20
 _POLE_LIMIT = 200
+_SMALL = 10_000
 _POLE_ERROR = 1e-10
 
 
@@ -125,6 +126,12 @@ class MatrixStructure:
     def dofs(self) -> tuple[str, ...]:
         """Names of the degrees of freedom."""
         return self._dofs
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal structure is made from; matrices that are mostly zeros as sparse ones."""
+        matrices = {name: _thin(matrix) for name in ("M", "C", "K") if (matrix := getattr(self, name)) is not None}
+        return {**matrices, "dofs": self._dofs, "loss_factor": self.loss_factor, "load_shapes": self._shapes}
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
@@ -269,6 +276,15 @@ class MatrixStructure:
 
 def _matrix(value: Any) -> Any:
     return real(value).tocsc(copy=True) if hasattr(value, "tocsc") else real(value)
+
+
+def _thin(matrix: Any) -> Any:
+    """A large dense matrix of mostly zeros as a sparse one, others as they are."""
+    from scipy.sparse import csc_array
+
+    if isinstance(matrix, np.ndarray) and matrix.size > _SMALL and 4 * np.count_nonzero(matrix) < matrix.size:
+        return csc_array(matrix)
+    return matrix
 
 
 def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:

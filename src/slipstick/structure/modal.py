@@ -290,6 +290,14 @@ class ModalStructure:
         return self._dofs
 
     @property
+    def arguments(self) -> dict[str, Any]:
+        """What an equal structure is made from."""
+        names = ("omega", "mode_shapes", "dofs", "loss_factor", "damping_ratio", "second_residual")
+        compliance = self.static_compliance if self._knows_residual else None
+        given = {name: getattr(self, name) for name in names}
+        return {**given, "static_compliance": compliance, "load_shapes": self.shapes}
+
+    @property
     def load_shapes(self) -> tuple[str, ...]:
         """Names of the distributed loads."""
         return tuple(self.shapes)

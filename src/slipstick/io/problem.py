@@ -1,0 +1,175 @@
+"""A problem in a results file: arrays, and JSON that says what they belong to. Nothing in it is executed when read.
+
+Every part of a problem is written as the arguments it is made from, and made again by its own constructor, which checks
+them as it checks a user's. Laws and structures of a user's own are code, not numbers: they are not stored.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.contacts import ContactPair
+from slipstick.balance.loads import Load
+from slipstick.balance.problem import Problem
+from slipstick.contact.friction import FrictionContact
+from slipstick.contact.rubbing import RubbingMotion
+from slipstick.errors import InputError
+from slipstick.faults import warn
+from slipstick.io.netcdf import Group, Variable, read_netcdf
+from slipstick.structure.matrices import MatrixStructure
+from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.thermal.friction_curve import FrictionCurve
+from slipstick.thermal.model import ThermalModel
+from slipstick.trig.harmonics import Harmonics
+
+if TYPE_CHECKING:
+    import xarray
+
+FORMAT = 1
+MOST_MODAL_DOFS = 20_000
+"""A modal structure has the square of that many compliances, which no other size in a file bounds."""
+DESCRIPTION, WITHOUT = "description", "without"
+"""Attributes of the group: the JSON, or why there is none."""
+
+
+def _by_fields(thing: Any) -> dict[str, Any]:
+    return {f.name: getattr(thing, f.name) for f in fields(thing) if f.name != "_"}
+
+
+PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
+    "problem": (Problem, _by_fields),
+    "matrices": (MatrixStructure, lambda s: s.arguments),
+    "modes": (ModalStructure, lambda s: s.arguments),
+    "load shape": (LoadShape, _by_fields),
+    "contact": (ContactPair, _by_fields),
+    "friction": (FrictionContact, _by_fields),
+    "rubbing": (RubbingMotion, _by_fields),
+    "load": (Load, _by_fields),
+    "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
+    "thermal": (ThermalModel, _by_fields),
+    "friction curve": (FrictionCurve, lambda c: {**c.tables, "interpolation": c.interpolation}),
+}
+"""What may stand in a file: a word for each class, and the arguments that make an equal one."""
+
+_WORDS = {kind: word for word, (kind, _) in PARTS.items()}
+
+
+def describe(problem: Problem) -> Group:
+    """A problem as the variables and attributes of a group; without variables, and the reason, where it cannot be."""
+    own = [p for p in problem.contacts if type(p.contact) not in _WORDS]
+    if type(problem.structure) not in _WORDS:
+        return _left_out(f"its structure is a {type(problem.structure).__name__}, which is code and not numbers")
+    if own:
+        law = type(own[0].contact).__name__
+        return _left_out(f"the law of contact '{own[0].name}' is a {law}, which is code and not numbers")
+    arrays: dict[str, Variable] = {}
+    try:
+        text = json.dumps(_plain(problem, "", arrays), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        return _left_out(str(error))
+    return Group(variables=arrays, attributes={"format": FORMAT, DESCRIPTION: text})
+
+
+def _left_out(reason: str) -> Group:
+    return Group(variables={}, attributes={WITHOUT: reason})
+
+
+def _plain(value: Any, where: str, arrays: dict[str, Variable]) -> Any:
+    """A value as JSON; arrays go to ``arrays``, under the names of the arguments that lead to them."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        if value.size < 2:
+            return value.tolist()
+        name = where.removeprefix(".")
+        arrays[name] = Variable(
+            dims=tuple(f"axis{axis}_{n}" for axis, n in enumerate(value.shape)), values=np.asarray(value)
+        )
+        return {"array": name}
+    if hasattr(value, "tocsc"):
+        csc = value.tocsc()
+        return {"csc": [_plain(getattr(csc, p), f"{where}.{p}", arrays) for p in ("data", "indices", "indptr")]}
+    if isinstance(value, Mapping):
+        items = enumerate(value.items())
+        return {"map": [[_plain(k, where, arrays), _plain(v, f"{where}.{i}", arrays)] for i, (k, v) in items]}
+    if isinstance(value, tuple | list | frozenset):
+        items = enumerate(sorted(value) if isinstance(value, frozenset) else value)
+        return [_plain(v, f"{where}.{i}", arrays) for i, v in items]
+    word = _WORDS.get(type(value))
+    if word is None:
+        raise TypeError(f"{where.removeprefix('.')}: a {type(value).__name__} is code and not numbers")
+    arguments = PARTS[word][1](value).items()
+    return {"kind": word, "arguments": {name: _plain(v, f"{where}.{name}", arrays) for name, v in arguments}}
+
+
+def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, str]:
+    """The problem in a results file; None and the reason where there is none, or none that fits the numbers.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where there is one that cannot be read.
+    """
+    from slipstick.io.store import PROBLEM
+
+    try:
+        group = read_netcdf(path, PROBLEM)
+        if DESCRIPTION not in group.attributes:
+            return None, str(group.attributes.get(WITHOUT, "the file does not hold it"))
+        if int(group.attributes["format"]) > FORMAT:
+            raise ValueError(f"its format is {group.attributes['format']}, this program reads up to {FORMAT}")
+        arrays = {name: variable.values for name, variable in group.variables.items()}
+        problem = _made(json.loads(str(group.attributes[DESCRIPTION])), arrays)
+        fault = misfit(problem, dataset)
+        if fault:
+            raise ValueError(fault)
+    except Exception as error:  # of a stranger's file: whatever constructors say of arguments of any kind
+        reason = f"the problem in {path.name} cannot be read ({' '.join(str(error).split()) or type(error).__name__})"
+        warn([f"{path}: {reason}; the numbers are there without it"])
+        return None, reason
+    return problem, ""
+
+
+def _made(plain: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
+    if isinstance(plain, list):
+        return [_made(item, arrays) for item in plain]
+    if not isinstance(plain, dict):
+        return plain
+    if "array" in plain:
+        return arrays[plain["array"]]
+    if "csc" in plain:
+        return _sparse(*(np.asarray(_made(part, arrays)) for part in plain["csc"]))
+    if "map" in plain:
+        return {_made(key, arrays): _made(value, arrays) for key, value in plain["map"]}
+    arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
+    if plain["kind"] == "modes" and len(arguments["dofs"]) > MOST_MODAL_DOFS:
+        raise ValueError(f"modes at {len(arguments['dofs'])} dofs; expected at most {MOST_MODAL_DOFS}")
+    return PARTS[plain["kind"]][0](**arguments)
+
+
+def _sparse(data: NDArray[Any], indices: NDArray[Any], indptr: NDArray[Any]) -> Any:
+    """A square matrix of which nothing is believed that its arrays do not hold."""
+    from scipy.sparse import csc_array
+
+    matrix = csc_array((data, indices, indptr), shape=(len(indptr) - 1,) * 2)
+    matrix.check_format(full_check=True)
+    return matrix
+
+
+def misfit(problem: Any, dataset: xarray.Dataset) -> str:
+    """Why the numbers cannot be those of a problem, or nothing."""
+    if not isinstance(problem, Problem):
+        raise InputError("problem: expected an ss.Problem")
+    own = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
+    for dim, names in own.items():
+        if dim in dataset.coords and [str(n) for n in dataset[dim].to_numpy()] != list(names):
+            return f"its {dim} labels are {', '.join(names[:8])}, those of the results are others"
+    return ""

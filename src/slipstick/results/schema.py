@@ -1,0 +1,230 @@
+"""The one schema of results: every variable, dimension and attribute is declared here, whoever writes or reads them.
+
+A branch in memory, the journal of a run, the results file of the command line and that of ``Branch.save`` are made from
+the same ``Layout`` and the same attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from math import prod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.parameters import parameter_units
+from slipstick.balance.reduction import reduction_attributes
+from slipstick.contact import traits
+from slipstick.errors import InputError, Outcome
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.balance.problem import Problem
+
+Array = NDArray[np.float64]
+Table = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
+"""Dimensions, values, and ``units`` with ``long_name``."""
+
+KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
+
+MISSING = -1
+"""Stands for a whole number that is not known; a real one is nan, a text is empty."""
+
+
+class Declared(NamedTuple):
+    """What is known of a variable before it has values."""
+
+    dims: tuple[str, ...]
+    """Dimensions after ``point``."""
+    units: str
+    """In the user's own consistent system."""
+    long_name: str
+    whole: bool = False
+    """Whether it holds whole numbers."""
+    texts: tuple[str, ...] = ()
+    """The texts it may hold instead of numbers."""
+
+
+VARIABLES: dict[str, Declared] = {
+    "omega": Declared((), "rad/s", "principal frequency"),
+    "excitation_frequency": Declared((), "rad/s", "excitation frequency"),
+    "parameter": Declared((), "1", "followed parameter"),
+    "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
+    "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the zero harmonic)"),
+    "mean": Declared(("dof",), "length", "zero harmonic"),
+    "dissipated_power": Declared(("contact",), "force length/time", "dissipated power"),
+    "temperature": Declared(("contact",), "temperature", "contact temperature"),
+    "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),
+    "rubbing_motion": Declared(("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
+    "normal_motion": Declared(
+        ("contact", "coefficient"), "length", "normal motion coefficients of the counter surface"
+    ),
+    "truncation": Declared(
+        (), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"
+    ),
+    "residual": Declared(
+        (), "1",
+        "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it",
+    ),
+    "newton_iterations": Declared((), "1", "Newton corrections", whole=True),
+    "kind": Declared((), "1", "kind of point: " + ", ".join(KINDS), texts=KINDS),
+    "part": Declared(
+        (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range", whole=True
+    ),
+    "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
+}  # fmt: skip
+"""Every variable that does not depend on the contact laws; these bring their own (``contact.traits.variables``)."""
+
+DIMENSIONS = {
+    "point": "number along the branch",
+    "dof": "degree of freedom",
+    "coefficient": "harmonic coefficient",
+    "contact": "contact",
+    "bound": "lower and upper bound",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """What each point of a branch holds."""
+
+    labels: Mapping[str, tuple[str, ...]]
+    """Names along the dimensions other than ``point``, such as ``{"dof": ("x",)}``."""
+    variables: Mapping[str, Declared]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Shape of one variable at one point."""
+        return tuple(len(self.labels[dim]) for dim in self.variables[name].dims)
+
+    @property
+    def size(self) -> int:
+        """Numbers a point."""
+        return sum(prod(self.shape(name)) for name in self.variables)
+
+    def pack(self, point: Mapping[str, Any]) -> Array:
+        """One point as a flat row; variables left out are nan. Raises InputError for a wrong shape or text."""
+        parts = []
+        for name, declared in self.variables.items():
+            given = point.get(name, np.nan)
+            value = np.asarray(_code(name, given, declared.texts) if declared.texts else given, dtype="<f8")
+            if value.shape != self.shape(name) and value.ndim:
+                raise InputError(f"results: '{name}' has shape {value.shape}; expected {self.shape(name)}")
+            parts.append(np.broadcast_to(value, self.shape(name)).ravel())
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def unpack(self, rows: Array) -> dict[str, NDArray[Any]]:
+        """Variables (n_points, ...) from rows (n_points, size)."""
+        out, start = {}, 0
+        for name in self.variables:
+            shape = self.shape(name)
+            stop = start + prod(shape)
+            out[name] = self._of_type(name, rows[:, start:stop].reshape(len(rows), *shape))
+            start = stop
+        return out
+
+    def _of_type(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
+        """Whole numbers and texts from the numbers of the journal; what is of its type already stays so."""
+        declared = self.variables[name]
+        if values.dtype.kind != "f" or not (declared.whole or declared.texts):
+            return values
+        known = np.isfinite(values) & (np.abs(values) < np.iinfo(np.int32).max)
+        codes = np.where(known, values, MISSING).astype(np.int32)
+        if not declared.texts:
+            return codes
+        return np.array([*declared.texts, ""])[np.clip(codes, MISSING, len(declared.texts) - 1)]
+
+    def tables(self, values: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, Table]]:
+        """Coordinates, then variables, by name, from values (n_points, ...)."""
+        count = len(next(iter(values.values()), ()))
+        yield "point", (("point",), np.arange(count), _meaning("1", DIMENSIONS["point"]))
+        for dim, names in self.labels.items():
+            yield dim, ((dim,), np.array(names, dtype=np.str_), _meaning("1", DIMENSIONS.get(dim, dim)))
+        for name, declared in self.variables.items():
+            meaning = _meaning(declared.units, declared.long_name)
+            yield name, (("point", *declared.dims), self._of_type(name, values[name]), meaning)
+
+
+def _meaning(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}
+
+
+def _code(name: str, text: Any, known: Sequence[str]) -> float:
+    if isinstance(text, float) or str(text) in known:
+        return text if isinstance(text, float) else float(known.index(str(text)))
+    raise InputError(f"results: '{name}' is {text}; expected one of {', '.join(known)}")
+
+
+def layout_of(problem: Problem, *, parameter: str = "", only: Sequence[str] | None = None) -> Layout:
+    """What is kept of each point of a branch of a problem; ``only`` some variables of a linear one."""
+    found = dict(_declared(problem, parameter)) if only is None else {name: VARIABLES[name] for name in only}
+    labels = {
+        "dof": tuple(problem.outputs or ()),
+        "coefficient": problem.harmonics.labels,
+        "contact": problem.elements,
+        "bound": ("lower", "upper"),
+    }
+    used = {dim for declared in found.values() for dim in declared.dims}
+    return Layout(labels={dim: names for dim, names in labels.items() if dim in used}, variables=found)
+
+
+def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]]:
+    """Variables of every branch, those of the ports, those of the laws."""
+    for name, declared in VARIABLES.items():
+        if name != "parameter":
+            yield name, declared
+        elif parameter:
+            yield name, Declared((), parameter_units(problem, parameter), parameter)
+    for batch in problem.batches:
+        for port, force in zip(batch.law.ports, traits.force_names(batch.law), strict=True):
+            dims = ("contact", "coefficient")
+            yield f"contact_{port}", Declared(dims, "length", f"{port} relative motion coefficients")
+            yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
+        for name, own in traits.variables(batch.law).items():
+            yield name, Declared(("contact", *own.dims), own.units, own.long_name)
+
+
+def make_dataset(layout: Layout, values: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> xarray.Dataset:
+    """The dataset of a branch from the values of its points, (n_points, ...) each."""
+    import xarray
+
+    tables = dict(layout.tables(values))
+    coords = {name: tables.pop(name) for name in ("point", *layout.labels)}
+    return xarray.Dataset(tables, coords=coords, attrs=dict(attributes))
+
+
+def attributes_of(
+    problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, parameter: str = "", **more: Any
+) -> dict[str, Any]:
+    """Attributes of results: title, case, outcome, warnings, settings, versions, and at the end the work (``more``).
+
+    ``case`` and ``case_file`` are empty for a problem made in Python.
+    """
+    return {
+        "Conventions": "CF-1.11",
+        "title": problem.title,
+        "case": "",
+        "case_file": "",
+        "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
+        "parameter": parameter,
+        **reduction_attributes(problem),
+        "warnings": "\n".join(warnings),
+        "outcome": outcome.name,
+        "outcome_text": message or outcome.text,
+        **_versions(),
+        **more,
+    }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Versions of what computes the numbers."""
+    import platform
+    from importlib.metadata import version
+
+    packages = {f"{name}_version": version(name) for name in ("slipstick", "numpy", "scipy", "numba")}
+    return {**packages, "python_version": platform.python_version()}

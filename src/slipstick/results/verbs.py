@@ -1,0 +1,137 @@
+"""What a branch offers for convenience though it belongs to rooms further on: files, figures, the check in time.
+
+The one file of this room that may know those rooms, and only inside its functions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.reduction import worst_error
+from slipstick.results.branch import PARAMETERS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from slipstick.results.branch import Branch
+
+Array = NDArray[np.float64]
+
+
+def save(branch: Branch, path: str | Path) -> Path:
+    """As ``Branch.save``."""
+    from slipstick.io.store import save_branch
+
+    return save_branch(branch, path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeCheck:
+    """A point of a branch against time integration, by output dof, both (n_outputs,)."""
+
+    omega: float
+    dofs: tuple[str, ...]
+    amplitude: Array
+    amplitude_in_time: Array
+    mean: Array
+    mean_in_time: Array
+    relative_difference: float
+    """Largest difference of amplitudes and zero harmonics over the largest of all of them."""
+    converged: bool
+    """Whether the time integration became periodic."""
+    reduction_error: float | None = None
+    """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
+
+
+def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
+    """As ``Branch.check_in_time``."""
+    from slipstick.analysis.starting import HarmonicStart
+    from slipstick.analysis.transient import transient
+
+    d, problem = branch.point(point, friction=True), branch.problem_at(point)
+    start = HarmonicStart(
+        harmonics=problem.harmonics,
+        tangential=d["contact_tangential"].to_numpy(),
+        normal=d["contact_normal"].to_numpy(),
+    )
+    held = {name: d[variable].to_numpy() for name, variable in PARAMETERS.items()}
+    result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
+    amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
+    pairs = ((amplitude, result.amplitude), (mean, result.mean))
+    worst = worst_error(problem, [float(d["omega"])])
+    size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
+    return TimeCheck(
+        omega=float(d["omega"]),
+        dofs=tuple(result.outputs),
+        amplitude=amplitude,
+        amplitude_in_time=result.amplitude,
+        mean=mean,
+        mean_in_time=result.mean,
+        relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
+        converged=result.converged,
+        reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
+    )
+
+
+class BranchPlots:
+    """Figures of one branch, as ``branch.plot.response("x")``; each returns its Axes.
+
+    Options are those of ``slipstick.plots``.
+    """
+
+    def __init__(self, branch: Branch) -> None:
+        self._branch = branch
+
+    def response(self, dof: str | None = None, **options: Any) -> Axes:
+        """Amplitude over the followed quantity."""
+        from slipstick import plots
+
+        return plots.response(self._branch, dof, **options)
+
+    def mean(self, dof: str | None = None, **options: Any) -> Axes:
+        """Zero harmonic."""
+        from slipstick import plots
+
+        return plots.mean(self._branch, dof, **options)
+
+    def power(self, contact: str | None = None, **options: Any) -> Axes:
+        """Dissipated power, of one contact or all together."""
+        from slipstick import plots
+
+        return plots.power(self._branch, contact, **options)
+
+    def friction(self, contact: str | None = None, **options: Any) -> Axes:
+        """Friction coefficient."""
+        from slipstick import plots
+
+        return plots.friction(self._branch, contact, **options)
+
+    def temperature(self, contact: str | None = None, **options: Any) -> Axes:
+        """Contact temperature, where friction heats the contacts."""
+        from slipstick import plots
+
+        return plots.temperature(self._branch, contact, **options)
+
+    def fractions(self, contact: str | None = None, **options: Any) -> Axes:
+        """Parts of the period in stick, slip and separation."""
+        from slipstick import plots
+
+        return plots.fractions(self._branch, contact, **options)
+
+    def loop(self, point: int, contact: str | None = None, **options: Any) -> Axes:
+        """Hysteresis loop of a contact at a point: friction force over its vibration."""
+        from slipstick import plots
+
+        period = self._branch.loop(point, contact)
+        return plots.loop(period["motion"], period["friction"], **options)
+
+    def states(self, point: int, **options: Any) -> Axes:
+        """States of all contacts over a period."""
+        from slipstick import plots
+
+        return plots.states(self._branch.states(point), **options)
