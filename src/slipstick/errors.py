@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from enum import Enum
+
+_LONG = re.compile(r"[^\s/\\]{256,}")
+"""No name of a person or a file system is as long; a path may be, piece by piece."""
 
 
 class SlipstickError(Exception):
@@ -13,12 +17,15 @@ class SlipstickError(Exception):
 class InputError(SlipstickError, ValueError):
     """Input that cannot be computed; ``problems`` holds one sentence for each fault found.
 
+    Names of hundreds of characters are shortened in them.
+
     >>> str(InputError(["contact 'tip': kt = -1 is negative; give a stiffness >= 0"]))
     "contact 'tip': kt = -1 is negative; give a stiffness >= 0"
     """
 
     def __init__(self, problems: str | Sequence[str]) -> None:
-        self.problems: tuple[str, ...] = (problems,) if isinstance(problems, str) else tuple(problems)
+        given = (problems,) if isinstance(problems, str) else problems
+        self.problems: tuple[str, ...] = tuple(_LONG.sub(lambda word: word[0][:60] + "...", text) for text in given)
         super().__init__("\n".join(self.problems))
 
 

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import islice
 from numbers import Integral, Real
+from os import PathLike, fspath, stat
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from slipstick.errors import InputError, SlipstickWarning
@@ -139,6 +141,13 @@ def numbers(name: str, value: Any, expected: str = "finite real numbers") -> Arr
     return array
 
 
+def count_or_numbers(name: str, value: Any, expected: str) -> int | Array:
+    """A whole number >= 1, or an array with dimensions."""
+    if isinstance(value, list | tuple) or (hasattr(value, "shape") and value.shape):
+        return numbers(name, value, expected)
+    return whole(name, value, 1, MOST_ITEMS)
+
+
 def number_or_numbers(name: str, value: Any, expected: str = "a finite number, or one for each element") -> Any:
     """A float, or an array (n_elements,) of finite numbers that nothing outside can change."""
     array = numbers(name, value, expected)
@@ -162,9 +171,30 @@ def same_length(name: str, values: Mapping[str, Any]) -> None:
 
 def text(name: str, value: Any, expected: str = "a text") -> str:
     """A text."""
-    if not isinstance(value, str):
+    if not isinstance(value, str) or "\0" in value:
         raise wrong(name, value, expected)
     return str(value)
+
+
+def truth(name: str, value: Any) -> bool:
+    """True or False."""
+    return one(name, value, bool, "True or False")
+
+
+def path(name: str, value: Any, expected: str = "the path of a file") -> Path:
+    """A path that the system takes, whether there is something or not."""
+    if not isinstance(value, str | PathLike) or value == "" or not isinstance(fspath(value), str):
+        raise wrong(name, value, expected)
+    try:
+        stat(value)
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:  # too long, not permitted, a zero character
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"{name}: found {shown(value)}, which cannot be reached ({reason}); expected {expected}"
+        ) from None
+    return Path(value)
 
 
 def one(name: str, value: Any, kind: type[T], expected: str) -> T:

@@ -247,7 +247,7 @@ def test_a_mesh_may_be_named_in_the_case(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('points = "all"', "points = [1, 4]", "points: found 4; the surface has the points 1 to 3"),
+        ('points = "all"', "points = [1, 4]", "points: found 4; expected a whole number from 1 to 3"),
         ('points = "all"', "points = [2, 2]", "give every point once"),
         ("[1.0, 1.0, 0.0]", "[0.0, 1.0, 0.0]", "is normal to the surface; give one along it"),
         ("normal_load_total", "normal_load = 1.0\nnormal_load_total", "keep one"),

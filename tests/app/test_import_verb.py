@@ -57,7 +57,7 @@ def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
         ((*MATERIAL, "--fix", "ROOTS"), "node set 'ROOTS' is not in the mesh; it has: BACK, ROOT, TIP\n"),
         ((*MATERIAL, "--name", "KGG"), "expected K=NAME"),
         ((*MATERIAL, "--map", "nowhere.txt"), "nowhere.txt: there is no such file"),
-        (("--young", "-1", "--poisson", "0.3", "--density", "1"), "young = -1.0; expected"),
+        (("--young", "-1", "--poisson", "0.3", "--density", "1"), "young: found -1.0; expected a modulus > 0"),
     ],
 )
 def test_faults_are_sentences(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:

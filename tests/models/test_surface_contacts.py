@@ -58,7 +58,7 @@ def test_values_for_each_point(body: ReducedBody) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"points": [1, 4]}, "points: found 4; the surface has the points 1 to 3"),
+        ({"points": [1, 4]}, "points: found 4; expected a whole number from 1 to 3"),
         ({"points": [2, 2]}, "give every point once"),
         ({"points": []}, "give every point once"),
         ({"points": "some"}, "points: found 'some'; expected \"all\" or numbers counted from 1"),

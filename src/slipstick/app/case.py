@@ -13,7 +13,8 @@ from slipstick.app.reading import Reading
 from slipstick.app.source import parse, read_text
 from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
-from slipstick.faults import warn
+from slipstick.faults import one, warn, wrong
+from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance
@@ -45,13 +46,18 @@ class Case:
         InputError
             One sentence for each fault in the file.
         """
-        path = Path(path)
+        path = path_of("case", path, "the path of a case file such as case.toml")
         return cls.from_text(read_text(path), path, tell)
 
     @classmethod
     def from_text(cls, text: str, path: str | Path = "case.toml", tell: Tell = silent) -> Case:
         """A case from its text; files it names are looked for in the folder of ``path``."""
-        path = Path(path)
+        path, text = (
+            path_of("case", path, "the path of a case file such as case.toml"),
+            one("case", text, str, "the text of a case"),
+        )
+        if not callable(tell):
+            raise wrong("tell", tell, "a function of a text")
         raw = parse(text, path.name)
         reading = Reading(raw, path.resolve().parent, tell)
         reading.read()

@@ -273,7 +273,8 @@ def _right_kinds(problem: Problem) -> dict[str, Any]:
     if problem.thermal is not None:
         found.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
     if problem.told is not None:
-        values["told"] = frozenset(problem.told)
+        told = found.take(names, "told", problem.told, "warnings given already, or None")
+        values["told"] = frozenset(told or ())
     found.end()
     return values
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.law import ByPort, Motion, Response
 from slipstick.errors import InputError
+from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
@@ -43,7 +45,7 @@ class SampledLaw:
     Raises
     ------
     InputError
-        For parameters that are not finite, or too few samples.
+        For a force that is no function, parameters that are not finite, ports without names, or too few samples.
 
     Examples
     --------
@@ -61,15 +63,17 @@ class SampledLaw:
     samples: int | None = None
 
     def __post_init__(self) -> None:
-        faults = [
-            f"law parameter {name}: found {value!r}; expected finite numbers"
-            for name, value in self.parameters.items()
-            if not np.all(np.isfinite(np.asarray(value, dtype=float)))
-        ]
-        if self.samples is not None and self.samples < 4:
-            faults.append(f"law samples: found {self.samples}; expected at least 4")
-        if faults:
-            raise InputError(faults)
+        found = Gathering()
+        values: dict[str, Any] = {
+            "parameters": found.take(_parameters, self.parameters),
+            "ports": found.take(_ports, self.ports),
+            "samples": None if self.samples is None else found.take(whole, "law samples", self.samples, 4, MOST_ITEMS),
+        }
+        if not found.problems:
+            found.take(_callable, self.force, values["parameters"])
+        found.end()
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @property
     def kind(self) -> tuple[Any, ...]:
@@ -88,6 +92,36 @@ class SampledLaw:
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
         return _Sampled(self, motion, values).response()
+
+
+def _callable(force: Any, parameters: Mapping[str, Any]) -> None:
+    """InputError unless it is a function that takes motion, velocity and the parameters."""
+    if not callable(force):
+        raise wrong("law force", force, "a function force(q, velocity, **parameters)")
+    try:
+        signature(force).bind(None, None, **parameters)
+    except TypeError as error:
+        raise InputError(
+            f"law force: cannot be called as force({', '.join(['q', 'velocity', *parameters])}): {error}"
+        ) from None
+    except ValueError:  # a function that does not tell what it takes
+        return
+
+
+def _parameters(given: Any) -> dict[str, Any]:
+    found = Gathering()
+    named = table("law parameters", given, 'values by name such as {"k3": 0.5}')
+    values = {name: found.take(number_or_numbers, f"law parameter {name}", v) for name, v in named.items()}
+    found.end()
+    same_length("law parameters", values)
+    return values
+
+
+def _ports(given: Any) -> tuple[str, ...]:
+    ports = names("law ports", given, 'names of ports such as ("x",)')
+    if not ports or len(set(ports)) < len(ports) or not all(ports):
+        raise wrong("law ports", given, "at least one name, each once")
+    return ports
 
 
 class _Sampled:
@@ -111,10 +145,23 @@ class _Sampled:
         """Forces in time at each port, (n, times)."""
         velocity = [self.omega * r for r in rate]
         if len(q) == 1:
-            found = [self.law.force(q[0], velocity[0], **values)]
+            found = (self.law.force(q[0], velocity[0], **values),)
         else:
-            found = list(self.law.force(tuple(q), tuple(velocity), **values))
-        return [np.broadcast_to(f, q[0].shape) for f in found]
+            found = self.law.force(tuple(q), tuple(velocity), **values)
+        if not isinstance(found, tuple | list) or len(found) != len(q):
+            raise InputError(
+                f"law force: returned {shown(found)}; expected a tuple of {len(q)} arrays, one for each port"
+            )
+        try:
+            arrays = [np.broadcast_to(f, q[0].shape) for f in found]
+        except ValueError:
+            raise InputError(
+                f"law force: returned shapes {[np.shape(f) for f in found]} for motions of shape {q[0].shape}; "
+                "expected the same shape"
+            ) from None
+        if any(a.dtype.kind not in "biufc" for a in arrays):
+            raise InputError(f"law force: returned {shown(found)}; expected arrays of numbers")
+        return arrays
 
     def slopes(self, q: list[Any], rate: list[Any], values: Mapping[str, Any]) -> list[Array]:
         """Derivatives in time at each port, from arguments with one imaginary step among them."""

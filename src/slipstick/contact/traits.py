@@ -75,14 +75,14 @@ def linear(law: Any, state: str, values: Mapping[str, Array], drift: Array) -> L
     if own is not None:
         found: Linear | None = own(state, values, drift)
         return found
-    return Linear({}, {}) if state == "free" else (_at_rest(law, values) if state == "stuck" else None)
+    return Linear({}, {}) if state == "free" else (_at_rest(law, values, drift) if state == "stuck" else None)
 
 
-def _at_rest(law: Any, values: Mapping[str, Array]) -> Linear:
+def _at_rest(law: Any, values: Mapping[str, Array], drift: Array) -> Linear:
     from slipstick.contact.law import Motion
     from slipstick.trig.harmonics import Harmonics
 
-    n, p = len(next(iter(values.values()))), len(law.ports)
+    n, p = drift.shape[1], len(law.ports)
     still = Motion(Harmonics([0]), 1.0, tuple(np.zeros((n, 1)) for _ in range(p)), np.zeros((p, n)))
     response = law.respond(still, values)
     return Linear(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
 
@@ -89,9 +90,11 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
     InputError
         If the direction is zero or no face qualifies.
     """
-    wanted = np.asarray(direction, dtype=float)
-    if wanted.shape != (3,) or not np.linalg.norm(wanted) > 0.0:
-        raise InputError(f"direction {wanted.tolist()}: expected a vector (3,) that is not zero")
+    expected = "a vector (3,) that is not zero"
+    wanted = numbers("direction", direction, expected)
+    if wanted.shape != (3,) or np.linalg.norm(wanted) < SMALLEST:
+        raise wrong("direction", direction, expected)
+    angle, depth = number("angle", angle, "degrees"), number("depth", depth)
     wanted = wanted / np.linalg.norm(wanted)
     height = mesh.nodes @ wanted
     low, high = height[mesh.used_nodes].min(), height[mesh.used_nodes].max()

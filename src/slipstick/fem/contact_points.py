@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.faults import shown
+from slipstick.faults import SMALLEST, listed, numbers, shown, whole, wrong
 
 Array = NDArray[np.float64]
 
@@ -60,12 +60,13 @@ class ContactPoints:
         InputError
             If the direction is zero or normal to the surface at a point.
         """
-        wanted = np.asarray(direction, dtype=float)
-        if wanted.shape != (3,) or not np.all(np.isfinite(wanted)):
-            raise InputError(f"direction: found {shown(direction)}; expected a vector of three finite numbers")
+        expected = "a vector of three finite numbers"
+        wanted = numbers("direction", direction, expected)
+        if wanted.shape != (3,):
+            raise wrong("direction", direction, expected)
         flat = wanted - (self.normals @ wanted)[:, None] * self.normals
         size = np.linalg.norm(flat, axis=1)
-        if not np.all(size > 1e-3 * np.linalg.norm(wanted)):
+        if not np.all(size > max(1e-3 * np.linalg.norm(wanted), SMALLEST)):
             raise InputError(f"direction: {wanted.tolist()} is normal to the surface; give one along it")
         return np.asarray(flat / size[:, None])
 
@@ -93,16 +94,12 @@ class ContactPoints:
         InputError
             If a point is not there or given twice.
         """
-        if isinstance(points, str):
-            if points != "all":
-                raise InputError(f"points: found '{points}'; expected \"all\" or numbers counted from 1")
+        if isinstance(points, str) and points == "all":
             return list(range(self.count))
-        numbers = [int(p) for p in points]
-        outside = [p for p in numbers if not 1 <= p <= self.count]
-        if outside:
-            raise InputError(f"points: found {outside[0]}; the surface has the points 1 to {self.count}")
+        given = listed("points", points, '"all" or numbers counted from 1')
+        numbers = [whole("points", p, 1, self.count) for p in given]
         if not numbers or len(set(numbers)) != len(numbers):
-            raise InputError(f"points: found {numbers}; give every point once")
+            raise InputError(f"points: found {shown(numbers)}; give every point once")
         return [p - 1 for p in numbers]
 
     def share(self, total: float, points: str | Iterable[int] = "all") -> Array:

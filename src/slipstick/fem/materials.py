@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import SMALLEST, Gathering, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
 
 Array = NDArray[np.float64]
@@ -35,17 +37,18 @@ class Material:
     conductivity: float = 0.0
 
     def __post_init__(self) -> None:
-        problems = []
-        if not (np.isfinite(self.young) and self.young > 0.0):
-            problems.append(f"material: young = {self.young}; expected a finite modulus > 0")
-        if not -1.0 < self.poisson < 0.5:
-            problems.append(f"material: poisson = {self.poisson}; expected a ratio between -1 and 0.5, both excluded")
-        for name in ("density", "conductivity"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0.0):
-                problems.append(f"material: {name} = {value}; expected a finite value >= 0")
-        if problems:
-            raise InputError(problems)
+        found = Gathering()
+        values = {
+            "young": found.take(number, "material, young", self.young, "a modulus > 0", above=SMALLEST),
+            "poisson": found.take(_ratio, "material, poisson", self.poisson),
+            "density": found.take(number, "material, density", self.density, "a density >= 0", above=0.0),
+            "conductivity": found.take(
+                number, "material, conductivity", self.conductivity, "a conductivity >= 0", above=0.0
+            ),
+        }
+        found.end()
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @property
     def shear_modulus(self) -> float:
@@ -56,6 +59,14 @@ class Material:
     def lame(self) -> float:
         """First Lame parameter, lambda = E nu / ((1 + nu) (1 - 2 nu))."""
         return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+
+def _ratio(name: str, value: Any) -> float:
+    expected = "a ratio between -1 and 0.5, both excluded"
+    found = number(name, value, expected)
+    if not -1.0 < found < 0.5:
+        raise wrong(name, value, expected)
+    return found
 
 
 Materials = Material | Mapping[str, Material]

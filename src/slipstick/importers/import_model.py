@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
+from slipstick.faults import Gathering, listed, number, one, shown, table, text, truth, whole
+from slipstick.faults import names as text_list
+from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import user_names
@@ -62,28 +67,43 @@ def import_model(
     SlipstickWarning
         What is approximated or looks wrong, as in the model's ``warnings``.
     """
-    options = ImportOptions(
-        mass=_path(mass),
-        damping=_path(damping),
-        dof_map=_path(dof_map),
-        nodes=_path(nodes),
-        names=names or {},
-        constraints=constraints,
-        material=material,
-        conductivity=conductivity,
-        fixed=(fixed,) if isinstance(fixed, str) else tuple(fixed),
-        quadratic=quadratic,
-        units=units,
-    )
-    model = read_model(files, options, quiet=True)
-    if output is not None:
-        save_model(model, Path(output))
+    found = Gathering()
+    paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}
+    given = {key: None if value is None else found.take(path_of, key, value) for key, value in paths.items()}
+    place = given.pop("output")
+    values: dict[str, Any] = {
+        "names": {} if names is None else found.take(_names, names),
+        "fixed": found.take(text_list, "fixed", fixed, "names of node sets or surfaces"),
+        "quadratic": found.take(truth, "quadratic", quadratic),
+        "constraints": None if constraints is None else found.take(whole, "constraints", constraints),
+        "material": None if material is None else found.take(one, "material", material, Material, "an ss.Material"),
+        "conductivity": None
+        if conductivity is None
+        else found.take(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
+        "units": None if units is None else found.take(text, "units", units),
+    }
+    sources = found.take(_files, files)
+    found.end()
+    model = read_model(sources or (), ImportOptions(**cast(Any, given | values)), quiet=True)
+    if place is not None:
+        save_model(model, place)
     model.announce()
     return model
 
 
-def _path(given: str | Path | None) -> Path | None:
-    return None if given is None else Path(given)
+def _files(given: Any) -> tuple[Path, ...]:
+    expected = "a file, or a list of files"
+    if isinstance(given, str | PathLike):
+        return (path_of("files", given, expected),)
+    found = Gathering()
+    paths = [found.take(path_of, "files", item, expected) for item in listed("files", given, expected)]
+    found.end()
+    return tuple(path for path in paths if path is not None)
+
+
+def _names(given: Any) -> dict[str, str]:
+    named = table("names", given, 'names of matrices such as {"K": "KGG"}')
+    return {key: text(f"names, {shown(key)}", value) for key, value in named.items()}
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.faults import SMALLEST, Gathering, count_or_numbers, number, one, whole, wrong
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.materials import Material
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
@@ -19,6 +20,7 @@ from slipstick.models.surface_model import ContactModel, contact_model
 from slipstick.structure import reduction_store
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction import reduce_model
+from slipstick.structure.reduction_request import tools
 
 if TYPE_CHECKING:
     from slipstick.solve.eigen import Listener
@@ -55,10 +57,44 @@ class BladeModel:
 
     shape: BladeShape = field(default_factory=BladeShape)
     material: Material = BLADE_STEEL
-    contacts: int | tuple[tuple[float, float, float], ...] = 8
+    contacts: int | Sequence[Sequence[float]] = 8
     radius: float | None = None
     film: float = 200.0
     modes: int = 128
+
+    def __post_init__(self) -> None:
+        found, length = Gathering(), "a length > 0, or None"
+        found.take(one, "blade, shape", self.shape, BladeShape, 'a size such as "small", or a BladeShape')
+        found.take(one, "blade, material", self.material, Material, "an ss.Material")
+        values = {
+            "contacts": found.take(_places, "blade, contacts", self.contacts),
+            "radius": self.radius
+            if self.radius is None
+            else found.take(number, "blade, radius", self.radius, length, above=SMALLEST),
+            "film": found.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
+            "modes": found.take(whole, "blade, modes", self.modes, 1),
+        }
+        found.end()
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+
+def _places(name: str, value: Any) -> int | tuple[tuple[float, ...], ...]:
+    """How many contacts, or their positions."""
+    expected = "how many, or positions (n, 3)"
+    found = count_or_numbers(name, value, expected)
+    if isinstance(found, int):
+        return found
+    if found.ndim != 2 or found.shape[1] != 3 or not found.size:
+        raise wrong(name, value, expected)
+    return tuple(tuple(position) for position in found.tolist())
+
+
+def _check_tools(loss_factor: Any, cache: Any, listener: Any, solver: Any) -> None:
+    found = Gathering()
+    found.take(number, "loss_factor", loss_factor, "a number >= 0", above=0.0)
+    found.take(tools, solver, cache, listener)
+    found.end()
 
 
 def finite_element_blade(setup: BladeModel) -> ContactModel:
@@ -115,13 +151,12 @@ def reduced_blade(
     setup = BladeModel(
         shape=blade_shape(shape) if isinstance(shape, str) else shape,
         material=material,
-        contacts=contacts
-        if isinstance(contacts, int)
-        else tuple((float(x), float(y), float(z)) for x, y, z in contacts),
+        contacts=contacts,
         radius=radius,
         film=film,
         modes=modes,
     )
+    _check_tools(loss_factor, cache, listener, solver)
     began = perf_counter()
     path = None if cache is None else Path(cache) / f"blade-{_key(setup, solver)}.npz"
     stored = None if path is None else reduction_store.read(path)

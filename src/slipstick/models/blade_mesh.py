@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.faults import suggestion
+from slipstick.faults import LARGEST, SMALLEST, Gathering, number, suggestion
 from slipstick.fem.boundary import boundary
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.models.blade_plan import Plan, plan_of
@@ -29,6 +29,11 @@ BoolArray = NDArray[np.bool_]
 
 ELEMENT_SIZES = {"small": 6.4e-3, "medium": 3.15e-3, "large": 2.06e-3}
 """Element sizes (m) for about 5 200, 30 000 and 104 000 free degrees of freedom with the default shape."""
+
+_RANGES = {"twist": (-90.0, 90.0, "degrees"), "camber": (0.0, 0.25, "of the chord")}
+
+MOST_ELEMENTS = 10_000_000
+"""Of the box around a blade, which no mesh goes beyond."""
 
 WETTED = ("platform", "concave", "convex", "edges", "shroud_bottom", "shroud_sides", "shroud_top")
 """Surfaces in the gas: convection acts here. The root sits in the disc."""
@@ -82,21 +87,25 @@ class BladeShape:
     stretch: float = 1.5
 
     def __post_init__(self) -> None:
-        problems = [
-            f"blade: {f.name} = {getattr(self, f.name)}; expected a finite number > 0"
-            for f in fields(self)
-            if f.name not in ("twist", "camber") and not 0.0 < getattr(self, f.name) < np.inf
-        ]
-        if not problems and not self.height > self.root_height + self.shroud_height:
+        found = Gathering()
+        for f in fields(self):
+            signed = f.name in ("twist", "camber")
+            least, expected = (-LARGEST, "a finite number") if signed else (SMALLEST, "a finite number > 0")
+            value = found.take(number, f"blade, {f.name}", getattr(self, f.name), expected, above=least)
+            low, high, unit = _RANGES.get(f.name, (-LARGEST, LARGEST, ""))
+            if value is not None and not low <= value <= high:
+                found.problems.append(f"blade: {f.name} = {value:g}; expected {low:g} to {high:g} {unit}")
+        found.end()
+        problems = []
+        if not self.height > self.root_height + self.shroud_height:
             problems.append(f"blade: height = {self.height} leaves no aerofoil above root_height + shroud_height")
-        if not abs(self.twist) <= 90.0:
-            problems.append(f"blade: twist = {self.twist}; expected -90 to 90 degrees")
-        if not 0.0 <= self.camber <= 0.25:
-            problems.append(f"blade: camber = {self.camber}; expected 0 to 0.25 of the chord")
         if not problems and not self.element_size < self.chord:
             problems.append(
                 f"blade: element_size = {self.element_size} is not below the chord, {self.chord}; give metres"
             )
+        across = self.chord / self.element_size
+        if not problems and self.height / (self.stretch * self.element_size) * across * across > MOST_ELEMENTS:
+            problems.append(f"blade: element_size = {self.element_size} makes too many elements; give a larger one")
         if problems:
             raise InputError(problems)
 

@@ -6,19 +6,36 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
-from slipstick.faults import one, suggestion, warn
+from slipstick.faults import (
+    SMALLEST,
+    Gathering,
+    count_or_numbers,
+    frequency,
+    names,
+    number,
+    one,
+    shown,
+    suggestion,
+    table,
+    text,
+    truth,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, with_contacts
 from slipstick.structure.reduction import receptance_error, reduce_model
+from slipstick.structure.reduction_request import non_negative, tools
 
 if TYPE_CHECKING:
     from slipstick.solve.eigen import Listener
@@ -142,30 +159,22 @@ def reduced_body(
     SlipstickWarning
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
     """
-    one("model", model, ImportedModel, "what ss.import_model returns")
-    wanted = _Wanted(
-        surface=surface,
-        contacts=contacts,
-        radius=radius,
-        pressure={"pressure": pressure} if isinstance(pressure, str) else dict(pressure or {}),
-        films=dict(films or {}),
-        cold=cold,
-        keep=tuple(keep),
-        modes=modes,
-        accuracy=accuracy,
-        up_to=up_to,
-    )
+    wanted = _wanted(
+        model, surface=surface, contacts=contacts, radius=radius, pressure=pressure, films=films, cold=cold, keep=keep,
+        modes=modes, accuracy=accuracy, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio, force=force,
+        cache=cache, listener=listener,
+    )  # fmt: skip
     _refuse(model, wanted)
     whole = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = {"keep": wanted.keep} if whole is None else _with_kept(whole, model, wanted.keep)
     if accuracy is not None:
-        request |= {"accuracy": accuracy, "frequency_range": (0.0, up_to)}
+        request |= {"accuracy": accuracy, "frequency_range": (0.0, wanted.up_to)}
     reduction = reduce_model(
         model.K,
         model.M,
         **request,
         dofs=model.dofs,
-        modes=modes,
+        modes=wanted.modes,
         loss_factor=loss_factor,
         damping_ratio=damping_ratio,
         force=force,
@@ -202,6 +211,41 @@ class _Wanted:
     modes: int | None
     accuracy: float | None
     up_to: float | None
+
+
+def _wanted(
+    model: Any, *, surface: Any, contacts: Any, radius: Any, pressure: Any, films: Any, cold: Any, keep: Any,
+    modes: Any, accuracy: Any, up_to: Any, loss_factor: Any, damping_ratio: Any, force: Any, cache: Any, listener: Any,
+) -> _Wanted:  # fmt: skip
+    """The request, checked for kinds."""
+    found = Gathering()
+    found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
+    if not (surface is None or isinstance(surface, str | Surface)):
+        surface = found.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+    pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
+    shapes = {} if pressure is None else found.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
+    for name, on in (shapes or {}).items():
+        found.take(text, f"pressure {shown(name)}", on, "the name of a surface")
+    expected = "convection coefficients by surface"
+    coefficients = {} if films is None else found.take(table, "films", films, expected)
+    for name, film in (coefficients or {}).items():
+        found.take(number, f"films, {shown(name)}", film, "a convection coefficient >= 0", above=0.0)
+    if cold is not None:
+        found.take(text, "cold", cold, "the name of a node set or surface")
+    checked = {
+        "radius": None if radius is None else found.take(number, "radius", radius, "a length > 0", above=SMALLEST),
+        "keep": found.take(names, "keep", keep),
+        "modes": None if modes is None else found.take(whole, "modes", modes, 1),
+        "accuracy": None if accuracy is None else found.take(number, "accuracy", accuracy, "a relative error"),
+        "up_to": None if up_to is None else found.take(frequency, "up_to", up_to),
+    }
+    found.take(non_negative, "loss_factor", loss_factor)
+    found.take(non_negative, "damping_ratio", damping_ratio)
+    found.take(truth, "force", force)
+    found.take(tools, None, cache, listener)
+    found.end()
+    request: dict[str, Any] = {"surface": surface, "contacts": contacts, "pressure": shapes, "films": coefficients}
+    return _Wanted(**request, cold=cold, **cast(Any, checked))
 
 
 def _with_contacts(model: ImportedModel, wanted: _Wanted) -> ContactModel:
@@ -249,8 +293,8 @@ def _name_faults(mesh: Mesh, wanted: _Wanted) -> Iterator[str]:
     surfaces, sets = user_names(mesh.surfaces), user_names({*mesh.node_sets, *mesh.surfaces})
     named = {"surface": [wanted.surface] if isinstance(wanted.surface, str) else []}
     named |= {f"pressure.{shape}": [on] for shape, on in wanted.pressure.items()}
-    for key, names in named.items():
-        for name in names:
+    for key, given in named.items():
+        for name in given:
             if name not in mesh.surfaces:
                 yield f"{key}: there is no surface '{name}' in the model; {suggestion(name, surfaces)}"
     for name in wanted.films:
@@ -272,10 +316,16 @@ def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
 
 def _contact_nodes(wanted: int | ArrayLike, mesh: Mesh) -> Any:
     """How many, node indices of labels, or positions."""
-    if isinstance(wanted, int | np.integer):
-        return int(wanted)
-    places = np.asarray(wanted)
-    return node_indices(mesh.labels, places, "contacts") if places.dtype.kind in "iu" else places.astype(float)
+    expected = "how many, node labels (n,), or positions (n, 3)"
+    places = count_or_numbers("contacts", wanted, expected)
+    if isinstance(places, int):
+        return places
+    if (places.ndim != 1 and places.shape != (len(places), 3)) or not places.size:
+        raise wrong("contacts", wanted, expected)
+    if places.ndim == 2:
+        return places
+    labels = [whole("contacts, node label", label) for label in places]
+    return node_indices(mesh.labels, np.array(labels), "contacts")
 
 
 def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
-from slipstick.faults import one, shown
+from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.models.reduced_body import ReducedBody
 
 Array = NDArray[np.float64]
@@ -56,7 +57,7 @@ def surface_contacts(
         If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
         there is not one value for each point, or a gap is to be shared.
     """
-    one("body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
+    _refuse(body, name, contact, normal, shared, rubbing)
     if body.points is None:
         raise InputError("points: the body has no contact points; give surface where it is reduced")
     at = body.points.chosen(points)
@@ -75,6 +76,20 @@ def surface_contacts(
         )
         for i, k in enumerate(at)
     ]
+
+
+def _refuse(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any) -> None:
+    """Everything that is of another kind."""
+    found = Gathering()
+    found.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
+    found.take(text, "name", name)
+    if not isinstance(contact, Law):
+        found.problems.append(f"contact: found {shown(contact)}; expected ss.FrictionContact(...), or a law")
+    found.take(truth, "normal", normal)
+    found.take(truth, "shared", shared)
+    if rubbing is not None:
+        found.take(one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, or None")
+    found.end()
 
 
 def _sharing(contact: Law, shares: Array) -> Law:

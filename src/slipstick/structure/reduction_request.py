@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any, cast
 
 import numpy as np
@@ -12,7 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.faults import LARGEST, Gathering, number, number_or_numbers, numbers, one, shown, text, whole, wrong
+from slipstick.faults import (
+    LARGEST,
+    Gathering,
+    number,
+    number_or_numbers,
+    numbers,
+    path,
+    shown,
+    text,
+    truth,
+    whole,
+    wrong,
+)
 from slipstick.faults import names as name_list
 from slipstick.structure.checks import DAMPING_ELSEWHERE, OUT_OF_RANGE, named_shapes, number_faults, real, within_range
 
@@ -69,8 +80,8 @@ def checked_request(
     """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
     found = Gathering()
     values = {
-        "loss_factor": found.take(_positive, "loss_factor", loss_factor),
-        "damping_ratio": found.take(_positive, "damping_ratio", damping_ratio),
+        "loss_factor": found.take(non_negative, "loss_factor", loss_factor),
+        "damping_ratio": found.take(non_negative, "damping_ratio", damping_ratio),
         "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
     }
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
@@ -85,7 +96,8 @@ def checked_request(
     shapes = named_shapes(load_shapes, found.problems)
     loads, load_faults = load_columns(n, shapes)
     found.problems += faults + load_faults
-    found.take(_tools, force, solver, cache, listener)
+    found.take(truth, "force", force)
+    found.take(tools, solver, cache, listener)
     found.end()
     return Request(
         directions=directions,
@@ -99,7 +111,8 @@ def checked_request(
     )
 
 
-def _positive(name: str, value: Any) -> float | Array:
+def non_negative(name: str, value: Any) -> float | Array:
+    """One number >= 0, or one for each mode."""
     found: float | Array = number_or_numbers(name, value, "a number >= 0, or one for each mode")
     if np.any(np.asarray(found) < 0.0):
         raise wrong(name, value, "a number >= 0, or one for each mode")
@@ -122,12 +135,12 @@ def _below_one(name: str, value: Any) -> float:
     return found
 
 
-def _tools(force: Any, solver: Any, cache: Any, listener: Any) -> None:
-    one("force", force, bool, "True or False")
+def tools(solver: Any, cache: Any, listener: Any) -> None:
+    """Raise InputError unless these are of their kinds, or None."""
     if solver is not None:
         text("solver", solver, "the name of a solver, or None")
-    if not (cache is None or isinstance(cache, str | PathLike)):
-        raise wrong("cache", cache, "a folder, or None")
+    if cache is not None:
+        path("cache", cache, "a folder, or None")
     if listener is not None and not callable(listener):
         raise wrong("listener", listener, "a function of the progress, or None")
 

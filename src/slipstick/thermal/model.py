@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.law import Law, Motion, Response
 from slipstick.errors import InputError
+from slipstick.faults import Gathering, number, numbers, one, shown, suggestion, table, wrong
+from slipstick.faults import names as names_of
 from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
 from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
@@ -50,6 +53,21 @@ class ThermalModel:
     resistance: ArrayLike | Mapping[str, float]
     contacts: Sequence[str] | None = None
 
+    def __post_init__(self) -> None:
+        found = Gathering()
+        checks: dict[str, tuple[Callable[..., Any], str]] = {
+            "curve": (_curve, "ss.FrictionCurve(...), or curves by contact name"),
+            "background": (number, "a temperature, or temperatures by contact name"),
+            "resistance": (_resistance, "a number, an influence matrix, or numbers by contact name"),
+        }
+        values = {key: found.take(_each, key, getattr(self, key), *check) for key, check in checks.items()}
+        if self.contacts is not None:
+            expected = "names of contacts in the order of the influence matrix"
+            values["contacts"] = found.take(names_of, "thermal contacts", self.contacts, expected)
+        found.end()
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters that some curve gives."""
@@ -84,15 +102,15 @@ class ThermalModel:
         given = [(what, name) for what, table in tables.items() if isinstance(table, Mapping) for name in table]
         given += [("contacts", name) for name in self.contacts or ()]
         return [
-            f"thermal {what}: there is no contact '{name}'; the contacts are {', '.join(names)}"
+            f"thermal {what}: there is no contact {shown(name)}; {suggestion(name, names)}"
             for what, name in given
             if name not in names
         ]
 
     def _resistance(self, names: Sequence[str], problems: list[str]) -> Array:
         if isinstance(self.resistance, Mapping):
-            return np.array([float(self.resistance.get(name, 0.0)) for name in names])
-        matrix = np.asarray(self.resistance, dtype=float)
+            return np.array([self.resistance.get(name, 0.0) for name in names])
+        matrix = np.asarray(self.resistance)
         if matrix.ndim < 2 or problems:
             return matrix
         order = list(self.contacts or names)
@@ -110,11 +128,34 @@ class ThermalModel:
 
 def _by_name(what: str, value: float | Mapping[str, float], names: Sequence[str], problems: list[str]) -> Array:
     if not isinstance(value, Mapping):
-        return np.full(len(names), float(value))
+        return np.full(len(names), value)
     missing = [name for name in names if name not in value]
     if missing:
         problems.append(f"thermal {what}: nothing is given for contact {', '.join(missing)}; give it for every contact")
-    return np.array([float(value.get(name, 0.0)) for name in names])
+    return np.array([value.get(name, 0.0) for name in names])
+
+
+def _each(key: str, value: Any, check: Callable[..., Any], expected: str) -> Any:
+    """One value for all contacts, or a dict of them by contact name, each checked."""
+    name = f"thermal {key}"
+    if not isinstance(value, Mapping):
+        return check(name, value, expected)
+    found = Gathering()
+    each = number if check is _resistance else check
+    values = {k: found.take(each, f"{name} of {shown(k)}", v) for k, v in table(name, value, expected).items()}
+    found.end()
+    return values
+
+
+def _resistance(name: str, value: Any, expected: str) -> float | Array:
+    found = numbers(name, value, expected)
+    if found.ndim > 2 or found.size == 0:
+        raise wrong(name, value, expected)
+    return found if found.ndim else float(found)
+
+
+def _curve(name: str, value: Any, expected: str = "ss.FrictionCurve(...)") -> FrictionCurve:
+    return one(name, value, FrictionCurve, expected)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,347 @@
+"""Every argument of every public name and a zoo of wrong values: the obvious meaning, or an InputError that says it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator
+from datetime import date
+from decimal import Decimal
+from importlib.resources import files
+from itertools import chain
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.models.blade_mesh import BladeShape
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+LONGEST = 2.0
+"""Seconds of the processor that a call may take, compilation aside."""
+
+H = ss.Harmonics(range(4))
+CONTACT = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+RUB = ss.RubbingMotion(velocity=10.0, cos={1: 2.0})
+STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"], load_shapes={"pressure": [1.0]})
+PAIR = ss.ContactPair(name="damper", contact=CONTACT, tangential="x", rubbing=RUB)
+LOAD = ss.Load(dof="x", sin=100.0)
+PROBLEM = ss.Problem(STRUCTURE, contacts=[PAIR], loads=[LOAD], harmonics=H)
+CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
+THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
+SHORT = {"max_points": 2}
+
+
+def heated(**changes: Any) -> ss.Problem:
+    given: dict[str, Any] = {"curve": CURVE, "background": 25.0, "resistance": 1e-3, "contacts": None}
+    return ss.Problem(STRUCTURE, contacts=PAIR, loads=LOAD, harmonics=H, thermal=ss.ThermalModel(**(given | changes)))
+
+
+def branch() -> ss.Branch:
+    return ss.forced_response(PROBLEM, omega=(2.0, 3.0), options=SHORT)
+
+
+def sampled(**changes: Any) -> ss.Branch:
+    law = ss.SampledLaw(force=lambda x, v, k=1.0: k * x**3, **({"parameters": {"k": 1.0}} | changes))
+    pair = ss.ContactPair(name="cubic", contact=law, ports={"x": "x"})
+    return ss.forced_response(
+        ss.Problem(STRUCTURE, contacts=pair, loads=LOAD, harmonics=H), omega=(2.0, 3.0), options=SHORT
+    )
+
+
+STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
+BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
+MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
+BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
+COARSE = BladeShape(element_size=0.05, stretch=4.0)
+CASE = (files("slipstick.app") / "templates" / "oscillator.toml").read_text(encoding="utf-8")
+
+
+def case_file() -> Callable[..., ss.Case]:
+    Path("case.toml").write_text(CASE)
+    return ss.Case.from_file
+
+
+def imported() -> Callable[..., Any]:
+    for name, entries in {"K": "1 1 2.0\n2 2 3.0\n", "M": "1 1 1.0\n2 2 1.0\n"}.items():
+        Path(f"{name}.mtx").write_text(f"%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n{entries}")
+    Path("dofs.txt").write_text("1 UX\n2 UX\n")
+    return ss.import_model
+
+
+ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
+    "Harmonics": (lambda: ss.Harmonics, {"orders": range(4)}),
+    "Harmonics.index": (lambda: H.index, {"order": 1, "part": "c"}),
+    "Harmonics.H_minus": (lambda: H.H_minus, {"tau": 0.0}),
+    "Harmonics.H_plus": (lambda: H.H_plus, {"tau": 0.0}),
+    "Harmonics.derivative": (lambda: H.derivative, {"X": np.ones(7)}),
+    "FrictionContact": (
+        lambda: ss.FrictionContact,
+        {"kt": 1.0, "mu": 0.3, "kn": 1.0, "gap": -1.0, "normal_load": None},
+    ),
+    "FrictionContact by load": (lambda: ss.FrictionContact, {"kt": 1.0, "mu": 0.3, "kn": 1.0, "normal_load": 1.0}),
+    "RubbingMotion": (lambda: ss.RubbingMotion, {
+        "velocity": 1.0, "cos": {1: 1.0}, "sin": {1: 1.0}, "normal_cos": {1: 1.0}, "normal_sin": {1: 1.0}
+    }),
+    "SampledLaw": (
+        lambda: ss.SampledLaw,
+        {"force": lambda x, v, k: k * x**3, "parameters": {"k": 1.0}, "ports": ("x",), "samples": 32},
+    ),
+    "SampledLaw in a problem": (lambda: sampled, {"parameters": {"k": 1.0}, "ports": ("x",), "samples": 32}),
+    "casing_motion": (
+        lambda: ss.casing_motion,
+        {
+            "profile": [[0.0, 0.0], [2.0, 1e-4], [4.0, 0.0]], "angles": [0.0, 1.0], "radius": 0.4, "speed": 700.0,
+            "orders": 10, "lobes": 1,
+        },
+    ),
+    "common_period": (lambda: ss.common_period, {"j1": 2, "j2": 3}),
+    "contact_forces": (
+        lambda: ss.contact_forces,
+        {"contact": CONTACT, "harmonics": H, "X": np.ones(7), "Y": np.zeros(7), "omega": 2.0, "rubbing": RUB},
+    ),
+    "MatrixStructure": (
+        lambda: ss.MatrixStructure,
+        {"M": [[1.0]], "K": [[40.0]], "dofs": ["x"], "C": [[0.4]], "loss_factor": 0.1, "load_shapes": {"p": [1.0]}},
+    ),
+    "ModalStructure": (
+        lambda: ss.ModalStructure,
+        {
+            "omega": [10.0], "mode_shapes": [[1.0]], "dofs": ["x"], "static_compliance": [[0.02]], "loss_factor": 0.1,
+            "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {},
+        },
+    ),
+    "reduce": (
+        lambda: ss.reduce,
+        {
+            "K": np.diag([2.0, 3.0]), "M": np.eye(2), "keep": ["a"], "dofs": ["a", "b"], "names": None,
+            "load_shapes": {"p": [1.0, 1.0]}, "modes": 1, "accuracy": 1e-3, "frequency_range": None, "loss_factor": 0.1,
+            "damping_ratio": 0.0, "rayleigh": (0.0, 0.0), "force": True, "solver": None, "cache": None,
+            "listener": None,
+        },
+    ),
+    "Load": (
+        lambda: ss.Load,
+        {"dof": "x", "shape": None, "harmonic": 1, "cos": 1.0, "sin": 1.0, "amplitude": None, "phase": None},
+    ),
+    "Load by amplitude": (lambda: ss.Load, {"dof": "x", "amplitude": 1.0, "phase": 0.5}),
+    "ContactPair": (
+        lambda: ss.ContactPair,
+        {
+            "name": "a", "contact": CONTACT, "tangential": {"x": 1.0}, "normal": {"x": 1.0}, "ports": None,
+            "rubbing": RUB,
+        },
+    ),
+    "Problem": (
+        lambda: ss.Problem,
+        {
+            "structure": STRUCTURE, "contacts": [PAIR], "loads": [LOAD], "harmonics": H, "outputs": ["x"],
+            "period_ratio": (1, 1), "title": "t", "load": 1.0, "friction": 1.0, "thermal": None, "told": None,
+        },
+    ),
+    "Problem.parameter": (lambda: PROBLEM.parameter, {"name": "damper.mu"}),
+    "Problem.with_parameter": (lambda: PROBLEM.with_parameter, {"name": "damper.mu", "value": 0.5}),
+    "FrictionCurve": (
+        lambda: ss.FrictionCurve,
+        {"temperature": [1.0, 2.0], "mu": [0.5, 0.4], "kt": [1.0, 2.0], "kn": [1.0, 2.0], "interpolation": "pchip"},
+    ),
+    "FrictionCurve.mu": (lambda: CURVE.mu, {"temperature": 100.0}),
+    "ThermalModel": (lambda: heated, {"curve": CURVE, "background": 25.0, "resistance": 1e-3, "contacts": None}),
+    "forced_response": (
+        lambda: ss.forced_response,
+        {
+            "problem": PROBLEM, "omega": (2.0, 3.0), "requested": (), "peaks_of": "x", "options": SHORT,
+            "listeners": (), "guess": np.zeros(7),
+        },
+    ),
+    "forced_response options": (
+        lambda: lambda **given: ss.forced_response(PROBLEM, omega=(2.0, 3.0), options=SHORT | given),
+        {"max_points": 2, "max_step": 0.1, "first_step": 0.1, "newton": None, "locate_turning_points": True},
+    ),
+    "parameter_response": (
+        lambda: ss.parameter_response,
+        {
+            "problem": PROBLEM, "parameter": "damper.mu", "span": (0.1, 0.3), "omega": 2.0, "requested": (),
+            "peaks_of": None, "options": SHORT, "listeners": (), "guess": None,
+        },
+    ),
+    "linear_response": (lambda: ss.linear_response, {"problem": PROBLEM, "omega": [2.0, 3.0], "state": "free"}),
+    "transient": (
+        lambda: ss.transient,
+        {
+            "problem": PROBLEM, "omega": 2.0, "periods": 2, "tolerance": 1e-6, "method": "march", "initial": None,
+            "record_periods": 1, "steps": 64, "held": {"mu": [0.3]},
+        },
+    ),
+    "Material": (
+        lambda: ss.Material, {"young": 2e11, "poisson": 0.3, "density": 7800.0, "conductivity": 15.0},
+    ),
+    "import_model": (
+        imported,
+        {
+            "files": ["K.mtx", "M.mtx", "dofs.txt"], "output": "model.h5", "mass": None, "damping": None,
+            "dof_map": None, "nodes": None, "names": None, "constraints": None, "material": None,
+            "conductivity": None, "fixed": (), "quadratic": False, "units": "N, mm, t",
+        },
+    ),
+    "reduced_body": (
+        lambda: ss.reduced_body,
+        {
+            "model": MODEL, "surface": "y1", "contacts": 1, "radius": 0.01, "keep": (), "modes": 3,
+            "accuracy": None, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0, "force": True,
+            "cache": None, "listener": None,
+        },
+    ),
+    "reduced_body with heat": (
+        lambda: lambda **heat: ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3, **heat),
+        {"pressure": {"push": "y1"}, "films": {"boundary": 10.0}, "cold": "x0"},
+    ),
+    "reduced_body towards": (
+        lambda: lambda **surface: ss.reduced_body(MODEL, surface=surface, contacts=1, modes=3),
+        {"direction": [0.0, 1.0, 0.0], "angle": 30.0, "depth": 0.1},
+    ),
+    "reduced_blade": (
+        lambda: ss.reduced_blade,
+        {
+            "shape": COARSE, "material": STEEL, "contacts": 1, "radius": 0.01, "film": 200.0, "modes": 3,
+            "loss_factor": 0.01, "cache": None, "listener": None, "solver": None,
+        },
+    ),
+    "surface_contacts": (
+        lambda: ss.surface_contacts,
+        {
+            "body": BODY, "name": "pad", "contact": CONTACT, "direction": [1.0, 0.0, 0.0], "points": [1],
+            "normal": True, "shared": True, "rubbing": RUB,
+        },
+    ),
+    "Case.from_text": (lambda: ss.Case.from_text, {"text": CASE, "path": "case.toml", "tell": print}),
+    "Case.from_file": (case_file, {"path": "case.toml", "tell": print}),
+    "load_case": (lambda: case_file() and ss.load_case, {"path": "case.toml"}),
+    "Branch": (lambda: ss.Branch, {"dataset": dict, "outcome": ss.Outcome.COMPLETED, "problem": None, "message": ""}),
+    "Branch.peaks": (lambda: branch().peaks, {"dof": "x"}),
+    "Branch.at": (lambda: branch().at, {"value": 2.0}),
+    "Branch.contact_forces": (lambda: branch().contact_forces, {"point": 0}),
+    "Branch.states": (lambda: branch().states, {"point": 0}),
+    "Branch.loop": (lambda: branch().loop, {"point": 0, "contact": "damper", "samples": 5}),
+    "Branch.check_in_time": (lambda: branch().check_in_time, {"point": 0}),
+}  # fmt: skip
+
+NOT_CALLED = {"InputError", "SlipstickWarning", "Outcome", "Case"}
+"""A case is made by its class methods, which are fed."""
+CALLED = {"profile", "listener", "listeners", "force", "dataset", "tell"}
+"""Arguments that are functions: what a function does when it is called is not ours."""
+
+
+def alike(good: Any) -> Iterator[Any]:
+    """The value itself with each of its numbers wrong."""
+    yield from (_with(good, bad) for bad in (float("nan"), float("inf"), 1e308, 1e-320, -1e308, 10**400, 1j, "a", None))
+
+
+def _with(good: Any, bad: Any) -> Any:
+    if isinstance(good, dict):
+        return {key: _with(value, bad) for key, value in good.items()}
+    if isinstance(good, list | tuple | np.ndarray):
+        return [_with(value, bad) for value in good]
+    return bad
+
+
+def zoo() -> Iterator[Any]:
+    yield from (
+        None,
+        float("nan"),
+        float("inf"),
+        -float("inf"),
+        1 + 2j,
+        True,
+        False,
+        "a",
+        "",
+        "x",
+        b"x",
+        "1.0",
+        "\0",
+        "x" * 5000,
+    )
+    yield from (0, -1, 7, 2.5, 1e308, -1e308, 1e-320, 10**400, -(10**5000), Decimal("1.5"), date(2020, 1, 1))
+    yield from ([], [1.0], [1.0, 2.0, 3.0], [1.0, float("nan")], [[1.0]], [[1.0], [1.0, 2.0]], [None], ["a"], [True])
+    yield from ((), (1, 2, 3), ("x", "x"), {}, {"a": 1}, {"x": "a"}, {"x": None}, {1: "x"}, {None: 1.0}, {"damper": 1j})
+    yield from ({1.0}, object(), object, len, lambda event: None, Ellipsis, NotImplemented, Path("nowhere/at/all"))
+    yield from (
+        np.array(3.0),
+        np.array([]),
+        np.linspace(1.0, 2.0, 50),
+        np.array([1j]),
+        np.array(["a"]),
+        np.array([None]),
+    )
+    yield from (np.zeros((2, 2)), np.zeros((2, 2, 2)), np.array(True), np.float32(2.0), np.int64(2), np.array("a"))
+    yield from (
+        iter([1.0, 2.0]),
+        (x for x in "ab"),
+        range(3),
+        slice(3),
+        CONTACT,
+        PAIR,
+        LOAD,
+        RUB,
+        H,
+        PROBLEM,
+        STRUCTURE,
+    )
+
+
+CASES = [(entry, argument) for entry, (_, good) in ENTRIES.items() for argument in good]
+
+
+@pytest.mark.parametrize("entry, argument", CASES, ids=[f"{entry}: {argument}" for entry, argument in CASES])
+def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(
+    entry: str, argument: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    make, good = ENTRIES[entry]
+    call, wrong = make(), []
+    _fault(lambda: call(**good))  # compiles what is needed
+    for value in chain(zoo(), alike(good[argument])):
+        if argument in CALLED and callable(value):
+            continue
+        began = process_time()
+        fault = _fault(lambda value=value: call(**(good | {argument: value})))
+        if fault or process_time() - began > LONGEST:
+            wrong.append(f"{_shown(value)}: {fault or 'takes too long'}")
+    assert not wrong, "\n".join(wrong)
+
+
+def _fault(call: Callable[[], Any]) -> str:
+    """What is wrong with how a call ends."""
+    try:
+        call()
+    except ss.InputError as error:
+        poor = [text for text in error.problems if not text or len(text) > 400 or "\n" in text]
+        return f"a poor sentence: {poor[0][:500]}" if poor or not error.problems else ""
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return ""
+
+
+def _shown(value: Any) -> str:
+    return type(value).__name__ if isinstance(value, int) and abs(value) > 10**100 else repr(value)[:80]
+
+
+def test_every_public_name_and_argument_is_fed() -> None:
+    covered: dict[str, set[str]] = {}
+    for entry, (_, good) in ENTRIES.items():
+        covered.setdefault(entry.split(" ")[0], set()).update(good)
+    for name in set(ss.__all__) - NOT_CALLED:
+        wanted = {p for p in inspect.signature(getattr(ss, name)).parameters if p != "_"}
+        assert covered.get(name, set()) >= wanted, name
+
+
+def test_the_good_values_are_good(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for make, good in ENTRIES.values():
+        make()(**{key: value for key, value in good.items() if key != "newton"})
