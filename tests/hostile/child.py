@@ -152,6 +152,7 @@ def _used(branch: object) -> None:
         if len(branch):  # type: ignore[arg-type]
             branch.states(0)  # type: ignore[attr-defined]
             branch.loop(0)  # type: ignore[attr-defined]
+            branch.guess(0)  # type: ignore[attr-defined]
     except InputError:
         pass
 

@@ -15,6 +15,7 @@ import pytest
 from scipy import sparse
 
 import slipstick as ss
+from slipstick.analysis.response import response_options
 
 CONTACT = ss.ContactPair(
     name="damper",
@@ -33,6 +34,10 @@ def problem(**more: Any) -> ss.Problem:
 def modal() -> ss.ModalStructure:
     K, M = sparse.diags_array(np.arange(1.0, 31.0)).tocsr(), sparse.eye_array(30).tocsr()
     return ss.reduce(K, M, keep=["d0", "d3"], dofs=[f"d{i}" for i in range(30)], modes=4)
+
+
+def cubic(x: Any, v: Any, k3: Any) -> Any:
+    return k3 * x**3
 
 
 COPIES: list[Callable[[Any], Any]] = [lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy]
@@ -65,6 +70,13 @@ def test_parts(copied: Callable[[Any], Any]) -> None:
     assert copied(ss.Outcome.COMPLETED) is ss.Outcome.COMPLETED
     curve = THERMAL.curve
     assert float(copied(curve).mu(100.0)) == float(curve.mu(100.0))
+    options = response_options(max_step=0.01)
+    assert copied(options) == options
+    load = ss.Load(dof="x", amplitude=2.0, phase=0.1)
+    assert copied(load) == load
+    assert copied(CONTACT) == CONTACT
+    law = ss.SampledLaw(force=cubic, parameters={"k3": 2.0})
+    assert copied(law) == law
     linear = ss.linear_response(problem(), omega=(4.0, 4.4))
     assert copied(linear).dataset.equals(linear.dataset)
     result = ss.transient(problem(), 4.0)

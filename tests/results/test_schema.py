@@ -98,3 +98,10 @@ def test_every_variable_is_described(files: dict[str, Path]) -> None:
     data = ss.load(files["command line"]).dataset
     assert all({"units", "long_name"} <= data[name].attrs.keys() for name in data.variables)
     assert set(VARIABLES) - {"parameter"} <= set(data.variables)
+
+
+def test_the_page_about_results_names_every_variable(files: dict[str, Path]) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "results.md").read_text()
+    branch = ss.load(files["Python"])
+    for name in (*branch.dataset.variables, *branch.dataset.attrs):
+        assert f"`{name}`" in page or name == "point" or name.endswith("_version") or name == "Conventions", name
