@@ -83,6 +83,6 @@ def test_the_anchored_balance_is_the_same_balance():
     x = 1.01 * x
     value, steps = system.evaluate(x, w), 1e-6 * np.eye(x.size)
     J = [(system.evaluate(x + h, w).residual - system.evaluate(x - h, w).residual) / 2e-6 for h in steps]
-    np.testing.assert_allclose(value.jacobian, np.transpose(J), atol=1e-6 * np.abs(J).max())
+    np.testing.assert_allclose(value.jacobian.matrix, np.transpose(J), atol=1e-6 * np.abs(J).max())
     slope = (system.evaluate(x, w + 1e-6).residual - system.evaluate(x, w - 1e-6).residual) / 2e-6
     np.testing.assert_allclose(value.parameter_derivative, slope, atol=1e-6 * np.abs(slope).max())

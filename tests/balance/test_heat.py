@@ -88,7 +88,9 @@ def test_jacobian_and_frequency_derivative(seed: int) -> None:
     assert at.detail.heat.temperature.max() > 40.0
     for k in range(balance.size):
         unit = np.eye(balance.size)[k]
-        assert_difference(at.jacobian[:, k], lambda h, u=unit: system.evaluate(x + h * u, omega, warm).residual, 1.0)
+        assert_difference(
+            at.jacobian.matrix[:, k], lambda h, u=unit: system.evaluate(x + h * u, omega, warm).residual, 1.0
+        )
     assert_difference(at.parameter_derivative, lambda h: system.evaluate(x, omega + h, warm).residual, omega)
 
 
@@ -135,7 +137,7 @@ def test_newton_is_quadratic(omega: float) -> None:
     sizes = []
     for _ in range(6):
         at = system.evaluate(start, omega, warm)
-        step = np.linalg.solve(at.jacobian, -at.residual)
+        step = at.jacobian.solve(-at.residual)
         sizes.append(np.linalg.norm(step) / np.linalg.norm(x))
         start = start + step
     assert sizes[0] > 1e-4

@@ -14,6 +14,7 @@ from slipstick.solve.continuation import (
     continuation,
 )
 from slipstick.solve.corrector import Corrector
+from slipstick.solve.linear.dense import DenseJacobian
 
 
 class Of:
@@ -30,7 +31,7 @@ class Of:
 def scalar(residual, by_x, by_parameter):
     return Of(
         lambda x, p: Evaluation(
-            np.array([residual(x[0], p)]), np.array([[by_x(x[0], p)]]), np.array([by_parameter(x[0], p)])
+            np.array([residual(x[0], p)]), DenseJacobian([[by_x(x[0], p)]]), np.array([by_parameter(x[0], p)])
         )
     )
 
@@ -56,7 +57,7 @@ def resonances(frequencies, loss):
             jacobian[own, own] = Z
             residual[own] = Z @ x[own] - [1.0, 0.0]
             slope[own] = np.array([[-2 * w, db], [-db, -2 * w]]) @ x[own]
-        return Evaluation(residual, jacobian, slope)
+        return Evaluation(residual, DenseJacobian(jacobian), slope)
 
     return Of(function)
 
@@ -69,7 +70,7 @@ def duffing(cubic=1.0, c=0.05, p=0.2):
         d, b = 1 - w * w + 0.75 * cubic * (x * x + y * y), 1.5 * cubic
         residual = np.array([d * x + c * w * y - p, d * y - c * w * x])
         jacobian = np.array([[d + b * x * x, c * w + b * x * y], [-c * w + b * x * y, d + b * y * y]])
-        return Evaluation(residual, jacobian, np.array([-2 * w * x + c * y, -2 * w * y - c * x]))
+        return Evaluation(residual, DenseJacobian(jacobian), np.array([-2 * w * x + c * y, -2 * w * y - c * x]))
 
     return Of(function)
 
@@ -82,7 +83,7 @@ def zigzag(scale):
         i = min(max(int(np.searchsorted(xs, x[0] / scale)) - 1, 0), 2)
         slope = (ps[i + 1] - ps[i]) / (xs[i + 1] - xs[i])
         return Evaluation(
-            np.array([ps[i] + slope * (x[0] / scale - xs[i]) - p]), np.array([[slope / scale]]), -np.ones(1)
+            np.array([ps[i] + slope * (x[0] / scale - xs[i]) - p]), DenseJacobian([[slope / scale]]), -np.ones(1)
         )
 
     return Of(function)
@@ -169,7 +170,7 @@ def test_duffing_peak_on_the_backbone_and_folds(ends):
     folds = of_kind(steps, "turning point")
     assert len(folds) == 2
     for step in folds:
-        assert abs(np.linalg.det(duffing(c=c, p=p).evaluate(step.x, step.parameter).jacobian)) < 1e-7
+        assert abs(np.linalg.det(duffing(c=c, p=p).evaluate(step.x, step.parameter).jacobian.matrix)) < 1e-7
     assert steps[-1].parameter == ends[1]
 
 
@@ -327,7 +328,7 @@ def test_take_up_inside_the_range_on_an_overhanging_branch():
 
 
 def test_converged_evaluation_is_handed_out():
-    system = Of(lambda x, p: Evaluation(x - p, np.eye(1), -np.ones(1), {"at": (x.copy(), p)}))
+    system = Of(lambda x, p: Evaluation(x - p, DenseJacobian(np.eye(1)), -np.ones(1), {"at": (x.copy(), p)}))
     for step in continuation(system, [0.0], 0.0, 1.0, requested=[0.25]):
         x, p = step.evaluation.detail["at"]
         assert x == step.x

@@ -6,6 +6,7 @@ import pytest
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Evaluation, Event, continuation
 from slipstick.solve.events import BracketedRoot, turning_points
+from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.stepsize import StepOptions, next_step
 
 
@@ -13,7 +14,7 @@ class Sine:
     """x = sin(p)."""
 
     def evaluate(self, x, parameter):
-        return Evaluation(x - np.sin(parameter), np.eye(1), np.array([-np.cos(parameter)]))
+        return Evaluation(x - np.sin(parameter), DenseJacobian(np.eye(1)), np.array([-np.cos(parameter)]))
 
 
 def slope(step):

@@ -14,6 +14,8 @@ from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
 from slipstick.contact.law import Response
+from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import norm
 
 Array = NDArray[np.float64]
@@ -37,10 +39,10 @@ class Detail:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Balanced:
-    """One evaluation: residual (N,), Jacobian (N, N), the forces on all columns, and what they came from."""
+    """One evaluation: residual (N,), Jacobian, the forces on all columns, and what they came from."""
 
     residual: Array
-    jacobian: Array
+    jacobian: Jacobian
     G: ComplexArray
     compliance: Compliance
     detail: Detail
@@ -68,14 +70,14 @@ def balanced(balance: Balance, x: Array, found: Detail, compliance: Compliance) 
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance)
+    matrix = balance.jacobian([response.by_motion for response in found.responses], compliance)
     columns = None
     if found.heat is not None:
         columns = heat_columns(balance, found.heat, compliance)
-        jacobian += columns @ power_rows(balance, found.heat)
+        matrix += columns @ power_rows(balance, found.heat)
     return Balanced(
-        residual=x + balance.answer(G, compliance.value), jacobian=jacobian, G=G, compliance=compliance, detail=found,
-        heat_columns=columns,
+        residual=x + balance.answer(G, compliance.value), jacobian=DenseJacobian(matrix), G=G, compliance=compliance,
+        detail=found, heat_columns=columns,
     )  # fmt: skip
 
 

@@ -116,9 +116,10 @@ def continuation(
 
     Examples
     --------
+    >>> from slipstick.solve.linear.dense import DenseJacobian
     >>> class Line:
     ...     def evaluate(self, x, p):
-    ...         return Evaluation(x - p, np.eye(1), -np.ones(1))
+    ...         return Evaluation(x - p, DenseJacobian(np.eye(1)), -np.ones(1))
     >>> run = continuation(Line(), [0.0], 0.0, 1.0)
     >>> steps = list(run)
     >>> steps[-1].kind, steps[-1].parameter, run.outcome.name

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.solve.arc import Arc, Metric
-from slipstick.solve.newton import NewtonOptions, NewtonResult, System, factorise, iterate, norm
+from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate, norm
 
 Array = NDArray[np.float64]
 
@@ -121,13 +122,13 @@ class Corrector:
             row = normal * weights * weights
             row /= np.abs(row).max()
         result = self._solve(guess, row)
-        if not result.converged or result.factors is None:
+        if not result.converged:
             return None, result
         if normal is None:
             result.x[-1] = guess[-1]
         tangent = self._null(result, row)
         step = Step(result.x, tangent, result, kind, name, size)
-        step.orientation = result.factors.sign()
+        step.orientation = result.jacobian.sign()
         if normal is None and forward is not None and self.metric.cosine(tangent, forward) < 0:
             step.reverse()
         return step, result
@@ -136,16 +137,12 @@ class Corrector:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
-        def bordered(z: Array) -> tuple[Array, Array, Any]:
+        def bordered(z: Array) -> tuple[Array, Jacobian, Any]:
             value = evaluate(z[:size], float(z[size]))
             residual = np.empty(size + 1)
             residual[:size] = value.residual
             residual[size] = row.dot(z) - level
-            jacobian = np.empty((size + 1, size + 1))
-            jacobian[:size, :size] = value.jacobian
-            jacobian[:size, size] = value.parameter_derivative
-            jacobian[size] = row
-            return residual, jacobian, value
+            return residual, value.jacobian.bordered(value.parameter_derivative, row), value
 
         result = iterate(bordered, guess, self.metric.inverse, self._options)
         self.evaluations += result.evaluations
@@ -153,14 +150,17 @@ class Corrector:
         return result
 
     def _null(self, result: NewtonResult, row: Array) -> Array:
-        """Unit tangent with ``row @ tangent > 0`` from the factors at the solution."""
-        assert result.factors is not None
-        right = np.zeros(row.size)
-        right[-1] = 1.0
-        tangent = result.factors.solve(right)
-        self.solves += 1
+        """Unit tangent with ``row @ tangent > 0`` from the Jacobian at the solution."""
+        tangent = self._last_unit(result.jacobian, row.size)
         tangent /= self.metric.length(tangent)
         return tangent
+
+    def _last_unit(self, jacobian: Jacobian, size: int) -> Array:
+        """Solution for a right-hand side that is zero but for a one at its end."""
+        right = np.zeros(size)
+        right[-1] = 1.0
+        self.solves += 1
+        return jacobian.solve(right)
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.
@@ -171,18 +171,13 @@ class Corrector:
         row /= np.abs(row).max()
         value = self._evaluate(state[:-1], float(state[-1]))
         self.evaluations += 1
-        bordered = np.empty((row.size, row.size))
-        bordered[:-1, :-1] = value.jacobian
-        bordered[:-1, -1] = value.parameter_derivative
-        bordered[-1] = row
-        factors = factorise(bordered) if np.all(np.isfinite(bordered)) else None
-        if factors is None:
+        jacobian = value.jacobian.bordered(value.parameter_derivative, row)
+        if jacobian.singular:
             return None
-        right = np.zeros(row.size)
-        right[-1] = 1.0
-        tangent = factors.solve(right)
-        self.solves += 1
-        return tangent / self.metric.length(tangent), factors.sign()
+        tangent = self._last_unit(jacobian, row.size)
+        if not np.all(np.isfinite(tangent)):
+            return None
+        return tangent / self.metric.length(tangent), jacobian.sign()
 
     def arc(self, first: Step, second: Step) -> Arc:
         """The cubic between two neighbouring points in the present metric."""

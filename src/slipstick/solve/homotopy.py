@@ -42,7 +42,9 @@ def homotopy(
 
     Examples
     --------
-    >>> result = homotopy(lambda x: Evaluation(np.arctan(x), np.diag(1.0 / (1.0 + x * x))), [50.0], scale=50.0)
+    >>> from slipstick.solve.linear.dense import DenseJacobian
+    >>> saturation = lambda x: Evaluation(np.arctan(x), DenseJacobian(np.diag(1.0 / (1.0 + x * x))))
+    >>> result = homotopy(saturation, [50.0], scale=50.0)
     >>> result.converged, abs(float(result.x[0])) < 1e-9
     (True, True)
     """

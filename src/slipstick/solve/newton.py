@@ -15,9 +15,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg.lapack import dgetrf, dgetrs
 
 from slipstick.errors import InputError
+from slipstick.solve.linear.jacobian import Jacobian
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ SINGULAR = "the Jacobian is singular"
 
 
 class Evaluation(NamedTuple):
-    """Residual (N,), Jacobian (N, N) and derivative of the residual by the parameter (N,) of a system at one state.
+    """Residual (N,), Jacobian and derivative of the residual by the parameter (N,) of a system at one state.
 
     ``detail`` is handed through untouched: whatever the system wants to find again at a converged point. ``terms``
     gives the sizes (N,) of the largest terms each residual is the sum of, which says what its rounding is; without it
@@ -38,7 +38,7 @@ class Evaluation(NamedTuple):
     """
 
     residual: Array
-    jacobian: Array
+    jacobian: Jacobian
     parameter_derivative: Array | None = None
     detail: Any = None
     terms: Callable[[], Array] | None = None
@@ -102,31 +102,7 @@ class NewtonOptions:
             raise InputError(faults)
 
 
-class Factors(NamedTuple):
-    """LU factors of a square matrix (of its transpose: the rows of a C array are LAPACK's columns)."""
-
-    lu: Array
-    pivots: NDArray[np.int32]
-
-    def solve(self, right: Array) -> Array:
-        """Solution of ``matrix @ x = right``."""
-        x: Array = dgetrs(self.lu, self.pivots, right, trans=1)[0]
-        return x
-
-    def sign(self) -> int:
-        """Sign of the determinant."""
-        swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
-        negative = np.count_nonzero(self.lu.diagonal() < 0)
-        return -1 if (swaps + negative) % 2 else 1
-
-
-def factorise(matrix: Array) -> Factors | None:
-    """LU factors of ``matrix`` (n, n), or None if it is exactly singular."""
-    lu, pivots, info = dgetrf(matrix.T)
-    return None if info > 0 else Factors(lu, pivots)
-
-
-Trial = tuple[Array, Array, Array, Any, float]
+Trial = tuple[Array, Array, Jacobian, Any, float]
 
 
 class NewtonResult:
@@ -135,7 +111,7 @@ class NewtonResult:
     Attributes
     ----------
     x, residual, jacobian
-        Last accepted state (N,), its residual (N,) and Jacobian (N, N).
+        Last accepted state (N,), its residual (N,) and Jacobian, factorised.
     residual_norm
         Euclidean norm of the residual.
     correction_norm
@@ -152,8 +128,6 @@ class NewtonResult:
         Ratio of the first simplified correction to the first correction (0 if there was none): the rate of convergence.
     evaluation
         What the system returned at ``x``.
-    factors
-        LU factors of the Jacobian at ``x`` (None if singular).
     """
 
     __slots__ = (
@@ -163,7 +137,6 @@ class NewtonResult:
         "corrections",
         "evaluation",
         "evaluations",
-        "factors",
         "history",
         "iterations",
         "jacobian",
@@ -177,7 +150,7 @@ class NewtonResult:
 
     def __init__(self, x: Array) -> None:
         self.x = x
-        self.residual = self.jacobian = np.empty(0)
+        self.residual = np.empty(0)
         self.residual_norm = self.correction_norm = np.inf
         self.iterations = self.evaluations = self.solves = 0
         self.converged = self.stagnated = False
@@ -186,7 +159,7 @@ class NewtonResult:
         self.corrections: list[float] = []
         self.contraction = 0.0
         self.evaluation: Any = None
-        self.factors: Factors | None = None
+        self.jacobian: Jacobian
 
     def accept(self, trial: Trial) -> None:
         """Move to a trial state: x, residual, Jacobian, evaluation, residual norm."""
@@ -208,7 +181,7 @@ def newton(
     Parameters
     ----------
     system
-        Function of ``x`` (N,) that returns ``residual`` (N,) and ``jacobian`` (N, N) as attributes.
+        Function of ``x`` (N,) that returns ``residual`` (N,) and ``jacobian`` as attributes.
     x0
         First guess (N,).
     scale
@@ -221,7 +194,8 @@ def newton(
 
     Examples
     --------
-    >>> result = newton(lambda x: Evaluation(x**3 - 8.0, np.diag(3.0 * x**2)), [5.0])
+    >>> from slipstick.solve.linear.dense import DenseJacobian
+    >>> result = newton(lambda x: Evaluation(x**3 - 8.0, DenseJacobian(np.diag(3.0 * x**2))), [5.0])
     >>> result.converged, round(float(result.x[0]), 9)
     (True, 2.0)
     """
@@ -237,8 +211,8 @@ def newton_at(
     return newton(lambda x: system.evaluate(x, parameter), x0, options=options, scale=scale)
 
 
-def _plain(system: Callable[[Array], Evaluation]) -> Callable[[Array], tuple[Array, Array, Any]]:
-    def evaluate(x: Array) -> tuple[Array, Array, Any]:
+def _plain(system: Callable[[Array], Evaluation]) -> Callable[[Array], tuple[Array, Jacobian, Any]]:
+    def evaluate(x: Array) -> tuple[Array, Jacobian, Any]:
         value = system(x)
         return value.residual, value.jacobian, value
 
@@ -252,7 +226,7 @@ def norm(vector: Array) -> float:
 
 
 def iterate(
-    evaluate: Callable[[Array], tuple[Array, Array, Any]], x: Array, inverse_scale: Array, options: NewtonOptions
+    evaluate: Callable[[Array], tuple[Array, Jacobian, Any]], x: Array, inverse_scale: Array, options: NewtonOptions
 ) -> NewtonResult:
     """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them."""
     result = NewtonResult(x)
@@ -276,11 +250,10 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
     if not isfinite(result.residual_norm):
         result.reason = "the residual is not finite"
         return None
-    result.factors = factorise(result.jacobian)
-    if result.factors is None:
-        result.reason = SINGULAR
+    if result.jacobian.singular:
+        result.correction_norm, result.reason = np.inf, SINGULAR
         return None
-    step = result.factors.solve(result.residual)
+    step = result.jacobian.solve(result.residual)
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
@@ -303,7 +276,7 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
 
 def _at_rounding_level(result: NewtonResult) -> NewtonResult:
     """Accept a failed iteration after all when its residual is nothing but the rounding of its own terms."""
-    if result.factors is not None and isfinite(result.correction_norm) and _is_rounding(result):
+    if isfinite(result.correction_norm) and _is_rounding(result):
         _stagnate(result)
     return result
 
@@ -311,7 +284,7 @@ def _at_rounding_level(result: NewtonResult) -> NewtonResult:
 def _is_rounding(result: NewtonResult) -> bool:
     if result.correction_norm >= _STILL_A_SOLUTION:
         return False
-    size = norm(np.abs(result.jacobian) @ np.abs(result.x))
+    size = norm(result.jacobian.bound(result.x))
     terms = result.evaluation.terms if isinstance(result.evaluation, Evaluation) else None
     if terms is not None:
         size = max(size, norm(terms()))
@@ -328,7 +301,7 @@ def _no_longer_shrinks(sizes: list[float]) -> bool:
 
 
 def _line_search(
-    evaluate: Callable[[Array], tuple[Array, Array, Any]],
+    evaluate: Callable[[Array], tuple[Array, Jacobian, Any]],
     result: NewtonResult,
     step: Array,
     inverse_scale: Array,
@@ -340,7 +313,6 @@ def _line_search(
     The search does not stop at the first fraction that helps: between kinks the measure falls and rises by pieces, and
     the first gain found from above is often a tiny one beyond the kink that matters.
     """
-    assert result.factors is not None
     size, damping = result.correction_norm, 1.0
     best, level, full = None, np.inf, None
     while damping >= options.min_damping:
@@ -348,7 +320,7 @@ def _line_search(
         result.evaluations += 1
         natural = np.inf
         if isfinite(trial[4]):
-            natural = norm(result.factors.solve(trial[1]) * inverse_scale) / size
+            natural = norm(result.jacobian.solve(trial[1]) * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
@@ -371,6 +343,6 @@ def _line_search(
     return allowance
 
 
-def _trial(evaluate: Callable[[Array], tuple[Array, Array, Any]], x: Array) -> Trial:
+def _trial(evaluate: Callable[[Array], tuple[Array, Jacobian, Any]], x: Array) -> Trial:
     residual, jacobian, value = evaluate(x)
     return x, residual, jacobian, value, norm(residual)

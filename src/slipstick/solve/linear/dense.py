@@ -1,0 +1,141 @@
+"""Dense Jacobians, factorised by LAPACK when first solved with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+Array = NDArray[np.float64]
+
+
+class _Factorised:
+    """LU factors, made on first use in the memory they stay in; a kind says its size and how it is written there."""
+
+    __slots__ = ("_lu",)
+
+    _lu: tuple[Array, NDArray[np.int32], int] | None
+
+    @property
+    def size(self) -> int:
+        raise NotImplementedError
+
+    def write(self, out: Array) -> None:
+        """Write all entries into ``out`` (N, N)."""
+        raise NotImplementedError
+
+    def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
+        """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""
+        if self._lu is None:
+            entries = np.empty((self.size, self.size), order="F")
+            self.write(entries)
+            self._lu = dgetrf(entries, overwrite_a=1)
+        return self._lu
+
+    @property
+    def singular(self) -> bool:
+        """Whether it is exactly singular."""
+        return self._factors()[2] > 0
+
+    def solve(self, right: Array, *, transposed: bool = False) -> Array:
+        """Solution of ``J @ x = right``, or with its transpose."""
+        lu, pivots, _ = self._factors()
+        x: Array = dgetrs(lu, pivots, right, trans=int(transposed))[0]
+        return x
+
+    def sign(self) -> int:
+        """Sign of the determinant."""
+        lu, pivots, _ = self._factors()
+        swaps = np.count_nonzero(pivots != np.arange(pivots.size))
+        negative = np.count_nonzero(lu.diagonal() < 0)
+        return -1 if (swaps + negative) % 2 else 1
+
+    def bordered(self, column: Array, row: Array) -> BorderedDense:
+        """With a further column (N,) and row (N + 1,)."""
+        return BorderedDense(self, column, row)
+
+    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
+        """``J @ x``, or the transpose times x."""
+        raise NotImplementedError
+
+    def bound(self, x: Array) -> Array:
+        """``|J| @ |x|``."""
+        raise NotImplementedError
+
+
+class DenseJacobian(_Factorised):
+    """A Jacobian given by its ``matrix`` (N, N), which is kept and not written on.
+
+    >>> J = DenseJacobian([[2.0, 1.0], [0.0, -4.0]])
+    >>> J.solve(np.array([3.0, -4.0])), J.solve(np.array([2.0, -3.0]), transposed=True), J.sign()
+    (array([1., 1.]), array([1., 1.]), -1)
+    """
+
+    __slots__ = ("matrix",)
+
+    def __init__(self, matrix: ArrayLike) -> None:
+        self._lu = None
+        self.matrix: Array = np.asarray(matrix, dtype=float)
+
+    @property
+    def size(self) -> int:
+        """N."""
+        return len(self.matrix)
+
+    def write(self, out: Array) -> None:
+        """Write all entries into ``out`` (N, N)."""
+        out[...] = self.matrix
+
+    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
+        """``J @ x``, or the transpose times x."""
+        return np.asarray((self.matrix.T if transposed else self.matrix) @ x)
+
+    def bound(self, x: Array) -> Array:
+        """``|J| @ |x|``."""
+        return np.asarray(np.abs(self.matrix) @ np.abs(x))
+
+    def __repr__(self) -> str:
+        return f"DenseJacobian({self.size})"
+
+
+class BorderedDense(_Factorised):
+    """A dense Jacobian with a further column (N,) and row (N + 1,): assembled where it is factorised, not before."""
+
+    __slots__ = ("_column", "_inner", "_row")
+
+    def __init__(self, inner: _Factorised, column: Array, row: Array) -> None:
+        self._lu = None
+        self._inner, self._column, self._row = inner, column, row
+
+    @property
+    def size(self) -> int:
+        """N + 1."""
+        return self._row.size
+
+    def write(self, out: Array) -> None:
+        """Write all entries into ``out`` (N + 1, N + 1)."""
+        self._inner.write(out[:-1, :-1])
+        out[:-1, -1] = self._column
+        out[-1] = self._row
+
+    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
+        """``J @ x``, or the transpose times x."""
+        last, first = x[-1:], x[:-1]
+        if transposed:
+            whole = np.multiply.outer(self._row, x[-1])
+            whole[:-1] += self._inner.multiply(first, transposed=True)
+            whole[-1] += self._column @ first
+            return whole
+        above = self._inner.multiply(first) + np.multiply.outer(self._column, x[-1])
+        return np.concatenate([above, np.reshape(self._row @ x, last.shape)])
+
+    def bound(self, x: Array) -> Array:
+        """``|J| @ |x|``."""
+        size: Any = np.abs(x)
+        above = self._inner.bound(x[:-1]) + np.abs(self._column) * size[-1]
+        return np.append(above, np.abs(self._row) @ size)
+
+    def __repr__(self) -> str:
+        return f"BorderedDense({self.size})"
