@@ -19,7 +19,7 @@ from slipstick.analysis.task import Task
 from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import Outcome
+from slipstick.errors import InputError, Outcome
 from slipstick.faults import warn
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
@@ -154,11 +154,14 @@ def _first(task: Task) -> Array | None:
 
 
 def _settled_in_time(task: Task) -> Array | None:
-    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration."""
+    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration; None without it."""
     from slipstick.analysis.transient import transient
 
     problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem
-    found = transient(problem, task.omega, periods=200, tolerance=1e-6)
+    try:
+        found = transient(problem, task.omega, periods=200, tolerance=1e-6)
+    except InputError:  # no equations in time, or a law that is not known there: one more way that failed
+        return None
     compliance = task.balance.compliance(task.omega, anchored=False)
     by_port = (found.friction_coefficients, found.normal_coefficients)
     forces = [dict(enumerate(F[batch.elements] for F in by_port)) for batch in task.balance.batches]
