@@ -62,6 +62,11 @@ COARSE = BladeShape(element_size=0.05, stretch=4.0)
 CASE = (files("slipstick.app") / "templates" / "oscillator.toml").read_text(encoding="utf-8")
 
 
+def stored() -> Callable[..., ss.Branch]:
+    branch().save("results.nc")
+    return ss.load
+
+
 def case_file() -> Callable[..., ss.Case]:
     Path("case.toml").write_text(CASE)
     return ss.Case.from_file
@@ -221,8 +226,12 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "Case.from_text": (lambda: ss.Case.from_text, {"text": CASE, "path": "case.toml", "tell": print}),
     "Case.from_file": (case_file, {"path": "case.toml", "tell": print}),
+    "load": (stored, {"path": "results.nc", "problem": None}),
     "load_case": (lambda: case_file() and ss.load_case, {"path": "case.toml"}),
-    "Branch": (lambda: ss.Branch, {"dataset": dict, "outcome": ss.Outcome.COMPLETED, "problem": None, "message": ""}),
+    "Branch": (
+        lambda: ss.Branch,
+        {"dataset": dict, "outcome": ss.Outcome.COMPLETED, "problem": None, "message": "", "without": ""},
+    ),
     "Branch.peaks": (lambda: branch().peaks, {"dof": "x"}),
     "Branch.at": (lambda: branch().at, {"value": 2.0}),
     "Branch.contact_forces": (lambda: branch().contact_forces, {"point": 0}),

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.faults import warn
+from slipstick.faults import one, warn
+from slipstick.faults import path as path_of
 from slipstick.io.journal import Journal, journal_of, read_journal
 from slipstick.io.netcdf import Group, Variable, read_netcdf, write_netcdf
 from slipstick.results.schema import Layout, make_dataset
@@ -292,10 +293,13 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     SlipstickWarning
         Where the stored problem cannot be read.
     """
+    from slipstick.balance.problem import Problem
     from slipstick.io.problem import misfit, read_problem
     from slipstick.results.branch import Branch
 
-    path, without = Path(path), ""
+    path, without = path_of("results", path, "the path of a results file"), ""
+    if problem is not None:
+        problem = one("problem", problem, Problem, "an ss.Problem or None")
     dataset = load_dataset(path)
     if problem is not None:
         fault = misfit(problem, dataset)

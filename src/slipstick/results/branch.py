@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, whole, wrong
+from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.measures import friction_force
 from slipstick.trig.harmonics import Harmonics
 
@@ -54,6 +54,7 @@ class Branch:
         if not (callable(dataset) or hasattr(dataset, "data_vars")):
             raise wrong("branch, dataset", dataset, "an xarray.Dataset, or a function that makes one")
         self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
+        message, without = text("branch, message", message), text("branch, without", without)
         self._source, self.problem, self._message = dataset, problem, message
         self.without = "" if problem is not None else without or "it was made from a dataset alone"
 
