@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from slipstick.app import run as run_module
 from slipstick.app.cli import app
 from slipstick.app.init import examples
-from slipstick.contact.warmup import compile_kernel
+from slipstick.contact.kernel.compilation import compile_kernel
 from slipstick.io.store import ResultStore, load_dataset
 
 GOOD = """
@@ -440,8 +440,8 @@ def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.Mon
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.app.prepare import prepare_kernel
 
-    monkeypatch.setattr("slipstick.contact.warmup.is_compiled", lambda: False)
-    monkeypatch.setattr("slipstick.contact.warmup.compile_kernel", lambda: 12.3)
+    monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
+    monkeypatch.setattr("slipstick.contact.kernel.compilation.compile_kernel", lambda: 12.3)
     lines: list[str] = []
     prepare_kernel(lines.append)
     assert lines[0].startswith("compiling the contact kernel, once on this machine, up to a minute ...")

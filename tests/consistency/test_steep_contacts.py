@@ -5,10 +5,10 @@ import pytest
 from marching import random_states
 from structured import load_scale, shifted, structured_states
 
-import slipstick.contact.forces as forces
 from slipstick.contact.forces import element_forces
-from slipstick.contact.steep import STEEP
+from slipstick.contact.kernel.steep_sticks import STEEP
 from slipstick.errors import SlipstickError
+from slipstick.trig import basis
 from slipstick.trig.harmonics import Harmonics
 from slipstick.verify import closed_forms as cf
 
@@ -84,8 +84,8 @@ def test_both_integrations_agree_where_they_meet(orders):
 
 def test_too_many_critical_times_are_an_error(monkeypatch):
     """They cannot be; should they, nothing is cut short."""
-    orders, cos, sin, consecutive, n, _ = forces._tables(Harmonics([0, 6]))
-    monkeypatch.setattr(forces, "_tables", lambda h: (orders, cos, sin, consecutive, n, 2))
+    grid = basis.grid(Harmonics([0, 6]))
+    monkeypatch.setattr(basis, "grid", lambda h: grid._replace(top=2))
     X, one = np.array([[0.0, 1.0, 0.0]]), np.ones(1)
     with pytest.raises(SlipstickError, match=r"contact element 0: found more roots than the harmonics \[0, 6\]"):
         element_forces(Harmonics([0, 6]), X=X, Y=0 * X, v=0 * one, kt=one, mu=one, kn=one, gap=-0.1 * one)

@@ -94,7 +94,7 @@ def test_motion_that_is_not_a_number_ends(bad):
 
 
 def test_results_in_use_are_never_written_over():
-    """Batches reuse memory only when nobody holds a part of it."""
+    """The arrays of a batch are its own."""
     h = Harmonics(range(4))
     rng = np.random.default_rng(1)
     contact = FrictionContact(kt=1.0, mu=0.4, kn=1.0, gap=-1.0)

@@ -1,59 +1,86 @@
-"""Where compiled functions are kept: files there are executed, so nobody else may have written them."""
+"""The one private option of numba that is used, and a numba that does not know it."""
 
 from __future__ import annotations
 
+import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
+from numba.core.cpu import CPUTargetOptions
 
-from slipstick.trig import compiled
+from slipstick.trig import compile_cache
+from slipstick.trig.compiled import compiled, uncounted
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "getuid"), reason="owners and modes are those of POSIX")
+BATCH = """
+import sys
+import numpy as np
+from numba.core.cpu import CPUTargetOptions
 
+if sys.argv[1] == "refused":
+    for kind in CPUTargetOptions.__mro__:
+        if "_nrt" in vars(kind):
+            del kind._nrt
+from slipstick import Harmonics
+from slipstick.contact.forces import element_forces
 
-def test_a_new_folder_is_private(tmp_path: Path) -> None:
-    folder = compiled._private(tmp_path / "slipstick" / "key")
-    assert folder is not None
-    assert (folder.stat().st_mode & 0o777, folder.parent.stat().st_mode & 0o777) == (0o700, 0o700)
-    assert list(folder.iterdir()) == []
-
-
-def test_a_folder_of_ours_that_others_can_read_becomes_private(tmp_path: Path) -> None:
-    (tmp_path / "slipstick" / "key").mkdir(parents=True)
-    for path in (tmp_path / "slipstick", tmp_path / "slipstick" / "key"):
-        path.chmod(0o755)
-    folder = compiled._private(tmp_path / "slipstick" / "key")
-    assert folder is not None
-    assert folder.stat().st_mode & 0o777 == 0o700
-
-
-@pytest.mark.parametrize("part", ["slipstick", "slipstick/key"])
-@pytest.mark.parametrize("how", ["writable", "link", "foreign"])
-def test_a_folder_others_can_write_is_not_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str, how: str
-) -> None:
-    folder, spoilt = tmp_path / "slipstick" / "key", tmp_path / part
-    if how == "link":
-        (tmp_path / "elsewhere" / "key").mkdir(parents=True, mode=0o700)
-        spoilt.parent.mkdir(exist_ok=True, mode=0o700)
-        spoilt.symlink_to(tmp_path / "elsewhere")
-    else:
-        folder.mkdir(parents=True, mode=0o700)
-        folder.parent.chmod(0o700)
-        spoilt.chmod(0o777 if how == "writable" else 0o700)
-    if how == "foreign":
-        monkeypatch.setattr(compiled.os, "getuid", lambda: tmp_path.stat().st_uid + 1)
-    assert compiled._private(folder) is None
+rng, h, one = np.random.default_rng(0), Harmonics(range(6)), np.ones(50)
+X, Y = rng.normal(size=(2, 50, h.size))
+f = element_forces(h, X, Y, v=rng.normal(size=50), kt=one, mu=0.3 * one, kn=one, gap=-one)
+print(np.concatenate([f.Fx, f.Fy, f.dFx_dX[:, 0], f.dFx_dY[:, 1], f.dFx_dmu]).tolist())
+"""
 
 
-def test_a_known_name_in_a_shared_folder_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where only the temporary folder is left and its known name is taken, a new one is made."""
-    monkeypatch.setattr(compiled, "_roots", lambda: [tmp_path / "slipstick"])
-    monkeypatch.setattr(compiled.tempfile, "tempdir", str(tmp_path))
-    (tmp_path / "slipstick").mkdir()
-    (tmp_path / "slipstick").chmod(0o777)
-    folder = compiled.cache_folder.__wrapped__()
-    assert folder.parent == tmp_path
-    assert folder.name.startswith("slipstick-")
-    assert folder.stat().st_mode & 0o777 == 0o700
+def first_half(x):
+    return x[: x.size // 2]
+
+
+@pytest.fixture
+def other_numba(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A numba without the option: it refuses what it does not know. Nothing it compiles is kept for others."""
+    for kind in CPUTargetOptions.__mro__:
+        if "_nrt" in vars(kind):
+            monkeypatch.delattr(kind, "_nrt")
+    monkeypatch.setattr(compile_cache, "cache_folder", lambda: tmp_path)
+    with pytest.raises(KeyError, match="Unrecognized options"):
+        numba.njit(_nrt=False)(first_half)(np.ones(4))
+
+
+def total():
+    """Two compiled functions, one of them without arrays of its own."""
+    inner = compiled(first_half)
+
+    def run(n):
+        return inner(np.ones(n)).sum()
+
+    return compiled(run, allocates=True)
+
+
+def test_inner_functions_do_not_count_references() -> None:
+    assert compiled(first_half).targetoptions["_nrt"] is False
+    assert "_nrt" not in compiled(first_half, allocates=True).targetoptions
+
+
+@pytest.mark.usefixtures("other_numba")
+def test_a_numba_that_refuses_the_option_compiles_without() -> None:
+    assert uncounted() == {}
+    assert total()(6) == 3.0
+
+
+@pytest.mark.verify
+def test_the_kernel_without_the_option_agrees(tmp_path: Path) -> None:
+    """In processes of their own, compiled from nothing."""
+
+    def forces(how: str) -> np.ndarray:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        done = subprocess.run(
+            [sys.executable, "-c", BATCH, how], check=True, capture_output=True, text=True, env=environment
+        )
+        return np.array(json.loads(done.stdout))
+
+    known, refused = forces("known"), forces("refused")
+    np.testing.assert_allclose(refused, known, rtol=1e-12, atol=1e-14 * np.abs(known).max())

@@ -26,8 +26,8 @@ def versions() -> dict[str, str]:
 
 def show_info() -> None:
     """Print what a bug report needs."""
-    from slipstick.contact.warmup import COMPILE_TIME, is_compiled
-    from slipstick.trig.compiled import cache_folder
+    from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
+    from slipstick.trig.compile_cache import cache_folder
 
     for name, number in versions().items():
         say(f"{name:<12} {number}")

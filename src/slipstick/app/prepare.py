@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 def prepare_kernel(tell: Callable[[str], None]) -> None:
     """Load the compiled contact kernel; where it must be compiled first, say so before and after."""
-    from slipstick.contact.warmup import COMPILE_TIME, compile_kernel, is_compiled
+    from slipstick.contact.kernel.compilation import COMPILE_TIME, compile_kernel, is_compiled
 
     if is_compiled():
         return

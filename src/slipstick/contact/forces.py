@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections import deque
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -17,14 +15,10 @@ from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
 
 if TYPE_CHECKING:
-    pass
+    from slipstick.contact.kernel.tuples import Outputs, States
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float, str]
-
-KEPT_BYTES = 1 << 26
-"""Memory of a batch up to this size is used again."""
-_RETURNED: deque[Array] = deque(maxlen=1)
 
 SERIAL = 64
 """Below this number of elements threads cost more than they give."""
@@ -116,79 +110,39 @@ class ContactForces:
         return found[0] if single else found
 
 
-def _tables(harmonics: Harmonics) -> tuple[Any, Any, Any, bool, int, int]:
-    from slipstick.trig.basis import grid
-
-    t = grid(harmonics)
-    return t.orders, t.cos, t.sin, t.consecutive, harmonics.n, 2 * max(harmonics.highest, 1)
-
-
 def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
-    from slipstick.contact.states import NAMES
+    from slipstick.contact.kernel.tuples import NAMES
 
-    totals, at, code = _evaluate(harmonics, X, Y, par, states=True)[3:]
+    totals, at, code = _evaluate(harmonics, X, Y, par, states=True)[1]
     return [
         [(float(a), float(b), NAMES[c]) for (a, b, _f), (c, _o) in zip(at[e, :n], code[e, :n], strict=True)]
         for e, n in enumerate(totals)
     ]
 
 
-def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False) -> tuple[Any, ...]:
-    from slipstick.contact.kernel import DONE, chunk, most_intervals
+def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False) -> tuple[Outputs, States]:
+    """Results of a batch in new arrays of their own, and its intervals where they are asked for."""
+    from slipstick.contact.kernel.batch import DONE, most_intervals, run
+    from slipstick.contact.kernel.tuples import Outputs, States
+    from slipstick.trig.basis import grid
     from slipstick.trig.roots import TOO_MANY
 
     count, L = X.shape
-    tables = _tables(harmonics)
-    kept, room = (count, most_intervals(tables[-1])) if states else (0, 0)
-    out = (
-        *_outputs(count, L), np.empty(kept, np.int64),
-        np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64),
-    )  # fmt: skip
+    tables = grid(harmonics)
+    kept, room = (count, most_intervals(tables.top)) if states else (0, 0)
+    out = Outputs(np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)))
+    intervals = States(np.empty(kept, np.int64), np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64))
+    work = ((X, Y, par), tuple(tables), tuple(out), tuple(intervals))
     parts = 1 if count < SERIAL else _threads()
     if parts == 1:
-        ended = [chunk(0, count, X, Y, par, *tables, *out)]
+        ended = [run(0, count, *work)]
     else:
         ends = [i * count // parts for i in range(parts + 1)]
-        ended = list(_pool().map(lambda a, b: chunk(a, b, X, Y, par, *tables, *out), ends[:-1], ends[1:]))
+        ended = list(_pool().map(lambda a, b: run(a, b, *work), ends[:-1], ends[1:]))
     for e in ended:
         if e != DONE:
             raise SlipstickError(f"contact element {e}: " + TOO_MANY.format(orders=list(harmonics.orders)))
-    return out
-
-
-class _Lease:
-    """Memory on loan to the arrays made of it; the last of them to go gives it back, in whatever thread that is."""
-
-    def __init__(self, memory: Array) -> None:
-        self._memory, self.__array_interface__ = memory, memory.__array_interface__
-
-    def __del__(self, give_back: Callable[[Array], None] = _RETURNED.append) -> None:
-        give_back(self._memory)
-
-
-def _leased(size: int) -> Array:
-    try:
-        memory = _RETURNED.pop()
-    except IndexError:
-        memory = np.empty(0)
-    return np.asarray(_Lease(memory if len(memory) == size else np.empty(size)))
-
-
-def _outputs(count: int, L: int) -> tuple[Array, Array, Array]:
-    """Room for the results of a batch, of a batch before it where nobody holds that any more.
-
-    Fresh memory of that size costs more in page faults than the kernel takes to fill it.
-    """
-    vec, mat = 7 * L * count, 3 * L * L * count
-    size = vec + mat + 6 * count
-    if count < SERIAL or 8 * size > KEPT_BYTES:
-        return np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
-    memory = _leased(size)
-    return (
-        memory[:vec].reshape(count, 7, L),
-        memory[vec : vec + mat].reshape(count, 3, L, L),
-        memory[vec + mat :].reshape(count, 6),
-    )
+    return out, intervals
 
 
 def _threads() -> int:
@@ -221,7 +175,7 @@ def element_forces(
         par[:, i] = value
     # one compiled version serves: writable and contiguous
     X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
-    vec, mat, scalar = _evaluate(harmonics, X, Y, par)[:3]
+    vec, mat, scalar = _evaluate(harmonics, X, Y, par)[0]
     return ContactForces(
         Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
         dFy_dkn=vec[:, 6], dFx_dX=mat[:, 0], dFx_dY=mat[:, 1], dFy_dY=mat[:, 2], work=scalar[:, 0],

@@ -5,10 +5,9 @@ How far a value can be from the truth is proved in ``slipstick.trig.roots``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,22 +37,38 @@ def turns(part: Any, whole: int) -> tuple[Array, Array]:
 _COS, _SIN = turns(np.arange(_PIECES), _PIECES)
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(NamedTuple):
     """Tables of one harmonic set: cell middles of the root search and padded orders."""
 
-    orders: Array
+    orders: Any
     """Nonzero orders as floats, padded by zeros to a multiple of four, (n4,)."""
-    cos: Array
+    cos: Any
     """``cos(m_j t_i)`` at the cell middles, (n4, cells)."""
-    sin: Array
-    consecutive: bool
+    sin: Any
+    consecutive: Any
     """Whether the orders are 1, 2, ..., n, so that powers of ``exp(i t)`` serve."""
+    n: Any
+    """Number of nonzero orders."""
+    top: Any
+    """Twice the highest order: as many roots as there can be."""
 
-    @property
-    def cells(self) -> int:
-        """Number of cells in the period."""
-        return int(self.cos.shape[1])
+
+class Polynomial(NamedTuple):
+    """``mean + sum_j cos_j cos m_j t + sin_j sin m_j t``."""
+
+    mean: Any
+    cos: Any
+    """(n4,)"""
+    sin: Any
+
+
+class Scratch(NamedTuple):
+    """Room for ``cos m_j t, sin m_j t``: at a time (n4,) each, and both at half and at the middle of a way (2, n4)."""
+
+    c: Any
+    s: Any
+    half: Any
+    middle: Any
 
 
 @lru_cache(maxsize=64)
@@ -65,7 +80,7 @@ def grid(harmonics: Harmonics) -> Grid:
     orders[:n] = harmonics.m
     cells = CELLS_PER_ORDER * max(harmonics.highest, 1)
     cos, sin = turns(orders[:, None].astype(np.int64) * (2 * np.arange(cells) + 1), 2 * cells)
-    return Grid(orders, cos, sin, harmonics.orders == tuple(range(n + 1)))
+    return Grid(orders, cos, sin, harmonics.orders == tuple(range(n + 1)), n, 2 * max(harmonics.highest, 1))
 
 
 @compiled(forceinline=True, fastmath=False)
@@ -98,9 +113,10 @@ def powers(t: float, n: int, c: Any, s: Any) -> None:
 
 
 @inlined
-def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
+def basis(t: float, grid: Grid, c: Any, s: Any) -> None:
     """``cos m_j t`` and ``sin m_j t`` of every kept order."""
-    if consecutive:
+    orders = grid.orders
+    if grid.consecutive:
         powers(t, orders.size, c, s)
     else:
         for j in range(orders.size):
@@ -108,17 +124,19 @@ def basis(t: float, orders: Any, consecutive: bool, c: Any, s: Any) -> None:
 
 
 @inlined
-def value(p0: float, pc: Any, ps: Any, c: Any, s: Any) -> float:
+def value(p: Polynomial, c: Any, s: Any) -> float:
     """``p`` at the time whose basis is ``c, s``."""
+    pc, ps = p.cos, p.sin
     total = 0.0
     for j in range(pc.size):
         total += pc[j] * c[j] + ps[j] * s[j]
-    return p0 + total
+    return p.mean + total
 
 
 @inlined
-def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
+def values(p: Polynomial, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
     """``p, p', p''`` at the time whose basis is ``c, s``."""
+    pc, ps = p.cos, p.sin
     v0, v1, v2 = 0.0, 0.0, 0.0
     for j in range(pc.size):
         a = pc[j] * c[j] + ps[j] * s[j]
@@ -126,12 +144,13 @@ def values(p0: float, pc: Any, ps: Any, m: Any, c: Any, s: Any) -> tuple[float, 
         v0 += a
         v1 += m[j] * b
         v2 += m[j] * m[j] * a
-    return p0 + v0, v1, -v2
+    return p.mean + v0, v1, -v2
 
 
 @inlined
-def third(pc: Any, ps: Any, m: Any, c: Any, s: Any) -> float:
+def third(p: Polynomial, m: Any, c: Any, s: Any) -> float:
     """``p'''`` at the time whose basis is ``c, s``."""
+    pc, ps = p.cos, p.sin
     total = 0.0
     for j in range(pc.size):
         total += m[j] * m[j] * m[j] * (pc[j] * s[j] - ps[j] * c[j])
@@ -139,17 +158,16 @@ def third(pc: Any, ps: Any, m: Any, c: Any, s: Any) -> float:
 
 
 @inlined
-def rise(
-    start: float, end: float, v: float, x: Any, m: Any, consecutive: bool, half: Any, middle: Any
-) -> float:  # fmt: skip
-    """What ``v t + x(t)`` gains from ``start`` to ``end``, with all its digits however short the way.
+def rise(start: float, end: float, v: float, p: Polynomial, grid: Grid, scratch: Scratch) -> float:
+    """What ``v t + p(t)`` gains from ``start`` to ``end``, with all its digits however short the way.
 
-    ``x`` is (constant, cosines, sines); rows of ``half`` and ``middle`` (2, n4) receive the bases of half the way
-    and of its middle.
+    The rooms ``half`` and ``middle`` receive the bases of half the way and of its middle.
     """
-    basis(0.5 * (end - start), m, consecutive, half[0], half[1])
-    basis(0.5 * (start + end), m, consecutive, middle[0], middle[1])
+    half, middle = scratch.half, scratch.middle
+    basis(0.5 * (end - start), grid, half[0], half[1])
+    basis(0.5 * (start + end), grid, middle[0], middle[1])
+    pc, ps = p.cos, p.sin
     total = 0.0
-    for j in range(m.size):
-        total += half[1, j] * (x[2][j] * middle[0, j] - x[1][j] * middle[1, j])
+    for j in range(grid.orders.size):
+        total += half[1, j] * (ps[j] * middle[0, j] - pc[j] * middle[1, j])
     return v * (end - start) + 2.0 * total

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.trig.basis import TWO_PI, basis, grid, values
+from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, grid, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 
@@ -19,28 +19,27 @@ Array = NDArray[np.float64]
 
 
 @inlined
-def summit(
-    t: float, start: float, reach: float, pc: Any, ps: Any, m: Any, consecutive: bool, c: Any, s: Any
-) -> tuple[float, float]:  # fmt: skip
+def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: Any, s: Any) -> tuple[float, float]:
     """Time and value of the extreme next to ``t``, where the value is ``start``, at most ``reach`` away."""
     first = t
     for _ in range(8):
-        basis(t, m, consecutive, c, s)
-        _v, slope, curvature = values(0.0, pc, ps, m, c, s)
+        basis(t, grid, c, s)
+        _v, slope, curvature = values(p, grid.orders, c, s)
         moved = t - slope / curvature if curvature != 0.0 else t
         moved = min(max(moved, first - reach), first + reach)
         done = abs(moved - t) < 1e-8
         t = moved
         if done:
             break
-    basis(t, m, consecutive, c, s)
-    v, _slope, _curvature = values(0.0, pc, ps, m, c, s)
+    basis(t, grid, c, s)
+    v, _slope, _curvature = values(p, grid.orders, c, s)
     return (t, v) if abs(v) >= abs(start) else (first, start)
 
 
 @compiled(allocates=True)
-def _largest(X: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int) -> tuple[Any, Any]:
+def _largest(X: Any, grid: Grid) -> tuple[Any, Any]:
     """Signed largest deviation of each row of ``X`` (k, L) and its time."""
+    orders, cos, sin = grid.orders, grid.cos, grid.sin
     rows, cells = X.shape[0], cos.shape[1]
     step = TWO_PI / cells
     value, time = np.zeros(rows), np.zeros(rows)
@@ -49,7 +48,7 @@ def _largest(X: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int)
     for r in range(rows):
         margin, top = 0.0, 0.0
         v[:] = 0.0
-        for j in range(n):
+        for j in range(grid.n):
             pc[j], ps[j] = X[r, 2 * j + 1], X[r, 2 * j + 2]
             margin += orders[j] * orders[j] * (abs(pc[j]) + abs(ps[j]))
             for i in range(cells):
@@ -60,7 +59,7 @@ def _largest(X: Any, orders: Any, cos: Any, sin: Any, consecutive: bool, n: int)
         for i in range(cells):
             here, before, after = abs(v[i]), abs(v[i - 1]), abs(v[i + 1 if i + 1 < cells else 0])
             if here >= least and here >= before and here >= after:
-                t, found = summit((i + 0.5) * step, v[i], step, pc, ps, orders, consecutive, c, s)
+                t, found = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
                 if abs(found) >= abs(value[r]):
                     value[r], time[r] = found, t
     return value, time
@@ -71,7 +70,5 @@ def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
 
     Times are in rad within ``[0, 2 pi)``; where several deviations are equally large one of them is given.
     """
-    table = grid(harmonics)
-    rows = np.require(X, float, ["C", "W"])
-    value, time = _largest(rows, table.orders, table.cos, table.sin, table.consecutive, harmonics.n)
+    value, time = _largest(np.require(X, float, ["C", "W"]), grid(harmonics))
     return value, np.mod(time, TWO_PI)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.trig.basis import grid, powers
+from slipstick.trig.basis import Grid, grid, powers
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 
@@ -32,11 +32,12 @@ def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> Non
 
 
 @compiled
-def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) -> None:
+def fill_matrix(length: float, C: Any, S: Any, grid: Grid, out: Any) -> None:
     """``W`` (L, L) from the accumulated length and primitives ``C_k, S_k`` (stored from k = 1)."""
+    orders = grid.orders
     half = 0.5 / pi
     out[0, 0] = half * length
-    for i in range(n):
+    for i in range(grid.n):
         a = int(orders[i])
         ci, si = half * C[a - 1], half * S[a - 1]
         ri = 2 * i + 1
@@ -57,16 +58,16 @@ def fill_matrix(length: float, C: Any, S: Any, orders: Any, n: int, out: Any) ->
 
 
 @inlined
-def fill_vectors(
-    length: float, ca: Any, sa: Any, cb: Any, sb: Any, orders: Any, n: int, h: Any, hv: Any
-) -> None:  # fmt: skip
+def fill_vectors(length: float, start: Any, end: Any, grid: Grid, h: Any, hv: Any) -> None:
     """``h = (1/pi) int H_+`` and ``h_v = (1/pi) int (tau - a) H_+`` over ``[a, a + length]``, both (L,).
 
-    ``ca, sa`` and ``cb, sb`` hold ``cos k t, sin k t`` (from k = 1) at the start and the end.
+    ``start`` and ``end`` (2, top) hold ``cos k t`` and ``sin k t`` (from k = 1) there.
     """
+    orders = grid.orders
+    ca, sa, cb, sb = start[0], start[1], end[0], end[1]
     h[0] = 0.5 * length / pi
     hv[0] = 0.25 * length * length / pi
-    for j in range(n):
+    for j in range(grid.n):
         m = orders[j]
         k = int(m) - 1
         p = 1.0 / (pi * m)
@@ -77,20 +78,20 @@ def fill_vectors(
 
 
 @compiled(allocates=True)
-def _interval(a: float, b: float, orders: Any, n: int, top: int) -> tuple[Any, Any, Any]:
-    room = top + 4
-    ca, sa, cb, sb = np.empty(room), np.empty(room), np.empty(room), np.empty(room)
-    C, S = np.zeros(room), np.zeros(room)
-    powers(a, top, ca, sa)
-    powers(b, top, cb, sb)
-    add_boundary(-1.0, ca, sa, C, S, top)
-    add_boundary(1.0, cb, sb, C, S, top)
+def _interval(a: float, b: float, grid: Grid) -> tuple[Any, Any, Any]:
+    n, top = grid.n, grid.top
+    start, end = np.empty((2, top + 4)), np.empty((2, top + 4))
+    C, S = np.zeros(top), np.zeros(top)
+    powers(a, top, start[0], start[1])
+    powers(b, top, end[0], end[1])
+    add_boundary(-1.0, start[0], start[1], C, S, top)
+    add_boundary(1.0, end[0], end[1], C, S, top)
     for k in range(top):
         C[k] /= k + 1.0
         S[k] /= k + 1.0
     W, h, hv = np.empty((2 * n + 1, 2 * n + 1)), np.empty(2 * n + 1), np.empty(2 * n + 1)
-    fill_matrix(b - a, C, S, orders, n, W)
-    fill_vectors(b - a, ca, sa, cb, sb, orders, n, h, hv)
+    fill_matrix(b - a, C, S, grid, W)
+    fill_vectors(b - a, start, end, grid, h, hv)
     return W, h, hv
 
 
@@ -103,6 +104,5 @@ def interval_integrals(harmonics: Harmonics, a: float, b: float) -> tuple[Array,
     >>> bool(np.allclose(W, np.eye(3))), bool(np.allclose(h, [1, 0, 0]))
     (True, True)
     """
-    orders = grid(harmonics).orders
-    W, h, hv = _interval(float(a), float(b), orders, harmonics.n, 2 * max(harmonics.highest, 1))
+    W, h, hv = _interval(float(a), float(b), grid(harmonics))
     return W, h, hv

@@ -33,13 +33,13 @@ polynomials ``|c_m|`` is the sum of their amplitudes, before any cancellation. A
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import SlipstickError
-from slipstick.trig.basis import TWO_PI, Array, basis, grid, third, value, values
+from slipstick.trig.basis import TWO_PI, Array, Grid, Polynomial, Scratch, basis, grid, third, value, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
 
@@ -53,6 +53,53 @@ TOO_MANY = (
 _UNIT = 2.0**-53
 
 
+class Cells(NamedTuple):
+    """A polynomial at the cell middles, and the work of a search."""
+
+    p: Any
+    """``p`` (cells,)."""
+    slope: Any
+    """``p'``."""
+    curve: Any
+    """``p''``."""
+    skip: Any
+    """Cells whose roots do not matter."""
+    margin: Any
+    """Room (cells,)."""
+    stack: Any
+    """Room for halved pieces (STACK, 2)."""
+
+
+class Roots(NamedTuple):
+    """Room for ascending roots, and whether the sign goes from minus to plus there."""
+
+    times: Any
+    rising: Any
+
+
+class Sought(NamedTuple):
+    """A polynomial whose roots are sought, with bounds of its derivatives and the floor of its rounding."""
+
+    p: Polynomial
+    grid: Grid
+    third: Any
+    """``B3 = sum m^3 |c_m|``"""
+    fourth: Any
+    """``B4 = sum m^4 |c_m|``"""
+    floor: Any
+    c: Any
+    """Room for a basis."""
+    s: Any
+
+
+@inlined
+def look(f: Sought, t: float) -> tuple[float, float, float, float]:
+    """``p, p', p'', p'''`` at a time."""
+    basis(t, f.grid, f.c, f.s)
+    v0, v1, v2 = values(f.p, f.grid.orders, f.c, f.s)
+    return v0, v1, v2, third(f.p, f.grid.orders, f.c, f.s)
+
+
 @inlined
 def rounding_floor(size: float, slope: float, n: int) -> float:
     """What the computed ``|p|`` must exceed for its sign to be certain: ``size`` is S, ``slope`` is B1 (see above)."""
@@ -60,8 +107,9 @@ def rounding_floor(size: float, slope: float, n: int) -> float:
 
 
 @inlined
-def bounds(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
+def bounds(p: Polynomial, m: Any) -> tuple[float, float]:
     """``B3 = sum m^3 |c_m|`` and ``B4 = sum m^4 |c_m|``."""
+    pc, ps = p.cos, p.sin
     bound, next_bound = 0.0, 0.0
     for j in range(pc.size):
         cube = m[j] * m[j] * m[j] * np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
@@ -71,14 +119,11 @@ def bounds(pc: Any, ps: Any, m: Any) -> tuple[float, float]:
 
 
 @inlined
-def polish(
-    left: float, right: float, rising: bool, t: float, start: Any, p0: float, pc: Any, ps: Any, m: Any,
-    consecutive: bool, bound: float, c: Any, s: Any,
-) -> float:  # fmt: skip
+def polish(left: float, right: float, rising: bool, t: float, start: Any, f: Sought) -> float:
     """The only root in ``[left, right]``: fourth-order steps (series reversion of the cubic Taylor polynomial), Newton
     steps where these are long, halving where a step would leave the bracket.
 
-    ``start`` holds ``p, p', p'', p'''`` at the first guess ``t`` (the last may be rough), ``bound`` is ``B4``.
+    ``start`` holds ``p, p', p'', p'''`` at the first guess ``t`` (the last may be rough).
     """
     v0, v1, v2, v3 = start
     rough = 0.1
@@ -98,53 +143,47 @@ def polish(
             d = u
             if abs(q) < 0.25 and abs(w) < 0.25:
                 d = u * (1.0 - q + 2.0 * q * q - w)
-                error = abs(u * q) * (q * q + abs(w)) * 5.0 + u * u * u * u * bound * abs(r) / 24.0 + rough * abs(u * w)
+                error = (
+                    abs(u * q) * (q * q + abs(w)) * 5.0 + u * u * u * u * f.fourth * abs(r) / 24.0 + rough * abs(u * w)
+                )
             inside = left <= t + d <= right
         if not inside:
             d, error = 0.5 * (left + right) - t, 1.0
         t = min(max(t + d, left), right)
         if error < 1e-16 or right - left < 1e-15:
             return t
-        basis(t, m, consecutive, c, s)
-        v0, v1, v2 = values(p0, pc, ps, m, c, s)
-        v3 = third(pc, ps, m, c, s)
+        v0, v1, v2, v3 = look(f, t)
         rough = 0.0
     return t
 
 
 @compiled
-def between(left: float, right: float, sign: int, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
-    bound: float, c: Any, s: Any) -> float:  # fmt: skip
+def between(left: float, right: float, sign: int, f: Sought) -> float:
     """A crossing between two times with certain signs, ``sign`` at the right one."""
     t = 0.5 * (left + right)
-    basis(t, m, consecutive, c, s)
-    v0, v1, v2 = values(p0, pc, ps, m, c, s)
-    start = (v0, v1, v2, third(pc, ps, m, c, s))
-    return polish(left, right, sign > 0, t, start, p0, pc, ps, m, consecutive, bound, c, s)
+    return polish(left, right, sign > 0, t, look(f, t), f)
 
 
 @inlined
-def edge_sign(t: float, taylor: float, doubt: float, floor: float, p0: float, pc: Any, ps: Any, m: Any,
-    consecutive: bool, c: Any, s: Any) -> int:  # fmt: skip
+def edge_sign(t: float, taylor: float, doubt: float, f: Sought) -> int:
     """Sign of ``p`` at the edge of a piece, 0 where it is not certain; ``taylor`` is right within ``doubt``."""
-    if abs(taylor) <= doubt + floor:
-        basis(t, m, consecutive, c, s)
-        taylor = value(p0, pc, ps, c, s)
-        if abs(taylor) <= floor:
+    if abs(taylor) <= doubt + f.floor:
+        basis(t, f.grid, f.c, f.s)
+        taylor = value(f.p, f.c, f.s)
+        if abs(taylor) <= f.floor:
             return 0
     return 1 if taylor > 0.0 else -1
 
 
 @inlined
 def search_cell(
-    left: float, right: float, middle: Any, before: Any, p0: float, pc: Any, ps: Any, m: Any, consecutive: bool,
-    limits: Any, floor: float, c: Any, s: Any, stack: Any, roots: Any, rising: Any, count: int,
-) -> tuple[int, int, float, int, float]:  # fmt: skip
+    left: float, right: float, middle: Any, before: Any, f: Sought, stack: Any, found: Roots, count: int
+) -> tuple[int, int, float, int, float]:
     """Append the crossings in one cell, halving it until each piece is decided.
 
-    ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle; ``limits`` is (B3, B4);
-    ``before`` is the last certain sign, its time, and whether the left edge has been looked at (an edge belongs to two
-    pieces and is judged once). Pieces that stay within rounding make no roots.
+    ``middle`` holds ``p, p', p''`` and, roughly, the third derivative at the cell's middle; ``before`` is the last
+    certain sign, its time, and whether the left edge has been looked at (an edge belongs to two pieces and is judged
+    once). Pieces that stay within rounding make no roots.
     Returns the new count, or ``FULL``, the last certain sign and its time, and the first met here and its time.
     """
     sign, since, seen = before
@@ -152,17 +191,15 @@ def search_cell(
     top = 0
     known = True
     v0, v1, v2, v3 = middle
-    bound, next_bound = limits
+    floor = f.floor
     while True:
         t = 0.5 * (left + right)
         h = 0.5 * (right - left)
         if not known:
-            basis(t, m, consecutive, c, s)
-            v0, v1, v2 = values(p0, pc, ps, m, c, s)
-            v3 = third(pc, ps, m, c, s)
+            v0, v1, v2, v3 = look(f, t)
         known = False
         a1, a2 = abs(v1) * h, 0.5 * abs(v2) * h * h
-        rest = bound * h * h * h / 6.0
+        rest = f.third * h * h * h / 6.0
         none = abs(v0) > a1 + a2 + rest + floor
         monotone = a1 > 2.0 * a2 + 3.0 * rest + floor
         # a little above the floor, lest a stretch of values that equal it be halved to the last digit
@@ -174,22 +211,19 @@ def search_cell(
             continue
         for end in range(1 if seen and not none else 0, 2):
             at, d = (right, h) if end else (left, -h)
-            if none:
-                new = 1 if v0 > 0.0 else -1
-            else:
-                new = edge_sign(at, v0 + d * (v1 + 0.5 * d * v2), rest, floor, p0, pc, ps, m, consecutive, c, s)
+            new = 1 if v0 > 0.0 else -1
+            if not none:
+                new = edge_sign(at, v0 + d * (v1 + 0.5 * d * v2), rest, f)
             if new == 0:
                 continue
             if sign != 0 and new != sign:
-                if count == roots.size:
+                if count == found.times.size:
                     return FULL, sign, since, first, first_time
                 if end and monotone:
-                    roots[count] = polish(
-                        left, right, new > 0, t, (v0, v1, v2, v3), p0, pc, ps, m, consecutive, next_bound, c, s
-                    )
+                    found.times[count] = polish(left, right, new > 0, t, (v0, v1, v2, v3), f)
                 else:
-                    roots[count] = between(since, at, new, p0, pc, ps, m, consecutive, next_bound, c, s)
-                rising[count] = new > 0
+                    found.times[count] = between(since, at, new, f)
+                found.rising[count] = new > 0
                 count += 1
             if first == 0:
                 first, first_time = new, at
@@ -202,48 +236,46 @@ def search_cell(
 
 
 @compiled
-def close_period(
-    count: int, sign: int, since: float, first: int, first_time: float, p0: float, pc: Any, ps: Any, m: Any,
-    consecutive: bool, bound: float, c: Any, s: Any, roots: Any, rising: Any,
-) -> int:  # fmt: skip
-    """Add the crossing between the last certain sign of the period and the first one of the next, if they differ."""
-    if sign == first:
+def close_period(count: int, last: Any, first: Any, f: Sought, found: Roots) -> int:
+    """Add the crossing between the last certain sign of the period and the first one of the next, if they differ.
+
+    ``last`` and ``first`` are a sign and its time.
+    """
+    if last[0] == first[0]:
         return count
-    if count == roots.size:
+    if count == found.times.size:
         return FULL
-    t = between(since, first_time + TWO_PI, first, p0, pc, ps, m, consecutive, bound, c, s)
+    t = between(last[1], first[1] + TWO_PI, first[0], f)
     at = count
     if t >= TWO_PI:
         t -= TWO_PI
         for i in range(count, 0, -1):
-            roots[i], rising[i] = roots[i - 1], rising[i - 1]
+            found.times[i], found.rising[i] = found.times[i - 1], found.rising[i - 1]
         at = 0
-    roots[at], rising[at] = t, first > 0
+    found.times[at], found.rising[at] = t, first[0] > 0
     return count + 1
 
 
 @compiled
-def isolate(
-    p0: float, pc: Any, ps: Any, floor: float, g0: Any, g1: Any, g2: Any, skip: Any, margin: Any, m: Any,
-    consecutive: bool, c: Any, s: Any, stack: Any, roots: Any, rising: Any,
-) -> tuple[int, int]:  # fmt: skip
+def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scratch, found: Roots) -> tuple[int, int]:
     """All crossings of one polynomial, ascending; returns their number, or ``FULL``, and the first certain sign.
 
-    ``g0, g1, g2`` hold ``p, p', p''`` at the cell middles, ``floor`` is ``rounding_floor``. Crossings in cells with
-    ``skip`` are not all found, but where their number is odd one of them is, so that the directions of the others are
-    right.
+    ``floor`` is ``rounding_floor``. Crossings in cells with ``skip`` are not all found, but where their number is odd
+    one of them is, so that the directions of the others are right.
     """
-    bound, next_bound = bounds(pc, ps, m)
+    bound, next_bound = bounds(p, grid.orders)
     if not next_bound > 0.0 or not next_bound < 1e300:  # also where it is not a number, or overflows
-        return 0, 1 if p0 > 0.0 else (-1 if p0 < 0.0 else 0)
-    cells = g0.size
-    h = 0.5 * TWO_PI / cells
+        return 0, 1 if p.mean > 0.0 else (-1 if p.mean < 0.0 else 0)
+    f = Sought(p, grid, bound, next_bound, floor, scratch.c, scratch.s)
+    g0, g1, g2, skip, margin = cells.p, cells.slope, cells.curve, cells.skip, cells.margin
+    number = g0.size
+    h = 0.5 * TWO_PI / number
     half, rest = 0.5 * h * h, bound * h * h * h / 6.0 + floor
     count, sign, since, first, first_time = 0, 0, 0.0, 0, 0.0
     decided, seen = -1, False
-    for i in range(cells):
+    for i in range(number):
         margin[i] = abs(g0[i]) - abs(g1[i]) * h - abs(g2[i]) * half - rest
-    for i in range(cells):
+    for i in range(number):
         if skip[i]:
             seen = False
             continue
@@ -254,55 +286,46 @@ def isolate(
                 if first == 0:
                     first, first_time = new, left
                 if sign != 0 and new != sign:
-                    if count == roots.size:
+                    if count == found.times.size:
                         return FULL, first
-                    roots[count] = between(since, left, new, p0, pc, ps, m, consecutive, next_bound, c, s)
-                    rising[count] = new > 0
+                    found.times[count] = between(since, left, new, f)
+                    found.rising[count] = new > 0
                     count += 1
                 sign, since = new, left
             decided = i
             continue
         if decided == i - 1 and i > 0:
             sign, since, seen = (1 if g0[i - 1] > 0.0 else -1), left, True
-        v3 = (g2[i + 1 if i + 1 < cells else 0] - g2[i - 1]) / (4.0 * h)
+        v3 = (g2[i + 1 if i + 1 < number else 0] - g2[i - 1]) / (4.0 * h)
         count, sign, since, new, new_time = search_cell(
-            left, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since, seen), p0, pc, ps, m, consecutive,
-            (bound, next_bound), floor, c, s, stack, roots, rising, count,
-        )  # fmt: skip
+            left, 2.0 * h * (i + 1), (g0[i], g1[i], g2[i], v3), (sign, since, seen), f, cells.stack, found, count
+        )
         if count == FULL:
             return FULL, first
         if first == 0:
             first, first_time = new, new_time
         seen = True
-    if decided == cells - 1:
+    if decided == number - 1:
         sign, since = (1 if g0[decided] > 0.0 else -1), TWO_PI
-    count = close_period(
-        count, sign, since, first, first_time, p0, pc, ps, m, consecutive, next_bound, c, s, roots, rising
-    )
-    return count, first
+    return close_period(count, (sign, since), (first, first_time), f, found), first
 
 
 @compiled(allocates=True)
-def _roots(
-    p0: float, pc: Any, ps: Any, m: Any, cos: Any, sin: Any, consecutive: bool, room: int
-) -> tuple[int, Any, Any]:
-    cells, n = cos.shape[1], m.size
+def _roots(p: Polynomial, grid: Grid, room: int) -> tuple[int, Any, Any]:
+    cells, n, m = grid.cos.shape[1], grid.orders.size, grid.orders
     g = np.zeros((3, cells))
     for i in range(cells):
-        g[0, i], g[1, i], g[2, i] = values(p0, pc, ps, m, cos[:, i], sin[:, i])
-    size, slope = abs(p0), 0.0
+        g[0, i], g[1, i], g[2, i] = values(p, m, grid.cos[:, i], grid.sin[:, i])
+    size, slope = abs(p.mean), 0.0
     for j in range(n):
-        amplitude = np.sqrt(pc[j] * pc[j] + ps[j] * ps[j])
+        amplitude = np.sqrt(p.cos[j] * p.cos[j] + p.sin[j] * p.sin[j])
         size += amplitude
         slope += m[j] * amplitude
-    c, s = np.empty(n), np.empty(n)
-    found, rising = np.empty(room), np.empty(room, np.bool_)
-    skip = np.zeros(cells, np.bool_)
-    count, _ = isolate(
-        p0, pc, ps, rounding_floor(size, slope, n), g[0], g[1], g[2], skip, np.empty(cells), m, consecutive, c, s,
-        np.empty((STACK, 2)), found, rising,
-    )  # fmt: skip
-    return count, found, rising
+    work = Cells(g[0], g[1], g[2], np.zeros(cells, np.bool_), np.empty(cells), np.empty((STACK, 2)))
+    scratch = Scratch(np.empty(n), np.empty(n), np.empty((2, n)), np.empty((2, n)))
+    found = Roots(np.empty(room), np.empty(room, np.bool_))
+    count, _ = isolate(p, rounding_floor(size, slope, n), work, grid, scratch, found)
+    return count, found.times, found.rising
 
 
 def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
@@ -335,8 +358,7 @@ def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray
     table = grid(harmonics)
     pc, ps = np.zeros(table.orders.size), np.zeros(table.orders.size)
     pc[: harmonics.n], ps[: harmonics.n] = p[1::2], p[2::2]
-    room = 2 * harmonics.highest
-    count, times, rising = _roots(p[0], pc, ps, table.orders, table.cos, table.sin, table.consecutive, room)
+    count, times, rising = _roots(Polynomial(p[0], pc, ps), table, 2 * harmonics.highest)
     if count == FULL:
         raise SlipstickError(TOO_MANY.format(orders=list(harmonics.orders)))
     return np.asarray(times)[:count], np.asarray(rising)[:count]

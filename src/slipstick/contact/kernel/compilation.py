@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -13,9 +12,9 @@ COMPILE_TIME = "up to a minute"
 
 def is_compiled() -> bool:
     """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
-    from slipstick.contact.kernel import chunk
+    from slipstick.trig.compile_cache import cache_folder
 
-    return any(Path(chunk.stats.cache_path).glob("kernel.chunk-*.nbc"))
+    return any(cache_folder().glob("run-slipstick.contact.kernel.batch-*.nbc"))
 
 
 def compile_kernel() -> float:

@@ -1,0 +1,83 @@
+"""The compiled batch of contact elements: forces, tangents and sensitivities of many elements at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slipstick.contact.kernel.element import evaluate
+from slipstick.contact.kernel.tuples import (
+    Inputs,
+    Intervals,
+    Outputs,
+    Search,
+    Segments,
+    States,
+    Sums,
+    Workspace,
+)
+from slipstick.trig.basis import Grid, Scratch
+from slipstick.trig.compiled import compiled
+from slipstick.trig.roots import FULL, STACK
+
+DONE = -1
+"""What a run returns when every element was computed."""
+
+
+@compiled(allocates=True)
+def workspace(grid: Grid) -> Workspace:
+    """Room for the worst case: every polynomial with all its ``2 m_n`` roots, a slip onset in every segment."""
+    padded, cells, room = grid.orders.size, grid.cos.shape[1], grid.top + 2
+    many = 3 * room + 1
+    return Workspace(
+        np.empty((4, padded)),
+        Scratch(np.empty(padded), np.empty(padded), np.empty((2, padded)), np.empty((2, padded))),
+        Search(
+            np.empty((9, cells)), np.empty((6, padded)), np.empty(cells, np.bool_), np.empty(cells),
+            np.empty((STACK, 2)), np.empty((3, room)), np.empty((3, room), np.bool_), np.empty(3, np.int64),
+            np.empty(3, np.int64),
+        ),
+        Segments(
+            np.empty(many), np.empty(many, np.int64), np.empty(many, np.bool_), np.empty(many), np.empty(many),
+            np.empty(many), np.empty(many, np.bool_), np.empty(many), np.empty(many),
+        ),
+        Intervals(np.empty((2 * many, 3)), np.empty((2 * many, 2), np.int64)),
+        np.empty((2, 4)),
+        Sums(
+            np.empty((2 * many, 2, grid.top + 4)), np.empty((6, grid.top + 4)), np.empty(3), np.empty(3, np.int64),
+        ),
+        np.empty((8, 2 * grid.n + 1)),
+    )  # fmt: skip
+
+
+@compiled(allocates=True, nogil=True)
+def run(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: Any) -> int:
+    """Elements from ``first`` to ``last`` with one workspace; other threads may run theirs at the same time.
+
+    The last four are plain tuples of the fields of ``Inputs``, ``Grid``, ``Outputs`` and ``States``: numba knows the
+    type of a plain tuple at once, that of a named one only after microseconds.
+
+    Returns ``DONE``, or the number of an element that cannot be computed, where the run ends.
+    """
+    given, grid, out, kept = Inputs(*inputs), Grid(*tables), Outputs(*outputs), States(*states)
+    k = workspace(grid)
+    for e in range(first, last):
+        total = evaluate(
+            Inputs(given.X[e], given.Y[e], given.parameters[e]), grid, k,
+            Outputs(out.vectors[e], out.matrices[e], out.scalars[e]),
+        )  # fmt: skip
+        if total == FULL:
+            return e
+        if kept.totals.size:
+            kept.totals[e] = total
+            at, code = k.intervals.at, k.intervals.code
+            for i in range(total):
+                kept.at[e, i, 0], kept.at[e, i, 1], kept.at[e, i, 2] = at[i, 0], at[i, 1], at[i, 2]
+                kept.code[e, i, 0], kept.code[e, i, 1] = code[i, 0], code[i, 1]
+    return DONE
+
+
+def most_intervals(top: int) -> int:
+    """Room for the intervals of one element."""
+    return 2 * (3 * (top + 2) + 1)
