@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from functools import cached_property, partial
 from typing import Any
 
@@ -25,6 +26,7 @@ from slipstick.structure.checks import (
     within_range,
 )
 from slipstick.structure.definite import damping_faults, definite_faults
+from slipstick.structure.dynamic import DynamicStiffness, checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 
@@ -99,9 +101,9 @@ class MatrixStructure:
         )
         if faults:
             raise InputError(faults)
-        self.loss_factor = float(real(loss_factor))
+        self.loss_factor, self.damping = float(real(loss_factor)), 1.0
         self._dense = n <= DENSE_LIMIT
-        self.M, self.K, self.C = (self._form(given.get(name)) for name in ("M", "K", "C"))
+        self.M, self.K, self._viscous = (self._form(given.get(name)) for name in ("M", "K", "C"))
         self._check_definite()
 
     def _form(self, matrix: Any) -> Any:
@@ -121,6 +123,24 @@ class MatrixStructure:
         faults += definite_faults("K", self.K)
         if faults:
             raise InputError(faults)
+
+    @property
+    def C(self) -> Any:
+        """Viscous damping (n_dofs, n_dofs), the factor ``damping`` included, or None."""
+        return self._viscous if self._viscous is None or self.damping == 1.0 else self.damping * self._viscous
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters: ``loss_factor``, and ``damping``, a factor on the viscous damping, where there is any."""
+        return {"loss_factor": self.loss_factor} | ({} if self._viscous is None else {"damping": self.damping})
+
+    def changed(self, **values: float) -> MatrixStructure:
+        """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
+        new, given = copy(self), checked_values(self.values, values)
+        new.__dict__.pop("_poles", None)
+        new.loss_factor = given.get("loss_factor", self.loss_factor)
+        new.damping = given.get("damping", self.damping)
+        return new
 
     @property
     def dofs(self) -> tuple[str, ...]:
@@ -158,11 +178,11 @@ class MatrixStructure:
 
     @cached_property
     def _modal_damping(self) -> Array | None:
-        """Viscous damping of each mode if the modes diagonalise C, else None."""
+        """Viscous damping of each mode, without the factor on it, if the modes diagonalise it, else None."""
         squared, modes = self._modes
-        if self.C is None:
+        if self._viscous is None:
             return np.zeros(squared.size)
-        projected = modes.T @ self.C @ modes
+        projected = modes.T @ self._viscous @ modes
         diagonal = np.diag(projected).copy()
         rest = np.abs(projected - np.diag(diagonal)).max()
         return diagonal if rest <= 1e-12 * max(np.abs(diagonal).max(), 1e-300) else None
@@ -212,14 +232,16 @@ class MatrixStructure:
                 right=right.T @ modes,
                 stiffness=squared * (1.0 + 1j * self.loss_factor),
                 damping=self._modal_damping,
+                factor=self.damping,
                 static=static,
             )
-        if self._poles is not None:
-            poles, shapes_at_poles = self._poles
-            return PoleReceptance(
-                left=left.T @ shapes_at_poles, right=right.T @ shapes_at_poles, poles=poles, static=static
-            )
-        return SolvedReceptance(stiffness=self._stiffness, rows=left, columns=right, static=static)
+        solved = SolvedReceptance(stiffness=self._stiffness, rows=left, columns=right, static=static)
+        if self._poles is None:
+            return solved
+        poles, shapes_at_poles = self._poles
+        return PoleReceptance(
+            left=left.T @ shapes_at_poles, right=right.T @ shapes_at_poles, poles=poles, static=static, solved=solved
+        )
 
     def _static_solve(self, right: Array) -> Array:
         return np.asarray(self._static_factors(right), dtype=float)
@@ -239,14 +261,9 @@ class MatrixStructure:
         """Everything but the factors, which cannot be pickled."""
         return {name: value for name, value in self.__dict__.items() if name != "_static_factors"}
 
-    def _stiffness(self, w: float) -> tuple[Any, Any]:
-        """Dynamic stiffness ``Z(w)`` and ``dZ/dw``."""
-        stiffness = self.K * (1.0 + 1j * self.loss_factor) - w * w * self.M
-        slope = -2.0 * w * self.M
-        if self.C is not None:
-            stiffness = stiffness + 1j * w * self.C
-            slope = slope + 1j * self.C
-        return stiffness, slope
+    @property
+    def _stiffness(self) -> DynamicStiffness:
+        return DynamicStiffness(M=self.M, C=self._viscous, K=self.K, loss_factor=self.loss_factor, damping=self.damping)
 
     def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
         """Equations of motion in time; hysteretic damping becomes viscous, equal at each natural frequency."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +22,7 @@ from slipstick.structure.checks import (
     real,
     symmetry_faults,
 )
+from slipstick.structure.dynamic import checked_values
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
 from slipstick.structure.modal_files import modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
@@ -124,7 +126,7 @@ class ModalStructure:
         if wrong or not self._dofs:
             raise InputError(faults + wrong)
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
-        self.loss_factor, self.damping_ratio = real(loss_factor), real(damping_ratio)
+        self.loss_factor, self._viscous, self.damping = real(loss_factor), real(damping_ratio), 1.0
         self.second_residual = None if second_residual is None else real(second_residual)
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
         compliance = None if static_compliance is None else real(static_compliance)
@@ -136,7 +138,7 @@ class ModalStructure:
         self.static_compliance = self._modal_compliance if compliance is None else compliance
         self._check_residual()
         self.loss_factor = np.broadcast_to(self.loss_factor, self.omega.shape)
-        self.damping_ratio = np.broadcast_to(self.damping_ratio, self.omega.shape)
+        self._viscous = np.broadcast_to(self._viscous, self.omega.shape)
 
     def _check_residual(self) -> None:
         """What the modes leave out can only add compliance."""
@@ -310,17 +312,35 @@ class ModalStructure:
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""
         left, right, static, second = self._parts(rows, columns, shapes)
-        eta = np.asarray(self.loss_factor, dtype=float).ravel()
-        common: Any = 1.0 + 1j * eta[0] if eta[0] != 0 and np.all(eta == eta[0]) else 1.0
         return ModalReceptance(
             left=left,
             right=right,
             stiffness=self.omega**2 * (1.0 + 1j * self.loss_factor),
-            damping=2.0 * self.damping_ratio * self.omega,
+            damping=2.0 * self._viscous * self.omega,
+            factor=self.damping,
             static=static,
-            residual=(static - (left / self.omega**2) @ right.T) / common,
-            second=None if second is None else second / common**2,
+            residual=static - (left / self.omega**2) @ right.T,
+            second=second,
         )
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Named parameters: ``loss_factor`` (the mean of the modes'), and ``damping``, a factor on viscous damping."""
+        found = {"loss_factor": float(np.mean(self.loss_factor))}
+        return found | ({"damping": self.damping} if np.any(self._viscous) else {})
+
+    def changed(self, **values: float) -> ModalStructure:
+        """A copy with another ``loss_factor`` of all modes, or another factor ``damping``; InputError below 0."""
+        new, given = copy(self), checked_values(self.values, values)
+        if "loss_factor" in given:
+            new.loss_factor = np.full(self.omega.shape, given["loss_factor"])
+        new.damping = given.get("damping", self.damping)
+        return new
+
+    @property
+    def damping_ratio(self) -> Array:
+        """Viscous damping ratios (n_modes,), the factor ``damping`` included."""
+        return self.damping * self._viscous
 
     def _parts(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +16,9 @@ ComplexArray = NDArray[np.complex128]
 
 _SMALL = 2000
 """Below so many products complex numbers cost less than two real multiplications."""
+
+_ROUNDING = 1e-14
+"""Loss factors of modes are one up to that."""
 
 _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
@@ -34,7 +38,9 @@ def undamped(omega: Array, modes: Array, static: Array, second: Array | None = N
 
 
 class ModalReceptance:
-    """``A(w) = sum_r left_r right_r / (stiffness_r + i w damping_r - w^2) + residual + w^2 second``.
+    """``A(w) = sum_r left_r right_r / (stiffness_r + i w factor damping_r - w^2) + residual / e + w^2 second / e^2``.
+
+    ``e = 1 + i eta`` where one loss factor holds for all modes, else 1.
 
     Parameters
     ----------
@@ -47,7 +53,10 @@ class ModalReceptance:
     static
         Exact static compliance (n_rows, n_columns).
     residual, second
-        Compliance of the modes left out (n_rows, n_columns) and the coefficient of its growth with ``w^2``, or None.
+        Compliance of the modes left out (n_rows, n_columns) and the coefficient of its growth with ``w^2``, both
+        undamped, or None.
+    factor
+        On the viscous damping.
     """
 
     def __init__(
@@ -58,15 +67,32 @@ class ModalReceptance:
         stiffness: ArrayLike,
         damping: ArrayLike,
         static: Array,
-        residual: Array | ComplexArray | None = None,
-        second: Array | ComplexArray | None = None,
+        residual: Array | None = None,
+        second: Array | None = None,
+        factor: float = 1.0,
     ) -> None:
         self.static = static
         self._shape = static.shape
-        self._stiffness = np.asarray(stiffness, dtype=complex)
-        self._damping = 1j * np.asarray(damping, dtype=float)
+        self._e: complex | None = None
+        self._residual: NDArray[Any] | None = None
+        self._second: NDArray[Any] | None = None
+        self._viscous = 1j * np.asarray(damping, dtype=float)
+        self._damping = factor * self._viscous
         self._left, self._right = left, right
-        self._residual, self._second = residual, second
+        self._left_out = residual, second
+        self._set_stiffness(np.asarray(stiffness, dtype=complex))
+
+    def _set_stiffness(self, stiffness: NDArray[Any]) -> None:
+        """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
+        self._stiffness, self._e = stiffness, None
+        self._residual, self._second = self._left_out
+        if self._residual is not None or self._second is not None:
+            loss = stiffness.imag / stiffness.real
+            if np.all(np.abs(loss - loss[0]) <= _ROUNDING * abs(loss[0])):
+                self._e = 1.0 + 1j * float(loss[0])
+        if self._e is not None and self._e != 1.0:
+            self._residual = None if self._residual is None else self._residual / self._e
+            self._second = None if self._second is None else self._second / self._e**2
 
     @cached_property
     def _products(self) -> NDArray[Any]:
@@ -90,6 +116,29 @@ class ModalReceptance:
             value += cube * cube * self._second
             slope += 2.0 * cube * self._second
         return _by_omega(value.reshape(shape), slope.reshape(shape), places)
+
+    def changed(self, **values: float) -> ModalReceptance:
+        """A copy with another ``loss_factor``, the same for all modes, or factor ``damping`` on the viscous damping."""
+        if self.static.size * self._stiffness.size <= _LARGE:
+            self._products  # noqa: B018  made once, for all copies
+        new = copy(self)
+        if "damping" in values:
+            new._damping = values["damping"] * self._viscous
+        if "loss_factor" in values:
+            new._set_stiffness(self._stiffness.real * (1.0 + 1j * values["loss_factor"]))
+        return new
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by ``loss_factor`` (of all modes together) or ``damping``, of the shape of ``at``."""
+        _, w, shape = _places(orders, omega, self._shape)
+        D = 1.0 / (self._stiffness + w * (self._damping - w))
+        rate = 1j * self._stiffness.real if name == "loss_factor" else w * self._viscous
+        value = self._sum(-D * D * rate).reshape(w.size, *self._shape)
+        if name == "loss_factor" and self._e is not None:
+            for left_out, power in ((self._residual, 0), (self._second, 1)):
+                if left_out is not None:
+                    value -= 1j * (power + 1) / self._e * w[:, :, None] ** (2 * power) * left_out
+        return value.reshape(shape)
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
         """``factors @ products``; real products are multiplied with real and imaginary parts apart (half the work)."""
@@ -117,10 +166,14 @@ class PoleReceptance:
         (n_poles,), complex.
     static
         Exact static compliance (n_rows, n_columns).
+    solved
+        The same receptance by solutions, for other values of parameters and derivatives by them; None: there are none.
     """
 
-    def __init__(self, *, left: ComplexArray, right: ComplexArray, poles: ComplexArray, static: Array) -> None:
-        self.static = static
+    def __init__(
+        self, *, left: ComplexArray, right: ComplexArray, poles: ComplexArray, static: Array, solved: Any = None
+    ) -> None:
+        self.static, self._solved = static, solved
         self._poles, self._left, self._right = poles, left, right
 
     @cached_property
@@ -138,6 +191,16 @@ class PoleReceptance:
         value, slope = summed.reshape(2, *shape)
         return _by_omega(value, slope, places)
 
+    def changed(self, **values: float) -> SolvedReceptance:
+        """With other values of parameters: solved at each frequency, for other poles cost more."""
+        found: SolvedReceptance = self._solved.changed(**values)
+        return found
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by a parameter of the structure, of the shape of ``at``."""
+        found: ComplexArray = self._solved.by_parameter(name, orders, omega)
+        return found
+
 
 class SolvedReceptance:
     """``A(w) = rows^T Z(w)^-1 columns`` with one factorisation of ``Z(w)``, which need not be symmetric, a frequency.
@@ -147,7 +210,8 @@ class SolvedReceptance:
     Parameters
     ----------
     stiffness
-        ``stiffness(w)`` returns ``Z(w)`` and ``dZ/dw``, (n_dofs, n_dofs), dense or scipy sparse.
+        ``stiffness(w)`` returns ``Z(w)`` and ``dZ/dw``, (n_dofs, n_dofs), dense or scipy sparse; such as a
+        ``DynamicStiffness``, which knows parameters too.
     rows, columns
         Directions (n_dofs, n_rows) and (n_dofs, n_columns).
     static
@@ -172,6 +236,23 @@ class SolvedReceptance:
             value[i] = self._rows.T @ moved
             slope[i] = -solve(self._rows, True).T @ (dZ @ moved)
         return _by_omega(value.reshape(shape), slope.reshape(shape), places)
+
+    def changed(self, **values: float) -> SolvedReceptance:
+        """With other values of the parameters of the stiffness."""
+        stiffness: Any = self._stiffness
+        return SolvedReceptance(
+            stiffness=stiffness.changed(**values), rows=self._rows, columns=self._columns, static=self.static
+        )
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by a parameter of the stiffness: ``-(Z^-T rows)^T (dZ/dp) Z^-1 columns``, of the shape of ``at``."""
+        _, w, shape = _places(orders, omega, self.static.shape)
+        stiffness: Any = self._stiffness
+        value = np.empty((w.size, *self.static.shape), dtype=complex)
+        for i, each in enumerate(w[:, 0].tolist()):
+            solve = _solver(stiffness(each)[0])
+            value[i] = -solve(self._rows, True).T @ (stiffness.rate(name, each) @ solve(self._columns, False))
+        return value.reshape(shape)
 
 
 def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
