@@ -90,7 +90,7 @@ def _motion(balance: Balance, inputs: Inputs, w: Array, state: str) -> Array:
         x[chosen] = _ports(balance, w[chosen], stiffness, constant, inputs.P)
     force = np.einsum("pq,nql->npl", stiffness, x) + constant
     P = np.broadcast_to(inputs.P, (w.size, *inputs.P.shape))
-    return outputs.motion(x.reshape(w.size, -1), force, P, w)
+    return outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
 
 
 def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:

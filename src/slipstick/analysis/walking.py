@@ -162,7 +162,7 @@ def _settled_in_time(task: Task) -> Array | None:
         found = transient(problem, task.omega, periods=200, tolerance=1e-6)
     except InputError:  # no equations in time, or a law that is not known there: one more way that failed
         return None
-    compliance = task.balance.compliance(task.omega, anchored=False)
+    compliance = task.balance.compliance(task.omega, task.inputs.structure, anchored=False)
     by_port = (found.friction_coefficients, found.normal_coefficients)
     forces = [dict(enumerate(F[batch.elements] for F in by_port)) for batch in task.balance.batches]
     return -task.balance.moved_by(forces, task.inputs.P, compliance)

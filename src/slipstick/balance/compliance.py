@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,11 +15,16 @@ ComplexArray = NDArray[np.complex128]
 
 
 class Compliance:
-    """``conj(A)`` and its derivative by omega, (n_columns, n_rows, n + 1): harmonic 0 is static and real."""
+    """``conj(A)`` and its derivative by omega, (n_columns, n_rows, n + 1): harmonic 0 is static and real.
+
+    With ``along`` the derivative is that along a direction in the parameters of the structure, at fixed omega.
+    """
 
     __slots__ = ("slope", "value")
 
-    def __init__(self, receptance: Receptance, orders: Array, omega: float) -> None:
+    def __init__(
+        self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None = None
+    ) -> None:
         static = receptance.static
         shape = (static.shape[1], static.shape[0], orders.size + 1)
         self.value, self.slope = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
@@ -24,6 +32,8 @@ class Compliance:
         self.slope[:, :, 0] = 0.0
         if orders.size:
             value, slope = receptance.at(orders, omega)
+            if along:
+                slope = derivative_along(receptance, along, orders, omega)
             np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
             np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
 
@@ -38,6 +48,12 @@ class Compliance:
         B = turned @ V
         dB = turned @ (dV + 1j * (dV[:, :, :rows] * springs) @ B)
         self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
+
+
+def derivative_along(receptance: Any, along: Mapping[str, float], orders: Array, omega: float) -> ComplexArray:
+    """Derivative of a receptance along a direction in the parameters of its structure, (k, n_rows, n_columns)."""
+    parts = [rate * receptance.by_parameter(name, orders, omega) for name, rate in along.items()]
+    return np.asarray(np.add.reduce(parts, axis=0), dtype=complex)
 
 
 def undamped(value: ComplexArray, share: float) -> NDArray[np.bool_]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -41,15 +41,19 @@ class Given:
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """Contacts by batch, and load coefficients ``P`` (n_loads, L)."""
+    """Contacts by batch, load coefficients ``P`` (n_loads, L), and parameters of the structure that are not its own.
+
+    The latter are carried along; only paths in them have any (``slipstick.balance.paths``).
+    """
 
     batches: tuple[Given, ...]
     P: Array
+    structure: Mapping[str, float] = field(default_factory=dict)
 
     def map(self, change: Callable[..., Array], *others: Inputs) -> Inputs:
         """``change(name, own, *others')`` of every array; loads are "load"."""
         batches = (b.map(change, *(o.batches[k] for o in others)) for k, b in enumerate(self.batches))
-        return Inputs(batches=tuple(batches), P=change("load", self.P, *(o.P for o in others)))
+        return replace(self, batches=tuple(batches), P=change("load", self.P, *(o.P for o in others)))
 
     def moved(self, direction: Inputs, step: float) -> Inputs:
         """``self + step * direction``."""
@@ -75,4 +79,4 @@ class Inputs:
     def with_batch(self, k: int, **arrays: Any) -> Inputs:
         """A copy with other arrays in one batch."""
         changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
-        return Inputs(batches=changed, P=self.P)
+        return replace(self, batches=changed)

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from slipstick.balance.contacts import prescribed
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
-from slipstick.balance.paths import Line, Path
+from slipstick.balance.paths import Line, Path, StructureValue
 from slipstick.contact import traits
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import suggestion, text
+from slipstick.structure.dynamic import structure_values
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -34,12 +35,14 @@ RUBBING = "rubbing"
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """What a name stands for: a quantity of some contacts or of a load, or else a factor of the problem."""
+    """What a name stands for: a quantity of contacts, of a load, of the structure, or else a factor of the problem."""
 
     quantity: str
     members: tuple[tuple[int, int], ...] = ()
     """Contact pair and place in it of each contact."""
     load: LoadPart | None = None
+    structure: bool = False
+    """Whether it is a parameter of the structure."""
 
     def elements(self, problem: Problem) -> list[int]:
         """Their places in the heated batch."""
@@ -59,6 +62,8 @@ def parameter_target(problem: Problem, name: str) -> Target:
     found = find_load(problem, name)
     if found is not None:
         return Target(quantity=found[1], load=found[0])
+    if name in structure_values(problem.structure):
+        return Target(quantity=name, structure=True)
     raise InputError(f"there is no parameter '{name}'; {suggestion(name, [*known_parameters(problem)])}")
 
 
@@ -83,6 +88,7 @@ def known_parameters(problem: Problem) -> Iterator[str]:
     yield from dict.fromkeys(f"{ALL}.{quantity}" for pair in problem.contacts for quantity in pair.quantities)
     yield from dict.fromkeys(f"{RUBBING}.{part}" for pair in problem.contacts for part in pair.rubbing.names)
     yield from load_names(problem)
+    yield from structure_values(problem.structure)
     yield from FACTORS
 
 
@@ -108,6 +114,8 @@ def parameter_path(problem: Problem, name: str) -> Path:
     target, base = problem.parameter_target(name), problem.inputs
     if target.load is not None:
         return load_path(problem, target.load, target.quantity)
+    if target.structure:
+        return StructureValue(base, target.quantity)
     if target.quantity == "load":
         return _factor(problem, base, "load", {})
     if not target.members:

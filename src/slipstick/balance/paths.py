@@ -1,4 +1,4 @@
-"""How what is given to the balance moves with a parameter: along a line, or turning with a phase."""
+"""How what is given to the balance moves with a parameter: along a line, turning with a phase, with the structure."""
 
 from __future__ import annotations
 
@@ -47,3 +47,16 @@ class LoadPhase:
         P = inputs.P.copy()
         P[self.row, self.column : self.column + 2] = cosine, sine
         return replace(inputs, P=P)
+
+
+@dataclass(frozen=True)
+class StructureValue:
+    """A named parameter of the structure."""
+
+    base: Inputs
+    name: str
+
+    def at(self, value: float) -> tuple[Inputs, Inputs]:
+        """Inputs at a value of the parameter, and their derivative by it."""
+        zero = self.base.scaled(0.0)
+        return replace(self.base, structure={self.name: value}), replace(zero, structure={self.name: 1.0})

@@ -17,6 +17,7 @@ from slipstick.balance.compliance import Compliance, undamped
 from slipstick.balance.inputs import Given
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
+from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 
 Array = NDArray[np.float64]
@@ -85,9 +86,19 @@ class Balance:
             static = np.abs(self.receptance.static[own, own])
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 
-    def compliance(self, omega: float, *, anchored: bool = True) -> Compliance:
-        """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``."""
-        compliance = Compliance(self.receptance, self.orders, omega)
+    def compliance(
+        self,
+        omega: float,
+        structure: Mapping[str, float] | None = None,
+        along: Mapping[str, float] | None = None,
+        *,
+        anchored: bool = True,
+    ) -> Compliance:
+        """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``.
+
+        ``structure`` holds parameters of the structure that are not its own, ``along`` a direction in them.
+        """
+        compliance = Compliance(adjusted(self.receptance, structure or {}), self.orders, omega, along)
         if anchored and self.springs is not None:
             compliance.anchor(self.springs)
         return compliance

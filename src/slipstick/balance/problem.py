@@ -33,6 +33,7 @@ from slipstick.faults import (
     whole,
     wrong,
 )
+from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
 from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
@@ -223,6 +224,8 @@ class Problem:
         target = self.parameter_target(name)
         if target.load is not None:
             return target.load.value(target.quantity)
+        if target.structure:
+            return structure_values(self.structure)[target.quantity]
         if not target.members:
             return float(getattr(self, target.quantity))
         found = [self.contacts[p].values(target.quantity) for p, k in target.members]
@@ -242,6 +245,8 @@ class Problem:
             if target.quantity == "amplitude" and value < 0:
                 raise InputError(f"{name}: found {value:g}; expected an amplitude >= 0")
             return {"loads": target.load.changed(tuple(self.loads), target.quantity, value)}
+        if target.structure:
+            return {"structure": self.structure.changed(**{target.quantity: value})}  # type: ignore[attr-defined]
         if not target.members:
             if target.quantity != "load" and value < 0:
                 raise InputError(f"{name}: found {value:g}; expected a factor >= 0")

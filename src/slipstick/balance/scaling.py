@@ -38,7 +38,7 @@ class Scales:
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
     """Sizes at one frequency: linear responses, motion up to slip, motion of the counter surfaces."""
-    compliance = balance.compliance(omega)
+    compliance = balance.compliance(omega, inputs.structure)
     sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance).values()]
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
         sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]

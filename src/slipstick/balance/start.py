@@ -91,7 +91,7 @@ class FirstPoint:
         guess = self.guess
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
-        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega))
+        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega, self.inputs.structure))
         for name, x in motions.items():
             yield f"from the linear response, contacts {name}", lambda x=x: self._solve(x)  # type: ignore[misc]
         if self._essential() != self.balance.harmonics:
@@ -161,7 +161,7 @@ class FirstPoint:
         return self._solve(last.x) if last is not None and last.parameter == 1.0 else None
 
     def _simple(self) -> Iterator[Strategy]:
-        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega))
+        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega, self.inputs.structure))
         for name, x in motions.items():
             yield name, lambda x=x: self._solve(x)  # type: ignore[misc]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import power_along, warm_direction
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Path
@@ -51,7 +52,7 @@ class FrequencySystem:
         found = detail(balance, x, parameter, self.inputs, context)
         if found.heat is not None and found.heat.lost:
             return _undefined(x.size)
-        at = balanced(balance, x, found, balance.compliance(parameter))
+        at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
         moved = at.compliance.slope * at.G[:, None, :]
         slopes = by_omega(found)
         if any(slopes):
@@ -74,7 +75,7 @@ class ParameterSystem:
 
     def __init__(self, balance: Balance, path: Path, omega: float) -> None:
         self.balance, self.path, self.omega = balance, path, omega
-        self._compliance = balance.compliance(omega)
+        self._own = balance.compliance(omega)
 
     def at(self, parameter: float) -> tuple[Inputs, float]:
         """Inputs and frequency at ``parameter``."""
@@ -89,9 +90,11 @@ class ParameterSystem:
         found = detail(balance, x, self.omega, inputs, context)
         if found.heat is not None and found.heat.lost:
             return _undefined(x.size)
-        at = balanced(balance, x, found, self._compliance)
+        at = balanced(balance, x, found, self._compliance(inputs, direction))
         direction = _warm(found, direction)
-        slope = balance.moved_by(by_inputs(found, direction), direction.P, self._compliance)
+        slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)
+        if direction.structure:
+            slope += balance.answer(at.G, at.compliance.slope)
         if found.heat is not None and at.heat_columns is not None:
             slope += at.heat_columns @ power_along(found.heat, direction)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
@@ -102,6 +105,11 @@ class ParameterSystem:
         own = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(found, direction)]
         dpower = None if found.heat is None else rate * power_along(found.heat, direction)
         return force_rates(self.balance, found, dx, own, dpower), rate * direction.P
+
+    def _compliance(self, inputs: Inputs, direction: Inputs) -> Compliance:
+        if not (inputs.structure or direction.structure):
+            return self._own
+        return self.balance.compliance(self.omega, inputs.structure, direction.structure)
 
 
 def _warm(found: Detail, direction: Inputs) -> Inputs:

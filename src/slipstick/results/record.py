@@ -17,7 +17,8 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, layout_of
-from slipstick.results.truncation import moved, truncation
+from slipstick.results.truncation import Structures, moved, truncation
+from slipstick.structure.dynamic import adjusted
 
 Array = NDArray[np.float64]
 
@@ -72,8 +73,11 @@ class Outputs:
     def __len__(self) -> int:
         return len(self.names)
 
-    def motion(self, x: Array, force: Array, P: Array, omega: Array) -> Array:
-        """Coefficients (n, n_outputs, L) of n points: x (n, N), port forces (n, n_ports, L), loads (n, n_loads, L)."""
+    def motion(self, x: Array, force: Array, P: Array, omega: Array, structures: Structures) -> Array:
+        """Coefficients (n, n_outputs, L) of n points: x (n, N), port forces (n, n_ports, L), loads (n, n_loads, L).
+
+        ``structures`` holds for each the parameters of the structure that are not its own.
+        """
         b = self.balance
         X = x.reshape(len(x), b.n_ports, b.L)
         out = np.empty((len(x), len(self), b.L))
@@ -81,7 +85,7 @@ class Outputs:
             if port is not None:
                 out[:, i] = X[:, port[0]] / port[1]
         if self._far:
-            out[:, self._far] = self._answer(np.concatenate([force, -P], axis=1), omega)
+            out[:, self._far] = self._answer(np.concatenate([force, -P], axis=1), omega, structures)
         return out
 
     def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
@@ -97,18 +101,19 @@ class Outputs:
             G = b.excitation(detail.forces, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
             assert self.receptance is not None
-            at = Compliance(self.receptance, b.orders, detail.omega)
+            along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
+            at = Compliance(adjusted(self.receptance, detail.inputs.structure), b.orders, detail.omega, along)
             rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
-            if isinstance(system, FrequencySystem):
+            if along is None or along:
                 rates += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
             motion[self._far] = -b.real(np.add.reduce(at.value * G[:, None, :], axis=0)).reshape(-1, b.L)
             change[self._far] = -b.real(rates).reshape(-1, b.L)
         return motion, change
 
-    def _answer(self, G: Array, omega: Array) -> Array:
+    def _answer(self, G: Array, omega: Array, structures: Structures) -> Array:
         """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L)."""
         assert self.receptance is not None
-        out = moved(self.receptance, self.balance.orders, G[:, :, 1:], omega)
+        out = moved(self.receptance, self.balance.orders, G[:, :, 1:], omega, structures)
         out[:, :, 0] = -(G[:, :, 0] @ self.receptance.static.T)
         return out
 
@@ -149,7 +154,7 @@ class Recorder:
         }
         for k in range(len(b.batches)):
             self._of_batch(k, points, found, force)
-        motion = self.outputs.motion(x, force, P, omega)
+        motion = self.outputs.motion(x, force, P, omega, [p.detail.inputs.structure for p in points])
         outputs = self.outputs.names
         found |= {
             "omega": omega,

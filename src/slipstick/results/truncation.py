@@ -7,7 +7,8 @@ rubbing lacks the even ones most of all) and half as many again beyond it, at le
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from slipstick.contact.law import Motion
 from slipstick.results.measures import largest_deviation
+from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.trig.harmonics import Harmonics
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from slipstick.results.record import Outputs, Point
 
 Array = NDArray[np.float64]
+Structures = Sequence[Mapping[str, float]]
 
 WARNED = 1e-2
 """From here on results are warned of."""
@@ -54,7 +57,7 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
         found = _forces(balance, k, points, omega, wide)
         for i, port in enumerate(batch.ports):
             force[:, port.rows] = found[i][:, port.members][..., kept]
-    added = _added(outputs, force, omega, further.m.astype(float))
+    added = _added(outputs, force, omega, further.m.astype(float), [p.detail.inputs.structure for p in points])
     size = largest_deviation(h, np.concatenate([ports, motion], axis=1)).max(axis=1, initial=0.0)
     more = largest_deviation(further, added).max(axis=1, initial=0.0)
     return np.asarray(np.divide(more, size, out=np.zeros_like(size), where=size > 0))
@@ -94,16 +97,29 @@ def truncation_sentence(name: str, values: Array, estimate: Array) -> str | None
     )
 
 
-def _added(outputs: Outputs, F: Array, omega: Array, orders: Array) -> Array:
+def _added(outputs: Outputs, F: Array, omega: Array, orders: Array, structures: Structures) -> Array:
     """Motion of contact ports and far outputs (n, rows, 1 + 2 k) by forces (n, n_ports, 2 k) of the orders (k,)."""
     balance = outputs.balance
     G = np.concatenate([F, np.zeros((len(F), balance.n_loads, F.shape[2]))], axis=1)
     receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
-    return np.concatenate([moved(receptance, orders, G, omega) for receptance in receptances], axis=1)
+    return np.concatenate([moved(receptance, orders, G, omega, structures) for receptance in receptances], axis=1)
 
 
-def moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
-    """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), zero harmonic 0; in slices of limited memory."""
+def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structures: Structures) -> Array:
+    """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), zero harmonic 0.
+
+    ``structures`` (n) holds the parameters of the structure at each point that are not its own.
+    """
+    out, first = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size)), 0
+    for values, same in groupby(structures):
+        part = slice(first, first + len(list(same)))
+        out[part] = _moved(adjusted(receptance, values), orders, G[part], omega[part])
+        first = part.stop
+    return out
+
+
+def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
+    """The same of one structure, in slices of limited memory."""
     n = orders.size
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))

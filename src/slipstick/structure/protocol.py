@@ -51,7 +51,12 @@ class TimeEquations:
 
 @runtime_checkable
 class Structure(Protocol):
-    """A linear structure with named degrees of freedom."""
+    """A linear structure with named degrees of freedom.
+
+    A structure may have parameters that can be changed and followed by name, such as "loss_factor": ``values`` holds
+    them by name, ``changed(**values)`` is a copy with others. Its receptances then have ``changed(**values)`` too, and
+    ``by_parameter(name, orders, omega)``, their derivative, of the shape of ``at``.
+    """
 
     @property
     def dofs(self) -> tuple[str, ...]:

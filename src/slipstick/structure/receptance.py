@@ -245,7 +245,7 @@ class SolvedReceptance:
         )
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
-        """Derivative by a parameter of the stiffness: ``-(Z^-T rows)^T (dZ/dp) Z^-1 columns``, of the shape of ``at``."""
+        """Derivative by a parameter of the stiffness, shape as ``at``: ``-(Z^-T rows)^T (dZ/dp) Z^-1 columns``."""
         _, w, shape = _places(orders, omega, self.static.shape)
         stiffness: Any = self._stiffness
         value = np.empty((w.size, *self.static.shape), dtype=complex)

@@ -1,0 +1,107 @@
+"""Loss factor and viscous damping followed by name: derivatives, and curves against separate problems."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
+from slipstick.balance.ports import Balance
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.structure.modal import LoadShape
+
+CHAIN = np.array([[60.0, -20.0, 0.0], [-20.0, 50.0, -30.0], [0.0, -30.0, 45.0]])
+
+
+def structure(kind: str) -> object:
+    dofs = ["x", "y", "z"]
+    if kind == "modal":
+        shape = LoadShape(participation=[1.0, -0.4], static_response=[0.05, 0.06, 0.08])
+        modes = np.array([[0.3, 0.7], [0.6, 0.3], [0.7, -0.6]])
+        omega = np.array([3.6, 7.1])
+        return ss.ModalStructure(
+            omega=omega, mode_shapes=modes, static_compliance=(modes / omega**2) @ modes.T + 0.003 * np.eye(3),
+            dofs=dofs, loss_factor=0.05, damping_ratio=[0.02, 0.04], load_shapes={"wind": shape},
+        )  # fmt: skip
+    C = 0.01 * CHAIN + (np.diag([0.0, 0.3, 0.0]) if kind == "poles" else 0.0)
+    return ss.MatrixStructure(M=np.eye(3), C=C, K=CHAIN, dofs=dofs, loss_factor=0.05, load_shapes={"wind": [1.0, 1, 1]})
+
+
+def problem(kind: str = "modal") -> ss.Problem:
+    """A contact with a normal direction; outputs beside it, which need the receptance too."""
+    pair = ss.ContactPair(
+        name="rub", contact=ss.FrictionContact(kt=20.0, mu=0.4, kn=30.0, gap=-0.1), tangential="x", normal="y",
+        rubbing=ss.RubbingMotion(velocity=3.0),
+    )  # fmt: skip
+    loads = [ss.Load(shape="wind", sin=3.0), ss.Load(dof="z", cos=1.0)]
+    return ss.Problem(structure(kind), contacts=pair, loads=loads, harmonics=range(7), told=None)  # type: ignore[arg-type]
+
+
+def difference(f, at: float, step: float = 1e-4) -> np.ndarray:  # type: ignore[no-untyped-def]
+    return (8 * (f(at + step) - f(at - step)) - (f(at + 2 * step) - f(at - 2 * step))) / (12 * step)
+
+
+@pytest.mark.parametrize("anchored", [False, True])
+@pytest.mark.parametrize("name, value", [("loss_factor", 0.12), ("damping", 1.0), ("damping", 2.5)])
+@pytest.mark.parametrize("kind", ["modal", "modes", "poles"])
+def test_derivatives(kind: str, name: str, value: float, anchored: bool) -> None:
+    p = problem(kind)
+    assert name in known_parameters(p)
+    assert parameter_units(p, name) == "1"
+    balance, omega = Balance(p), 3.3
+    if anchored:
+        balance.springs = 1.0 / np.diag(balance.receptance.static)
+    x = 0.3 * np.random.default_rng(1).standard_normal(balance.size)
+    system = ParameterSystem(balance, parameter_path(p, name), omega)
+
+    def residual(at: float) -> np.ndarray:
+        other = p.with_parameter(name, at)
+        separate = Balance(other)
+        separate.springs = balance.springs
+        return FrequencySystem(separate, other.inputs).evaluate(x, omega).residual
+
+    found = system.evaluate(x, value)
+    assert found.residual == pytest.approx(residual(value), abs=1e-11)
+    wanted = difference(residual, value)
+    assert found.parameter_derivative == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
+    for column in (0, 5, balance.size - 1):
+        unit = np.eye(balance.size)[column]
+        wanted = difference(lambda s, unit=unit: system.evaluate(x + s * unit, value).residual, 0.0)
+        assert found.jacobian[:, column] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("kind", ["modal", "poles"])
+@pytest.mark.parametrize("name, span", [("loss_factor", (0.3, 0.0)), ("damping", (0.2, 4.0))])
+def test_curves_hold_the_solutions_of_separate_problems(kind: str, name: str, span: tuple[float, float]) -> None:
+    p, middle = problem(kind), 0.6 * span[0] + 0.4 * span[1]
+    branch = ss.parameter_response(p, name, span, omega=3.5, requested=[middle])
+    assert branch.outcome.ok
+    for point in (0, branch.at(middle), len(branch) - 1):
+        value = float(branch.dataset.parameter[point])
+        alone = ss.forced_response(p.with_parameter(name, value), omega=(3.5, 3.6)).dataset
+        for variable in ("displacement", "truncation", "amplitude", "friction_force"):
+            found = branch.dataset[variable].values[point]
+            assert found == pytest.approx(alone[variable].values[0], rel=1e-6, abs=1e-8), variable
+    assert branch.check_in_time(branch.at(middle)).converged
+
+
+def test_a_peak_over_damping_is_one() -> None:
+    """Beside the contact an amplitude has an extreme over damping; the located one is higher than its neighbours."""
+    p = problem("poles")
+    branch = ss.parameter_response(p, "damping", (0.0, 12.0), omega=5.9)
+    found = [(value, size, k) for k, dof in enumerate(("x", "y", "z")) for value, size in branch.peaks(dof)]
+    assert found
+    for value, size, k in found:
+        for beside in (value - 0.05, value + 0.05):
+            alone = ss.forced_response(p.with_parameter("damping", beside), omega=(5.9, 6.0)).dataset
+            assert float(alone.amplitude[0, k]) < size
+
+
+def test_what_a_structure_does_not_have_is_no_parameter() -> None:
+    bare = ss.Problem(ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"]), told=None)
+    assert bare.parameter("loss_factor") == 0.0
+    with pytest.raises(ss.InputError, match="there is no parameter 'damping'"):
+        bare.parameter("damping")
+    with pytest.raises(ss.InputError, match=r"loss_factor: found -1.0; expected a number >= 0"):
+        bare.with_parameter("loss_factor", -1.0)
