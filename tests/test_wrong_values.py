@@ -112,13 +112,14 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "MatrixStructure": (
         lambda: ss.MatrixStructure,
-        {"M": [[1.0]], "K": [[40.0]], "dofs": ["x"], "C": [[0.4]], "loss_factor": 0.1, "load_shapes": {"p": [1.0]}},
+        {"M": [[1.0]], "K": [[40.0]], "dofs": ["x"], "C": [[0.4]], "loss_factor": 0.1, "load_shapes": {"p": [1.0]},
+         "damping": 1.0},
     ),
     "ModalStructure": (
         lambda: ss.ModalStructure,
         {
             "omega": [10.0], "mode_shapes": [[1.0]], "dofs": ["x"], "static_compliance": [[0.02]], "loss_factor": 0.1,
-            "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {},
+            "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {}, "damping": 1.0,
         },
     ),
     "reduce": (

@@ -98,6 +98,17 @@ def test_a_peak_over_damping_is_one() -> None:
             assert float(alone.amplitude[0, k]) < size
 
 
+def test_a_factor_survives_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """Over damping from a structure whose own factor is not 1: the file's problem is the same at every point."""
+    p = problem("modes").with_parameter("damping", 2.0)
+    branch = ss.parameter_response(p, "damping", (1.0, 3.0), omega=3.5)
+    again = ss.load(branch.save(tmp_path / "r.nc"))
+    assert again.problem is not None
+    assert again.problem.parameter("damping") == 2.0
+    assert again.check_in_time(len(again) - 1).relative_difference < 0.02
+    assert again.dataset.parameter.attrs["units"] == "1"
+
+
 def test_what_a_structure_does_not_have_is_no_parameter() -> None:
     bare = ss.Problem(ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"]), told=None)
     assert bare.parameter("loss_factor") == 0.0

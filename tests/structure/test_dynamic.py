@@ -97,6 +97,12 @@ def test_copies(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     again = pickle.loads(pickle.dumps(changed.changed(damping=0.0).changed(loss_factor=0.03, damping=1.0)))
     value, own = (projected(s).at(ORDERS, 3.0)[0] for s in (again, structure))
     assert value == pytest.approx(own, rel=1e-10)
+    made_again = type(structure)(**changed.arguments)
+    assert made_again.values == pytest.approx(changed.values)
+    value, own = (projected(s).at(ORDERS, 3.0)[0] for s in (made_again, changed))
+    assert value == pytest.approx(own, rel=1e-10)
+    with pytest.raises(ss.InputError, match="damping: the smallest entry is -2"):
+        type(structure)(**(changed.arguments | {"damping": -2.0}))
     C, tripled = (s.time_equations(np.eye(N), np.eye(N)).C for s in (structure.changed(loss_factor=0.0), changed))
     assert np.abs(tripled).max() > 2.9 * np.abs(C).max()
     for wrong, words in (({"loss_factor": -0.1}, "loss_factor: found -0.1; expected a number >= 0"),

@@ -54,6 +54,8 @@ class MatrixStructure:
         Structural (hysteretic) loss factor, >= 0.
     load_shapes
         Distributed loads: name -> forces on all dofs (n_dofs,).
+    damping
+        Factor on C, >= 0: the parameter "damping".
 
     Raises
     ------
@@ -79,6 +81,7 @@ class MatrixStructure:
         C: Any = None,
         loss_factor: float = 0.0,
         load_shapes: Mapping[str, ArrayLike] | None = None,
+        damping: float = 1.0,
     ) -> None:
         self._dofs, faults = dof_names(dofs)
         n = len(self._dofs)
@@ -96,12 +99,11 @@ class MatrixStructure:
             wrong = number_faults(where, value)
             self._shapes[name] = np.zeros(n) if wrong else real(value)
             faults += wrong or array_faults(where, self._shapes[name], (n,))
-        faults += number_faults("loss_factor", loss_factor) or array_faults(
-            "loss_factor", real(loss_factor), (), non_negative=True
-        )
+        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
+            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
         if faults:
             raise InputError(faults)
-        self.loss_factor, self.damping = float(real(loss_factor)), 1.0
+        self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
         self._dense = n <= DENSE_LIMIT
         self.M, self.K, self._viscous = (self._form(given.get(name)) for name in ("M", "K", "C"))
         self._check_definite()
@@ -150,8 +152,10 @@ class MatrixStructure:
     @property
     def arguments(self) -> dict[str, Any]:
         """What an equal structure is made from; matrices that are mostly zeros as sparse ones."""
-        matrices = {name: _thin(matrix) for name in ("M", "C", "K") if (matrix := getattr(self, name)) is not None}
-        return {**matrices, "dofs": self._dofs, "loss_factor": self.loss_factor, "load_shapes": self._shapes}
+        given = {"M": self.M, "C": self._viscous, "K": self.K}
+        matrices = {name: _thin(matrix) for name, matrix in given.items() if matrix is not None}
+        numbers = {"loss_factor": self.loss_factor, "damping": self.damping}
+        return {**matrices, **numbers, "dofs": self._dofs, "load_shapes": self._shapes}
 
     @property
     def load_shapes(self) -> tuple[str, ...]:

@@ -86,6 +86,8 @@ class ModalStructure:
         static compliance it is a sum over the modes left out and has no negative eigenvalue.
     load_shapes
         Distributed loads by name.
+    damping
+        Factor on the viscous damping ratios, >= 0: the parameter "damping".
 
     Raises
     ------
@@ -111,6 +113,7 @@ class ModalStructure:
         damping_ratio: ArrayLike = 0.0,
         second_residual: ArrayLike | None = None,
         load_shapes: Mapping[str, LoadShape] | None = None,
+        damping: float = 1.0,
     ) -> None:
         self._dofs, faults = dof_names(dofs)
         given = {
@@ -120,13 +123,16 @@ class ModalStructure:
             "loss_factor": loss_factor,
             "damping_ratio": damping_ratio,
             "second_residual": second_residual,
+            "damping": damping,
         }
         shapes = named_shapes(load_shapes, faults)
         wrong = modal_number_faults(given, shapes)
         if wrong or not self._dofs:
             raise InputError(faults + wrong)
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
-        self.loss_factor, self._viscous, self.damping = real(loss_factor), real(damping_ratio), 1.0
+        self.loss_factor, self._viscous = real(loss_factor), real(damping_ratio)
+        faults += array_faults("damping", real(damping), (), non_negative=True)
+        self.damping = float(real(damping)) if np.ndim(damping) == 0 else 1.0
         self.second_residual = None if second_residual is None else real(second_residual)
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
         compliance = None if static_compliance is None else real(static_compliance)
@@ -294,9 +300,9 @@ class ModalStructure:
     @property
     def arguments(self) -> dict[str, Any]:
         """What an equal structure is made from."""
-        names = ("omega", "mode_shapes", "dofs", "loss_factor", "damping_ratio", "second_residual")
+        names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping")
         compliance = self.static_compliance if self._knows_residual else None
-        given = {name: getattr(self, name) for name in names}
+        given = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
         return {**given, "static_compliance": compliance, "load_shapes": self.shapes}
 
     @property
