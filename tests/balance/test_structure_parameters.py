@@ -68,7 +68,7 @@ def test_derivatives(kind: str, name: str, value: float, anchored: bool) -> None
     for column in (0, 5, balance.size - 1):
         unit = np.eye(balance.size)[column]
         wanted = difference(lambda s, unit=unit: system.evaluate(x + s * unit, value).residual, 0.0)
-        assert found.jacobian[:, column] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
+        assert found.jacobian.matrix[:, column] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("kind", ["modal", "poles"])

@@ -210,8 +210,7 @@ class ModalStructure:
         n, modes = len(self._dofs), self.omega.size
         faults = array_faults("omega", self.omega, (modes,), positive=True)
         faults += array_faults("mode_shapes", self.mode_shapes, (n, modes))
-        for name in ("loss_factor", "damping_ratio"):
-            value = getattr(self, name)
+        for name, value in (("loss_factor", self.loss_factor), ("damping_ratio", self._viscous)):
             faults += array_faults(name, value, (modes,) if value.ndim else (), non_negative=True)
         compliances = {"static_compliance": static_compliance, "second_residual": self.second_residual}
         for name, given in compliances.items():
