@@ -35,7 +35,7 @@ _PUBLIC = {
     "FrictionCurve": "slipstick.thermal.friction_curve",
     "ThermalModel": "slipstick.thermal.model",
     "Branch": "slipstick.results.branch",
-    "load": "slipstick.io.store",
+    "load": "slipstick.io.loading",
     "forced_response": "slipstick.analysis.response",
     "parameter_response": "slipstick.analysis.response",
     "linear_response": "slipstick.analysis.response",
@@ -68,7 +68,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.errors import SlipstickWarning as SlipstickWarning
     from slipstick.fem.materials import Material as Material
     from slipstick.importers.import_model import import_model as import_model
-    from slipstick.io.store import load as load
+    from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts

@@ -19,7 +19,8 @@ from slipstick.app import run as run_module
 from slipstick.app.cli import app
 from slipstick.app.init import examples
 from slipstick.contact.kernel.compilation import compile_kernel
-from slipstick.io.store import ResultStore, load_dataset
+from slipstick.io.loading import load_dataset
+from slipstick.io.store import ResultStore
 
 GOOD = """
 format = 1

@@ -341,7 +341,7 @@ def test_check_tells_of_the_full_model(tmp_path: Path) -> None:
 def test_turbine_blade_through_the_command_line(tmp_path: Path) -> None:
     """Import with the fir tree fixed, four contacts on the tip, pressure: the first resonance as by the objects."""
     pytest.importorskip("mapdl_archive")
-    from slipstick.io.store import load_dataset
+    from slipstick.io.loading import load_dataset
 
     fixed = [word for k in range(1, 5) for word in ("--fix", f"FIRTREE{k}")]
     imported = CliRunner().invoke(

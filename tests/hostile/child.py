@@ -26,7 +26,7 @@ from typer.testing import CliRunner
 
 from slipstick.app.cli import app
 from slipstick.errors import InputError
-from slipstick.io.store import load
+from slipstick.io.loading import load
 
 MEGABYTE = 1 << 20
 HANGS = 60

@@ -17,7 +17,8 @@ import numpy as np
 import xarray
 
 from slipstick.app.run import run_case
-from slipstick.io.store import ResultStore, load_dataset
+from slipstick.io.loading import load_dataset
+from slipstick.io.store import ResultStore
 
 CASE = """\
 format = 1

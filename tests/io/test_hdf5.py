@@ -15,9 +15,9 @@ from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io.loading import load_dataset
 from slipstick.io.model_file import load_model, save_model
 from slipstick.io.netcdf import Group, Variable, write_netcdf
-from slipstick.io.store import load_dataset
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 

@@ -20,7 +20,8 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
 from slipstick.io.journal import Journal, journal_of, read_journal
-from slipstick.io.store import ResultStore, load_dataset, remove_leftovers, save_dataset
+from slipstick.io.loading import load_dataset
+from slipstick.io.store import ResultStore, remove_leftovers, save_dataset
 from slipstick.results.schema import Declared, Layout
 
 LAYOUT = Layout(

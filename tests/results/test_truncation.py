@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.io.store import load
+from slipstick.io.loading import load
 from slipstick.results.branch import Branch
 from slipstick.results.truncation import truncation_sentence, with_further
 from slipstick.verify.oscillator_checks import oscillator

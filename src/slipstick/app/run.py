@@ -163,7 +163,7 @@ class _Run:
 
     def _draw(self) -> None:
         from slipstick.app.figures import draw_figures
-        from slipstick.io.store import load_dataset
+        from slipstick.io.loading import load_dataset
 
         try:
             draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
@@ -173,7 +173,7 @@ class _Run:
             self.failures.append(f"figures: {internal_sentence(error)}")
 
     def _summary(self, found: int) -> None:
-        from slipstick.io.store import load_dataset
+        from slipstick.io.loading import load_dataset
 
         if found:
             data = load_dataset(self.folder.results)

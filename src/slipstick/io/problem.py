@@ -32,6 +32,8 @@ from slipstick.trig.harmonics import Harmonics
 if TYPE_CHECKING:
     import xarray
 
+GROUP = "problem"
+"""Name of the group in a results file."""
 FORMAT = 1
 MOST_MODAL_DOFS = 20_000
 """A modal structure has the square of that many compliances, which no other size in a file bounds."""
@@ -117,10 +119,8 @@ def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, s
     SlipstickWarning
         Where there is one that cannot be read.
     """
-    from slipstick.io.store import PROBLEM
-
     try:
-        group = read_netcdf(path, PROBLEM)
+        group = read_netcdf(path, GROUP)
         if DESCRIPTION not in group.attributes:
             return None, str(group.attributes.get(WITHOUT, "the file does not hold it"))
         if int(group.attributes["format"]) > FORMAT:
