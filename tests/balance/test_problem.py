@@ -160,3 +160,15 @@ def test_one_thing_stands_for_a_list_of_one() -> None:
     p = problem()
     alone = problem(contacts=p.contacts[0], loads=p.loads[0], harmonics=10, outputs="x")
     assert (alone.contacts, alone.loads, alone.harmonics, alone.outputs) == (p.contacts, p.loads, p.harmonics, ("x",))
+
+
+def test_a_surface_cannot_move_along_a_port_that_is_not_there() -> None:
+    law = ss.SampledLaw(force=lambda q, velocity: q**3, ports=("along",))
+    pair = ss.ContactPair(
+        name="spring", contact=law, ports={"along": "x"}, rubbing=ss.RubbingMotion(normal_cos={1: 0.1})
+    )
+    structure = ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"], loss_factor=0.1)
+    with pytest.raises(
+        ss.InputError, match="normal_cos1 moves the surface along a port called 'normal', which its law"
+    ):
+        ss.Problem(structure, contacts=pair, told=None)

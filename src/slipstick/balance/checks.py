@@ -8,6 +8,8 @@ from math import isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from slipstick.balance.contacts import direction_faults
 from slipstick.balance.warm import heat_faults
 from slipstick.contact.rubbing import common_period
@@ -150,6 +152,12 @@ def _rubbing_faults(pair: ContactPair, orders: Sequence[int], factor: int) -> It
     for order in pair.rubbing.orders:
         if order * factor not in orders:
             yield f"contact '{pair.name}', rubbing motion: {_not_kept(order, factor, orders)}"
+    across = [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
+    if across and "normal" not in pair.contact.ports:
+        yield (
+            f"contact '{pair.name}', rubbing motion: {across[0]} moves the surface along a port called 'normal', which "
+            f"its law does not have; it has {', '.join(pair.contact.ports)}"
+        )
 
 
 def _not_kept(harmonic: int, factor: int, orders: Sequence[int]) -> str:
