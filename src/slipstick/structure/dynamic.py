@@ -53,5 +53,13 @@ def checked_values(known: Mapping[str, float], given: Mapping[str, Any]) -> dict
 
 
 def adjusted(receptance: Any, values: Mapping[str, float]) -> Any:
-    """A receptance with other values of the structure's parameters."""
-    return receptance.changed(**values) if values else receptance
+    """A receptance with other values of the structure's parameters; InputError where it knows none."""
+    if not values:
+        return receptance
+    missing = [name for name in ("changed", "by_parameter") if not hasattr(receptance, name)]
+    if missing:
+        raise InputError(
+            f"{', '.join(values)} cannot be followed: a {type(receptance).__name__} has no {missing[0]}; "
+            "change the structure instead, one problem for each value"
+        )
+    return receptance.changed(**values)
