@@ -56,6 +56,6 @@ def derivative_along(receptance: Any, along: Mapping[str, float], orders: Array,
     return np.asarray(np.add.reduce(parts, axis=0), dtype=complex)
 
 
-def undamped(value: ComplexArray, share: float) -> NDArray[np.bool_]:
+def lossless(value: ComplexArray, share: float) -> NDArray[np.bool_]:
     """Where receptances of directions over themselves have no more than ``share`` of themselves out of phase."""
     return np.asarray(np.abs(value.imag) <= share * np.abs(value))

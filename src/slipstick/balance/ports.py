@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.batches import Column, batches_of
-from slipstick.balance.compliance import Compliance, undamped
+from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
@@ -82,7 +82,7 @@ class Balance:
         """
         own = np.arange(self.n_ports)
         value = self.receptance.at(self.orders, omega)[0][:, own, own]
-        if np.any(np.all(undamped(value, _UNDAMPED), axis=0)):
+        if np.any(np.all(lossless(value, _UNDAMPED), axis=0)):
             static = np.abs(self.receptance.static[own, own])
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 

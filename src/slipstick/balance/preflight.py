@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.balance.batches import batches_of
-from slipstick.balance.compliance import undamped
+from slipstick.balance.compliance import lossless
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.contact import traits
 
@@ -168,7 +168,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         rows = columns = problem.direction_matrix({dof: 1.0} for dof in (dofs or problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
     value, _ = problem.structure.project(rows, columns, shapes).at(np.ones(1), at)
-    if np.all(undamped(value, _UNDAMPED)):
+    if np.all(lossless(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "
             "is infinite and the motion may have no bound; give a little damping, for instance a loss factor of 1e-6"

@@ -18,7 +18,7 @@ from slipstick.solve.arc import Arc, ArclengthScaling, Metric
 from slipstick.solve.corrector import Corrector, Step, angle
 from slipstick.solve.events import Event, turning_points
 from slipstick.solve.locate import Locator
-from slipstick.solve.newton import SINGULAR, Evaluation, NewtonOptions, NewtonResult, System
+from slipstick.solve.newton import SINGULAR_JACOBIAN, Evaluation, NewtonOptions, NewtonResult, System
 from slipstick.solve.stepsize import StepOptions, next_step
 
 __all__ = [
@@ -208,7 +208,7 @@ class Continuation(Iterator[Step]):
         while self.points < self._options.max_points:
             new, reason = self._advance(last, arc)
             if new is None:
-                outcome = Outcome.SINGULAR if reason == SINGULAR else Outcome.STEP_TOO_SMALL
+                outcome = Outcome.SINGULAR if reason == SINGULAR_JACOBIAN else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {reason})")
             for located in self._locator.between(last, new):
                 yield located

@@ -25,7 +25,7 @@ EPSILON = float(np.finfo(float).eps)
 _CLEAR_GAIN = 0.5
 _WORST_LOSS = 10.0
 _STILL_A_SOLUTION = 1e-3
-SINGULAR = "the Jacobian is singular"
+SINGULAR_JACOBIAN = "the Jacobian is singular"
 
 
 class Evaluation(NamedTuple):
@@ -251,14 +251,14 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
         result.reason = "the residual is not finite"
         return None
     if result.jacobian.singular:
-        result.correction_norm, result.reason = np.inf, SINGULAR
+        result.correction_norm, result.reason = np.inf, SINGULAR_JACOBIAN
         return None
     step = result.jacobian.solve(result.residual)
     result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
     if not isfinite(result.correction_norm):
-        result.reason = SINGULAR
+        result.reason = SINGULAR_JACOBIAN
         return None
     return step
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 Array = NDArray[np.float64]
 
 
-class _Factorised:
+class _Factorised(ABC):
     """LU factors, made on first use in the memory they stay in; a kind says its size and how it is written there."""
 
     __slots__ = ("_lu",)
@@ -19,12 +20,21 @@ class _Factorised:
     _lu: tuple[Array, NDArray[np.int32], int] | None
 
     @property
+    @abstractmethod
     def size(self) -> int:
-        raise NotImplementedError
+        """N."""
 
+    @abstractmethod
     def write(self, out: Array) -> None:
         """Write all entries into ``out`` (N, N)."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
+        """``J @ x``, or the transpose times x."""
+
+    @abstractmethod
+    def bound(self, x: Array) -> Array:
+        """``|J| @ |x|``."""
 
     def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
         """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""
@@ -55,14 +65,6 @@ class _Factorised:
     def bordered(self, column: Array, row: Array) -> BorderedDense:
         """With a further column (N,) and row (N + 1,)."""
         return BorderedDense(self, column, row)
-
-    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
-        """``J @ x``, or the transpose times x."""
-        raise NotImplementedError
-
-    def bound(self, x: Array) -> Array:
-        """``|J| @ |x|``."""
-        raise NotImplementedError
 
 
 class DenseJacobian(_Factorised):
