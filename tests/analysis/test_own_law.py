@@ -117,6 +117,15 @@ def test_many_contacts_in_one_object_are_many_contacts() -> None:
     assert one.parameter("*.velocity") == pytest.approx(many.parameter("*.velocity"))
 
 
+def test_many_contacts_in_one_object_are_checked_in_time() -> None:
+    branch = ss.forced_response(chain(3, grouped=True), omega=(3.0, 6.0))
+    check = branch.check_in_time(len(branch) // 2)
+    assert check.converged
+    assert check.relative_difference < 5e-3
+    found = ss.transient(branch.problem, 4.0)
+    assert found.contacts == ("rub.1", "rub.2", "rub.3")
+
+
 def test_faults_of_ports_are_named() -> None:
     structure = ss.MatrixStructure(M=[[1.0]], K=[[1.0]], dofs=["x"])
     law = ss.SampledLaw(force=lambda x, v: x**3)

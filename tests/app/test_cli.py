@@ -103,13 +103,12 @@ def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
 
 def test_missing_harmonics_are_warned_of_once(tmp_path: Path) -> None:
     """Odd harmonics alone under rubbing; the words are those of Python."""
-    from slipstick.app.run import truncation_of
+    from slipstick.app.run import warnings_of
 
     text = GOOD.replace('harmonics = "0..5"', "harmonics = [0, 1, 3]")
     assert text != GOOD
     result = slipstick("run", case(tmp_path, text), "-o", tmp_path / "out", "--no-figures")
-    said = truncation_of(load_dataset(tmp_path / "out" / "results.nc"))
-    assert said is not None
+    (said,) = warnings_of(load_dataset(tmp_path / "out" / "results.nc"))
     assert told(result).count(" ".join(said.split())) == 1
 
 

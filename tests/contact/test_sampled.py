@@ -101,3 +101,20 @@ def test_is_a_law_and_refuses_nonsense() -> None:
         ss.SampledLaw(force=lambda x, v, k: k * x, parameters={"k": np.nan})
     with pytest.raises(ss.InputError, match="from 4"):
         ss.SampledLaw(force=lambda x, v: x, samples=1)
+
+
+@pytest.mark.parametrize(
+    "force", [lambda x, v: np.abs(x) * x, lambda x, v: np.real(x) ** 3, lambda x, v: np.abs(v) * v]
+)
+def test_a_function_that_is_not_analytic_is_told(force) -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"])
+    pair = ss.ContactPair(name="s", contact=ss.SampledLaw(force=force), ports={"x": "x"})
+    with pytest.warns(ss.SlipstickWarning, match="'s': the derivative of its law by complex steps is not the slope"):
+        ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
+
+
+def test_too_few_samples_are_refused() -> None:
+    law = ss.SampledLaw(force=lambda x, v: x**3, samples=8)
+    motion = Motion(ss.Harmonics(range(8)), 1.0, (np.zeros((1, 15)),), np.zeros((1, 1)))
+    with pytest.raises(ss.InputError, match="found 8 with harmonics up to 7; expected at least 29"):
+        law.respond(motion, {})

@@ -140,7 +140,7 @@ def transient(
     )
     system = friction_system(problem, omega, held)
     outputs = tuple(problem.outputs or ())
-    contacts = tuple(pair.name for pair in problem.contacts)
+    contacts = problem.elements
     return integrate(
         system, problem.harmonics, outputs=outputs, contacts=contacts, periods=periods, tolerance=tolerance,
         method=method, initial=initial, record_periods=record_periods, steps=steps,

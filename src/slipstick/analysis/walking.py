@@ -21,10 +21,10 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import warn
+from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_dataset
-from slipstick.results.truncation import truncation_sentence
 from slipstick.solve.continuation import Step
 
 Array = NDArray[np.float64]
@@ -192,9 +192,8 @@ def collect(task: Task) -> Branch:
     points.extend(walk(task))
     end = last[-1]
     recorder = Recorder(task.balance, parameter=task.parameter)
-    values, followed = recorder.values(points), task.parameter or "omega"
-    at, attributes = values["parameter" if task.parameter else "omega"], dict(end.attributes)
-    if sentence := truncation_sentence(followed, at, values["truncation"]):
-        warn([sentence])
-        attributes["warnings"] = "\n".join([*task.warnings, sentence])
+    values, attributes = recorder.values(points), dict(end.attributes)
+    if sentences := result_warnings(task.parameter or "omega", values, task.problem.elements):
+        warn(sentences)
+        attributes["warnings"] = "\n".join([*task.warnings, *sentences])
     return Branch(lambda: make_dataset(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

@@ -180,7 +180,7 @@ class _Run:
             iterations = int(data["newton_iterations"].sum())
             for line in peak_lines(data):
                 self.tell(line)
-            if sentence := truncation_of(data):
+            for sentence in warnings_of(data):
                 complain(f"warning: {sentence}")
             self.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
         if not self.failures:
@@ -235,13 +235,14 @@ def states_text(record: Mapping[str, Any]) -> str:
     return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
 
 
-def truncation_of(data: xarray.Dataset) -> str | None:
-    """The warning of missing harmonics that the results of a branch call for, or None."""
-    from slipstick.results.truncation import truncation_sentence
+def warnings_of(data: xarray.Dataset) -> list[str]:
+    """The warnings that the results of a branch call for."""
+    from slipstick.results.afterwards import result_warnings
 
-    parameter = str(data.attrs.get("parameter", ""))
-    at = data["parameter" if parameter else "omega"].to_numpy()
-    return truncation_sentence(parameter or "omega", at, data["truncation"].to_numpy())
+    names = ("parameter", "omega", "truncation", "separation_fraction")
+    values = {name: data[name].to_numpy() for name in names if name in data}
+    contacts = [str(name) for name in data["contact"].to_numpy()]
+    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts)
 
 
 def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:

@@ -104,11 +104,11 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
         for e, (p, k) in enumerate(batch.members):
             pair = problem.contacts[p]
             ports = {port for port in batch.law.ports if pair.direction(port, k) is not None}
-            still = not given.motion[1:, e].any()
+            approach = float(given.motion[1:, e, 0].sum() + np.abs(given.motion[1:, e, 1:]).sum())
             own = {name: float(pair.values(name)[k]) for name in given.values}
             for name, parameter in traits.factors(batch.law).items():
                 own[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
-            for sentence in traits.warnings(batch.law, own, ports, still):
+            for sentence in traits.warnings(batch.law, own, ports, approach):
                 yield f"contact '{pair.elements[k]}': {sentence}"
 
 

@@ -69,10 +69,10 @@ class FrictionLaw:
         return np.asarray((values["mu"] > 0) & (values["kt"] > 0))
 
     @staticmethod
-    def warnings(values: Mapping[str, float], ports: set[str], still: bool) -> Iterator[str]:
+    def warnings(values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
         """What looks wrong in one contact's parameters."""
         mu, kt, kn = values["mu"], values["kt"], values["kn"]
-        if "normal" not in ports and values["gap"] >= 0 and still:
+        if "normal" not in ports and values["gap"] >= approach:
             yield "the normal load is 0 and the contact has no normal direction, so it never acts"
         elif kn == 0:
             yield "kn = 0, so it carries no normal load and never acts; give the normal contact stiffness"

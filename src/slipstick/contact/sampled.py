@@ -5,7 +5,8 @@ For forces without memory or kinks a sampled period is enough; derivatives are e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
@@ -20,6 +21,8 @@ from slipstick.trig.harmonics import Harmonics
 
 Array = NDArray[np.float64]
 
+_SIZES = (1e-6, 1e-3, 1.0)
+_TRIED = [np.array([-1.3, -0.4, 0.7, 1.1]), np.array([0.9, -0.8, 0.5, -1.2]), np.array([0.6, 1.4, -0.3, -0.9])]
 _STEP = 1e-30
 """Imaginary part of a complex step: a derivative without cancellation (J. N. Lyness and C. B. Moler, 1967)."""
 
@@ -75,6 +78,18 @@ class SampledLaw:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
+        """Says where the derivative by complex steps is not that of the force: the function is not analytic."""
+        del ports, approach
+        for size in _SIZES:
+            q, rate = [size * t for t in _TRIED[: len(self.ports)]], [size * t for t in _TRIED[-len(self.ports) :]]
+            if not _differentiable(self, q, rate, values):
+                yield (
+                    "the derivative of its law by complex steps is not the slope of its force; use numpy functions "
+                    "that are analytic: no abs, real, sign, max, no comparison"
+                )
+                return
+
     @property
     def kind(self) -> tuple[Any, ...]:
         """Laws with the same function are computed together."""
@@ -124,12 +139,38 @@ def _ports(given: Any) -> tuple[str, ...]:
     return ports
 
 
+def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: Mapping[str, float]) -> bool:
+    """Whether complex steps give the slope that differences do, along one direction in motion and velocity."""
+
+    def at(step: complex) -> list[Any]:
+        moved, speed = ([value * (1.0 + step) for value in given] for given in (q, rate))
+        one = len(q) == 1
+        found = law.force(moved[0] if one else tuple(moved), speed[0] if one else tuple(speed), **values)
+        return [np.asarray(f) for f in ((found,) if one else found)]
+
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        slopes = [np.imag(f) / _STEP for f in at(1j * _STEP)]
+        differences = [(np.real(b) - np.real(a)) / 2e-6 for a, b in zip(at(-1e-6), at(1e-6), strict=True)]
+    for slope, difference in zip(slopes, differences, strict=True):
+        size = np.maximum(np.abs(slope), np.abs(difference))
+        known = np.isfinite(size)
+        if np.any(np.abs(slope - difference)[known] > 1e-3 * size.max(initial=0.0, where=known)):
+            return False
+    return True
+
+
 class _Sampled:
     """One evaluation: motion in time (n, times), and the transforms to and from coefficients."""
 
     def __init__(self, law: SampledLaw, motion: Motion, values: Mapping[str, Array]) -> None:
         h = motion.harmonics
         times = law.samples or 16 * max(h.highest, 1)
+        if times < 4 * h.highest + 1:  # a law linear in the motion alone needs half of that
+            raise InputError(
+                f"law samples: found {times} with harmonics up to {h.highest}; expected at least {4 * h.highest + 1}: "
+                "(degree of the law + 1) times the highest harmonic, plus 1"
+            )
         tau = np.asarray(np.arange(times) * (2.0 * np.pi / times), dtype=float)
         self.law, self.motion, self.given = law, motion, values
         self.omega = np.reshape(motion.omega, (-1, 1))

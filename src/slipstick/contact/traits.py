@@ -141,7 +141,7 @@ def stiffness_names(law: Any) -> Mapping[int, str]:
     return dict(getattr(law, "stiffness_names", {}))
 
 
-def warnings(law: Any, values: Mapping[str, float], ports: set[str], still: bool) -> Iterator[str]:
-    """What looks wrong in the parameters of one contact with these ports; ``still``: its counter surface stays put."""
+def warnings(law: Any, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
+    """What looks wrong in one contact with these ports, whose counter surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
-    return iter(()) if own is None else own(values, ports, still)
+    return iter(()) if own is None else own(values, ports, approach)

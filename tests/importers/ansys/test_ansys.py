@@ -330,6 +330,9 @@ def cube(folder: Path, more: str = "", *, old: str = "", new: str = "") -> Path:
     [
         ("CE,R5.0,DEFI,    3,    1,  0.0\nCE,R5.0,NODE,    5,UX  ,  1.0\n", "and 1 more: CE ties degrees of freedom"),
         ("CP,    1,UX  ,    5,    6\n", "CP ties degrees of freedom to each other"),
+        ("ET,2,21\nR,2,1000\nTYPE,2\nREAL,2\nEN,100,6\n", "EN adds an element outside of the element blocks"),
+        ("MPCHG,2,ALL\n", "MPCHG changes the materials"),
+        ("EDELE,1\n", "EDELE changes the mesh"),
         ("D,      5,UX  , 0.1, 0.0\n", "D prescribes a value that is not 0"),
         ("D,      5,UX  , %MOVE%, 0.0\n", "D prescribes a value that is not 0"),
         ("D,ROOT,ALL,0.\n", "D names its nodes otherwise than one on a line"),

@@ -1,0 +1,31 @@
+"""What looks wrong in the results of a branch, one sentence each, the same on every road."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.results.truncation import truncation_sentence
+
+Array = NDArray[np.float64]
+
+
+def result_warnings(followed: str, values: Mapping[str, Array], contacts: Sequence[str]) -> list[str]:
+    """Contacts that never acted and harmonics that are missing.
+
+    ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of.
+    """
+    at = values["parameter" if "parameter" in values else "omega"]
+    missing = truncation_sentence(followed, at, values["truncation"])
+    return [*_open(values, contacts), *([missing] if missing else [])]
+
+
+def _open(values: Mapping[str, Array], contacts: Sequence[str]) -> Iterator[str]:
+    share = values.get("separation_fraction")
+    if share is None or not len(share):
+        return
+    for name, own in zip(contacts, np.asarray(share).T, strict=True):
+        if np.all(own >= 1.0):
+            yield f"contact '{name}': it was open at every point, so it never acted: check its gap and its units"

@@ -1,0 +1,46 @@
+"""Warnings that only results can give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.results.afterwards import result_warnings
+
+
+def problem(gap: float) -> ss.Problem:
+    K = np.array([[40.0, -5.0], [-5.0, 60.0]])
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.02 * K, K=K, dofs=["x", "y"])
+    pair = ss.ContactPair(
+        name="tip", contact=ss.FrictionContact(kt=30.0, mu=0.3, kn=50.0, gap=gap), tangential="x", normal="y",
+        rubbing=ss.RubbingMotion(velocity=3.0),
+    )  # fmt: skip
+    loads = [ss.Load(dof="x", sin=4.0), ss.Load(dof="y", cos=1.0)]
+    return ss.Problem(structure, contacts=[pair], loads=loads, harmonics=range(11))
+
+
+def test_a_contact_that_was_never_closed_is_told() -> None:
+    with pytest.warns(ss.SlipstickWarning, match="'tip': it was open at every point, so it never acted"):
+        branch = ss.forced_response(problem(1.5), omega=(2.0, 12.0))
+    assert float(branch.dataset.separation_fraction.min()) == 1.0
+    assert "open at every point" in branch.dataset.attrs["warnings"]
+    ss.forced_response(problem(0.01), omega=(2.0, 12.0))  # warnings are errors
+
+
+def test_what_is_told_of_results() -> None:
+    values = {"omega": np.array([1.0, 2.0]), "truncation": np.array([0.0, 0.05])}
+    (missing,) = result_warnings("omega", values, ["a"])
+    assert "omega = 2 rad/s" in missing
+    values["separation_fraction"] = np.array([[1.0, 0.5, np.nan], [1.0, 1.0, np.nan]])
+    assert [s[:11] for s in result_warnings("omega", values, ["a", "b", "c"])] == ["contact 'a'", missing[:11]]
+
+
+def test_a_surface_that_never_comes_near_enough() -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    rub = ss.RubbingMotion(velocity=1.0, normal_cos={1: 0.5})
+    pair = ss.ContactPair(
+        name="tip", contact=ss.FrictionContact(kt=1.0, mu=0.3, kn=1.0, gap=2.0), tangential="x", rubbing=rub
+    )
+    with pytest.warns(ss.SlipstickWarning, match="so it never acts"):
+        ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
