@@ -13,6 +13,7 @@ import slipstick as ss
 from slipstick.balance.heat import heat_columns, power_rows
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
+from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import NewtonOptions, newton_at
 
 
@@ -23,7 +24,7 @@ class FrozenSystem(FrequencySystem):
         found = super().evaluate(x, parameter)
         heat = found.detail.heat
         columns = heat_columns(self.balance, heat, self.balance.compliance(parameter))
-        return found._replace(jacobian=found.jacobian - columns @ power_rows(self.balance, heat))
+        return found._replace(jacobian=DenseJacobian(found.jacobian.matrix - columns @ power_rows(self.balance, heat)))
 
 
 def corrections(branch, system=FrequencySystem, *, disturbed=0.05, seed=1):
