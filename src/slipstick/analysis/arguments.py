@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
 from slipstick.analysis.task import response_options
@@ -16,8 +15,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
 from slipstick.faults import listed, names, number, numbers, one, shown, suggestion, whole, wrong
 from slipstick.solve.continuation import ContinuationOptions, NewtonOptions
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 PEAK_OUTPUTS = 3
 """Up to that many outputs, the peaks of all of them are located."""

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import FrictionSystem
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.faults import Gathering, numbers, shown, wrong
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
-Array = NDArray[np.float64]
 
 HELD = ("mu", "kt", "kn", "gap")
 """Contact parameters that can be given instead of the problem's."""

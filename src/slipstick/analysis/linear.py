@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
@@ -18,8 +18,7 @@ from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_dataset
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") -> Branch:

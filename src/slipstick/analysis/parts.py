@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import Outcome
 from slipstick.solve.newton import norm
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 BROKEN_OFF = (Outcome.TURNED_BACK, Outcome.NO_FIRST_POINT, Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)
 """Ends after which the other end of the range is tried."""

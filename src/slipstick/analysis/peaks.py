@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.measures import amplitude, amplitude_slope
 from slipstick.results.record import Outputs
 from slipstick.solve.events import Event
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _FLAT = 1e-9
 """Relative change of an amplitude over the whole range that is rounding: a plateau has no peaks."""

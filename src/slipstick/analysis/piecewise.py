@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Combination = tuple["State", ...]
 
 

@@ -7,13 +7,11 @@ piece: kinks cost no accuracy, and no sampling theorem is involved.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import State
 from slipstick.analysis.stepping import Piece, StateChange, Stepper
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2

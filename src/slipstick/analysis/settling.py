@@ -8,15 +8,13 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.newton import NewtonOptions, NewtonResult, newton
 from slipstick.thermal.model import Heat
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _SMALL = 1e-8
 """Of the tables' range: a rate at which the body is at rest, and the error of its temperatures on the way."""

@@ -11,12 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import Combination, State
 from slipstick.analysis.stepping import StateChange, Stepper
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _MARCH_BEFORE_NEWTON = 2
 _LONGEST_MARCH = 32

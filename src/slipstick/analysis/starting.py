@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import Combination, FrictionSystem, State
 from slipstick.analysis.stepping import Stepper, replaced, spring_memory
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _SAMPLES = 2048
 _NEARLY = 1e-6

@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.piecewise import Combination, Linear, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]

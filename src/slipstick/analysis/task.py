@@ -6,17 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from slipstick.analysis.events import Listener
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.solve.continuation import ContinuationOptions
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def response_options(**given: Any) -> ContinuationOptions:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.assembling import friction_system
 from slipstick.analysis.piecewise import FrictionSystem, PiecewiseLinear
@@ -24,8 +23,7 @@ from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,6 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from slipstick.analysis.events import PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
@@ -26,8 +23,7 @@ from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_dataset
 from slipstick.solve.continuation import Step
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @cache

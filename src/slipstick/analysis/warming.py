@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.analysis.settling import settled_body
 from slipstick.balance.ports import Balance
@@ -16,8 +15,7 @@ from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Step, continuation
 from slipstick.solve.newton import norm
 from slipstick.thermal.model import Heat
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 UNSOLVED = 1e-8
 """A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""

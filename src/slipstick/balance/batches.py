@@ -16,7 +16,6 @@ from slipstick.contact.traits import kind
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
 
-Array = NDArray[np.float64]
 Places = slice | NDArray[np.intp]
 Direction = Mapping[str, float]
 

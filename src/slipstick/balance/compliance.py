@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.structure.protocol import Receptance
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from slipstick.typing import Array, ComplexArray
 
 
 class Compliance:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.contact import traits
 from slipstick.contact.law import Law
@@ -16,8 +16,8 @@ from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, listed, number, one, shown, text, wrong
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Direction = Mapping[str, float]
 DirectionLike = Direction | str | Sequence[Direction | str | None] | None
 

@@ -11,17 +11,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.contact.law import Law, Motion
 from slipstick.thermal.model import Heat, HeatedContacts
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.compliance import Compliance
     from slipstick.balance.ports import Balance
-
-Array = NDArray[np.float64]
 
 
 def heated_response(

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.contacts import prescribed
 from slipstick.balance.inputs import Inputs
@@ -22,7 +21,6 @@ from slipstick.structure.dynamic import structure_values
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
-Array = NDArray[np.float64]
 
 FACTORS = ("load", "friction")
 """Factors on all loads and on all friction coefficients."""

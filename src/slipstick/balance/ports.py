@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.batches import Column, batches_of
 from slipstick.balance.compliance import Compliance, lossless
@@ -19,9 +18,8 @@ from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
+from slipstick.typing import Array, ComplexArray
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Forces = Sequence[Mapping[int, Array]]
 """For each batch, coefficients (n, L) by port; ports left out are zero."""
 Tangents = Sequence[Mapping[tuple[int, int], Array]]

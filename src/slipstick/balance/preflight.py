@@ -7,17 +7,16 @@ from math import gcd, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.batches import batches_of
 from slipstick.balance.compliance import lossless
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.contact import traits
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
-Array = NDArray[np.float64]
 
 FEW_CONTACTS = 16
 """Up to that many, the static compliance at the contacts is worth its time before a curve asks for it anyway."""

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
@@ -37,8 +36,7 @@ from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
 from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 MOST_OUTPUTS = 100
 

@@ -11,14 +11,13 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.structure.truncation import REFUSED, WARNED, WorstError
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
-Array = NDArray[np.float64]
 
 _FREQUENCIES = 9
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import Heat, heat_change, heat_columns, heated_response, power_rows
@@ -17,8 +16,7 @@ from slipstick.contact.law import Response
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import norm
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

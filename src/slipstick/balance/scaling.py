@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.contact import traits
 from slipstick.solve.continuation import ArclengthScaling
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Line
@@ -19,8 +18,8 @@ from slipstick.contact import traits
 from slipstick.solve.continuation import ContinuationOptions, continuation
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Strategy = tuple[str, Callable[[], "Array | None"]]
 
 _NEWTON = NewtonOptions(max_iterations=40)

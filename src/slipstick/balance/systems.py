@@ -6,7 +6,6 @@ from math import inf, isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import power_along, warm_direction
@@ -16,8 +15,7 @@ from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import Evaluation
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def _undefined(size: int) -> Evaluation:

@@ -13,8 +13,8 @@ from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, numbers, same_length, warn, whole, wrong
 from slipstick.trig.harmonics import HIGHEST, Harmonics
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Profile = Callable[[Any], Any] | ArrayLike
 
 WARNED = 1e-2

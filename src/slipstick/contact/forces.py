@@ -9,15 +9,14 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.contact.kernel.tuples import Outputs, States
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float, str]
 
 SERIAL = 64

@@ -15,8 +15,7 @@ from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, same_length, shown
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _SAME = 1e-9
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.law import ByPort, Motion, Response
 from slipstick.contact.traits import Linear, Variable
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 TANGENTIAL, NORMAL = 0, 1
 LARGEST_FRICTION = 2.0

@@ -11,12 +11,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 ByPort = Mapping[int, Array]
 """Derivatives of the forces at some ports, (n, L) each; ports left out do not depend on it."""
 

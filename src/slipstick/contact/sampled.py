@@ -12,14 +12,13 @@ from inspect import signature
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.contact.law import ByPort, Motion, Response
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _SIZES = (1e-6, 1e-3, 1.0)
 _TRIED = [np.array([-1.3, -0.4, 0.7, 1.1]), np.array([0.9, -0.8, 0.5, -1.2]), np.array([0.6, 1.4, -0.3, -0.9])]

@@ -22,11 +22,11 @@ from slipstick.fem.geometry import determinant_and_inverse, require_positive, so
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.sparsity import Pattern, pattern_of
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 _CHUNK_BYTES = 32e6
 
 

@@ -10,12 +10,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, listed, numbers, shown, whole, wrong
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

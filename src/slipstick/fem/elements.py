@@ -17,12 +17,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.fem.quadrature import Rule, gauss, prism, pyramid, tetrahedron, triangle
 from slipstick.fem.shapes import NodalBasis, serendipity, total_degree, wedge
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Tuples = tuple[tuple[int, ...], ...]
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.fem.elements import FACES, Element
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 

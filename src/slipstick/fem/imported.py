@@ -15,11 +15,11 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import suggestion
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz", "s")

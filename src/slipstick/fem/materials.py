@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, Gathering, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

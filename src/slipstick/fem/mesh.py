@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS, FACES, Element
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 T = TypeVar("T")
 

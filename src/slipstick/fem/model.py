@@ -16,11 +16,11 @@ from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 

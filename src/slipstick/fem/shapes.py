@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from slipstick.typing import Array
+
 Exponents = tuple[tuple[int, ...], ...]
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.fem.mesh import Mesh
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

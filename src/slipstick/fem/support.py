@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.fem.imported import COMPONENTS, ImportedModel
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 RIGID = 1e-10

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.geometry import determinant_and_inverse, tangents
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Variants = Mapping[str, Mapping[str, int]]
 
 WARNED, REFUSED = 1.01, 2.0

@@ -14,11 +14,11 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.symmetry import asymmetry
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ASYMMETRY = 1e-6

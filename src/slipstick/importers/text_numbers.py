@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 LARGEST = 16 * 1024**3
 """Bytes of the largest file that is read."""

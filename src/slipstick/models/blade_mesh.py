@@ -22,8 +22,8 @@ from slipstick.faults import LARGEST, SMALLEST, Gathering, number, suggestion
 from slipstick.fem.boundary import boundary
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.models.blade_plan import Plan, plan_of
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from slipstick.typing import Array
+
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 

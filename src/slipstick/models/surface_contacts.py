@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.balance.contacts import ContactPair
 from slipstick.contact.friction import FrictionContact
@@ -15,8 +15,7 @@ from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.models.reduced_body import ReducedBody
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def surface_contacts(

@@ -24,11 +24,11 @@ from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ElasticModel, elastic_model
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.results.truncation import truncation_sentence
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def result_warnings(followed: str, values: Mapping[str, Array], contacts: Sequence[str]) -> list[str]:

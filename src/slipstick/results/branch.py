@@ -15,6 +15,7 @@ from slipstick.errors import InputError, Outcome
 from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.measures import friction_force
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.results.verbs import BranchPlots, TimeCheck
 
-Array = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 

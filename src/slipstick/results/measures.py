@@ -7,12 +7,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.trig.extremes import largest_deviations
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 class Amplitude(NamedTuple):

@@ -19,8 +19,7 @@ from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, layout_of
 from slipstick.results.truncation import Structures, moved, truncation
 from slipstick.structure.dynamic import adjusted
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

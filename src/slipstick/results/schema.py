@@ -19,13 +19,13 @@ from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
 
-Array = NDArray[np.float64]
 Table = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 

@@ -13,19 +13,18 @@ from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.contact.law import Motion
 from slipstick.results.measures import largest_deviation
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance
     from slipstick.results.record import Outputs, Point
 
-Array = NDArray[np.float64]
 Structures = Sequence[Mapping[str, float]]
 
 WARNED = 1e-2

@@ -10,17 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.reduction import worst_error
 from slipstick.results.branch import PARAMETERS
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipstick.results.branch import Branch
-
-Array = NDArray[np.float64]
 
 
 def save(branch: Branch, path: str | Path) -> Path:

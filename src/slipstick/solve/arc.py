@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.solve.newton import norm
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _VANISHED = 1e-12
 """Fraction of the largest magnitude met below which corrections are no longer measured by the solution itself."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, Outcome
 from slipstick.solve.arc import Arc, ArclengthScaling, Metric
@@ -20,6 +20,7 @@ from slipstick.solve.events import Event, turning_points
 from slipstick.solve.locate import Locator
 from slipstick.solve.newton import SINGULAR_JACOBIAN, Evaluation, NewtonOptions, NewtonResult, System
 from slipstick.solve.stepsize import StepOptions, next_step
+from slipstick.typing import Array
 
 __all__ = [
     "ArclengthScaling",
@@ -32,8 +33,6 @@ __all__ = [
     "System",
     "continuation",
 ]
-
-Array = NDArray[np.float64]
 
 
 _STRAIGHT = 0.7

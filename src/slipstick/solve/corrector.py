@@ -6,13 +6,11 @@ from math import acos
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.solve.arc import Arc, Metric
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate, norm
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _ENOUGH_DIMENSIONS = 5
 _SHARPEST = 0.1

@@ -11,14 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickError
 from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise, one_blas_thread, shifted
 from slipstick.solve.lanczos import KrylovBasis
-
-Array = NDArray[np.float64]
-
+from slipstick.typing import Array
 
 WRONG = 1e-4
 """A backward error above this is no mode."""

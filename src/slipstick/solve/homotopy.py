@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.solve.arc import ArclengthScaling
 from slipstick.solve.continuation import ContinuationOptions, continuation
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 class _Shifted:

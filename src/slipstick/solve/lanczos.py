@@ -10,11 +10,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 class KrylovBasis:

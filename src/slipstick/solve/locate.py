@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.solve.arc import Arc
 from slipstick.solve.corrector import Corrector, Step
 from slipstick.solve.events import BracketedRoot, Event
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 _MAX_TRIALS = 60
 _TOO_FAR = 0.5

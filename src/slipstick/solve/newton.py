@@ -14,12 +14,11 @@ from math import isfinite, sqrt
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.solve.linear.jacobian import Jacobian
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 EPSILON = float(np.finfo(float).eps)
 _CLEAR_GAIN = 0.5

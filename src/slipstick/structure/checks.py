@@ -7,14 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, SMALLEST, listed, shown, table
 from slipstick.structure.symmetry import ASYMMETRY, asymmetry
-
-Array = NDArray[np.float64]
-
+from slipstick.typing import Array
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from slipstick.faults import SMALLEST
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 DAMPING_ROUNDING = 1e-10
 """Smallest eigenvalue of the damping with unit diagonal, negative, that still passes as rounding."""

@@ -29,8 +29,7 @@ from slipstick.structure.definite import damping_faults, definite_faults
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 #: Largest number of dofs treated densely: all modes are computed.
 DENSE_LIMIT = 1500

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.structure.checks import (
@@ -28,8 +28,7 @@ from slipstick.structure.modal_files import modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.truncation import Truncation
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

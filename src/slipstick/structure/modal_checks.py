@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from slipstick.faults import shown
 from slipstick.structure.checks import REAL_MODES, number_faults
 from slipstick.structure.definite import semidefinite_to
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.structure.modal import LoadShape
 
-Array = NDArray[np.float64]
 
 RESIDUAL_ROUNDING = 1e-4
 """What a residual may lie below zero, relative to the whole: the digits of exported modes."""

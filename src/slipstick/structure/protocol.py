@@ -6,11 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from slipstick.typing import Array, ComplexArray
 
 
 @runtime_checkable

@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-
+from slipstick.typing import Array, ComplexArray
 
 _SMALL = 2000
 """Below so many products complex numbers cost less than two real multiplications."""

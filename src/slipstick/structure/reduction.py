@@ -18,7 +18,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.eigen import Listener
@@ -40,8 +40,7 @@ from slipstick.structure.reduction_request import (
     real_matrices,
 )
 from slipstick.structure.truncation import WARNED, WorstError
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

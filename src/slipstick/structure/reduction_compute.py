@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from slipstick.errors import InputError
@@ -20,8 +19,7 @@ from slipstick.structure.definite import scaled, smallest_pivot
 from slipstick.structure.matrix_checks import matrix_problems, name_of
 from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction_request import Accuracy
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 DEFAULT_MODES = 128
 MOST_MODES = 512

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
 from slipstick.errors import InputError
@@ -26,8 +26,7 @@ from slipstick.faults import (
 )
 from slipstick.faults import names as name_list
 from slipstick.structure.checks import DAMPING_ELSEWHERE, OUT_OF_RANGE, named_shapes, number_faults, real, within_range
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)

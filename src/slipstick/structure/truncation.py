@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""

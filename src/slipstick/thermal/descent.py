@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from slipstick.typing import Array
+
 BoolArray = NDArray[np.bool_]
 Balance = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to ``G`` (n,) and its derivative by the own temperature (n,)."""

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
 from slipstick.thermal.descent import LONGEST_CELL, downhill, near
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 Evaluate = Callable[[Array], tuple[Array, Array]]

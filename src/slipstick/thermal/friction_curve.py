@@ -8,12 +8,11 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.faults import numbers, shown
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 PARAMETERS = ("mu", "kt", "kn")
 INTERPOLATIONS = ("pchip", "cubic", "natural")

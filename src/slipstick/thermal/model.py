@@ -18,8 +18,8 @@ from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
 from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
 from slipstick.thermal.tangent import Power, ThermalTangent, power_by_temperature, thermal_tangent
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 Parameters = tuple[dict[str, Array], dict[str, Sampled]]
 
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.thermal.descent import SHORTEST_CELL, Cells
 from slipstick.thermal.equilibrium import Evaluate, checked, dissipated, equilibrium, is_stable, onto
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Scalar = Callable[[float], tuple[float, float]]
 

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.contact.law import ByPort, Motion, Response
 from slipstick.contact.traits import dissipating
 from slipstick.thermal.friction_curve import Sampled
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 class Power:

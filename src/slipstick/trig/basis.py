@@ -10,12 +10,10 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 TWO_PI = 2.0 * pi
 CELLS_PER_ORDER = 10

@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, grid, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @inlined

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import numbers, shown, whole
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 HIGHEST = 10_000
 """Orders above it are no harmonics of a vibration but a slip of the pen, and tables of them fill the memory."""

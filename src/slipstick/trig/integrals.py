@@ -10,13 +10,11 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.trig.basis import Grid, grid, powers
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 @inlined

@@ -9,11 +9,11 @@ from slipstick.contact.forces import ContactForces
 from slipstick.contact.friction import FrictionContact, contact_forces
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, LOAD, MASS, STIFFNESS, oscillator
 from slipstick.verify.table import Check
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 
 H = Harmonics(range(4))

@@ -7,8 +7,8 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, EXACT_OSCILLATOR, LOAD, MASS, SLIP_OFFSET, STIFFNESS, oscillator
 from slipstick.verify.table import Check
@@ -16,7 +16,6 @@ from slipstick.verify.table import Check
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
-Array = NDArray[np.float64]
 Pair = tuple[float, float]
 
 RANGE = (2.0, 15.0)

@@ -18,8 +18,8 @@ from slipstick.errors import InputError
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 HELD = 1e30

@@ -15,13 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import read_bytes, require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE
+from slipstick.typing import Array
 
-Array = NDArray[np.float64]
 _STRING = 65536
 
 

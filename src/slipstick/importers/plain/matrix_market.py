@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.structure.checks import DAMPING_ELSEWHERE
-
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 def read_matrix_market(path: Path) -> Any:

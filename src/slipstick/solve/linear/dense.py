@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-Array = NDArray[np.float64]
+from slipstick.typing import Array
 
 
 class _Factorised(ABC):
