@@ -7,26 +7,17 @@ With ``T = T_0 + R Edot`` solved for the temperatures, every derivative of the r
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.balance.inputs import Inputs
-from slipstick.contact.law import Law, Motion
-from slipstick.thermal.model import Heat, HeatedContacts
+from slipstick.thermal.model import Heat
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.compliance import Compliance
     from slipstick.balance.ports import Balance
-
-
-def heated_response(
-    heated: HeatedContacts, law: Law, motion: Motion, values: Mapping[str, Array], start: Array | None
-) -> Heat:
-    """Forces at the equilibrium temperatures; ``start`` (n,) is the neighbouring solution."""
-    return heated.respond(law, motion, values, start)
 
 
 def heat_columns(balance: Balance, heat: Heat, compliance: Compliance) -> Array:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slipstick.balance.batches import Column, batches_of
+from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
 from slipstick.balance.problem import Problem
@@ -49,7 +49,7 @@ class Balance:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.harmonics = problem, problem.harmonics
-        self.batches, directions = batches_of(problem.contacts)
+        self.batches, directions = problem.batches, problem.port_directions
         self.directions = problem.direction_matrix(directions)
         dofs, self.shapes = problem.load_targets
         self.columns = np.hstack([self.directions, problem.direction_matrix({dof: 1.0} for dof in dofs)])

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.balance.batches import batches_of
 from slipstick.balance.compliance import lossless
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.contact import traits
@@ -66,7 +65,7 @@ def _static(problem: Problem) -> Array:
     dofs, shapes = problem.load_targets
     if not problem.contacts:
         return np.zeros((0, 0))
-    ports = problem.direction_matrix(batches_of(problem.contacts)[1])
+    ports = problem.direction_matrix(problem.port_directions)
     columns = np.hstack([ports, problem.direction_matrix({dof: 1.0} for dof in dofs)])
     return np.asarray(problem.structure.project(ports, columns, shapes).static, dtype=float)
 
@@ -146,15 +145,11 @@ def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         for i, name in traits.stiffness_names(batch.law).items():
             port = batch.ports[i]
-            rows, members = np.arange(len(_all_ports(problem)))[port.rows], np.arange(batch.count)[port.members]
+            rows, members = np.arange(len(problem.port_directions))[port.rows], np.arange(batch.count)[port.members]
             for row, e in zip(rows, members, strict=True):
                 own = {key: float(value[e]) for key, value in given.values.items()}
                 own["approach"] = float(np.abs(given.motion[i, e]).sum())
                 yield int(row), f"contact '{problem.elements[batch.numbers[e]]}'", name, own
-
-
-def _all_ports(problem: Problem) -> range:
-    return range(sum(port.size for batch in problem.batches for port in batch.ports))
 
 
 def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:

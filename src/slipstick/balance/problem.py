@@ -125,10 +125,19 @@ class Problem:
         wanted |= {dof for pair in self.contacts for dof in pair.dofs}
         return [dof for i, dof in enumerate(self.structure.dofs) if i < MOST_OUTPUTS or dof in wanted]
 
-    @cached_property
+    @property
     def batches(self) -> tuple[Batch, ...]:
         """The contacts by kind of law, as they are computed."""
-        return batches_of(self.contacts)[0]
+        return self._placed[0]
+
+    @property
+    def port_directions(self) -> list[Mapping[str, float]]:
+        """Direction cosines of every contact port, batch by batch and port by port."""
+        return self._placed[1]
+
+    @cached_property
+    def _placed(self) -> tuple[tuple[Batch, ...], list[Mapping[str, float]]]:
+        return batches_of(self.contacts)
 
     @cached_property
     def elements(self) -> tuple[str, ...]:

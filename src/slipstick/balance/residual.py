@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.heat import Heat, heat_change, heat_columns, heated_response, power_rows
+from slipstick.balance.heat import Heat, heat_change, heat_columns, power_rows
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
@@ -57,7 +57,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, temperature
     for k, given in enumerate(inputs.batches):
         batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
         if balance.heated is not None and balance.heated.batch == k:
-            heat = heated_response(balance.heated, batch.law, motion, given.values, temperature)
+            heat = balance.heated.respond(batch.law, motion, given.values, temperature)
             responses.append(heat.response)
         else:
             responses.append(batch.law.respond(motion, given.values))
