@@ -20,7 +20,7 @@ def test_turbine_blade_rubs_at_its_tip():
     with pytest.warns(SlipstickWarning, match="stiff in bending"):
         model = ss.import_model(BLADE, fixed=ROOT)
     tip = {"direction": [0.0, 1.0, 0.0], "depth": 0.02}
-    blade = ss.reduced_body(model, surface=tip, contacts=4, pressure="PRESSURE_SURF", modes=8, loss_factor=0.002)
+    blade = ss.reduced_body(model, surface=tip, contacts=4, pressure="PRESSURE_SURF", modes=20, loss_factor=0.002)
     contacts = ss.surface_contacts(
         blade,
         "tip",
