@@ -177,17 +177,10 @@ def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
 
 def collect(task: Task) -> Branch:
     """The branch of a task."""
-    points: list[Point] = []
-    last: list[Stopped] = []
-
-    def remember(event: Any) -> None:
-        if isinstance(event, Stopped):
-            last.append(event)
-
-    task = replace(task, listeners=(*task.listeners, remember))
-    points.extend(walk(task))
-    end = last[-1]
-    recorder = Recorder(task.balance, parameter=task.parameter)
+    told: dict[type, Any] = {}
+    task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
+    points = list(walk(task))
+    recorder, end = told[Started].recorder, told[Stopped]
     values, attributes = recorder.values(points), dict(end.attributes)
     if sentences := result_warnings(task.parameter or "omega", values, task.problem.elements):
         warn(sentences)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.balance.inputs import Inputs
+from slipstick.contact.law import add_to
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array
 
@@ -53,7 +54,7 @@ def heat_change(balance: Balance, heat: Heat, dx: Array, dpower: Array | None, c
     own = changed[heat.batch]
     for i, force in heat.tangent.by_temperature.items():
         part = dT[:, None] * force
-        own[i] = own[i] + part if i in own else part
+        add_to(own, i, part)
 
 
 def warm_direction(heat: Heat, direction: Inputs) -> Inputs:

@@ -70,9 +70,7 @@ class Inputs:
         """Whether "load", "velocity", "motion" or a parameter is anywhere other than zero."""
         found = [self.P] if name == "load" else []
         for batch in self.batches:
-            found.append(
-                getattr(batch, name) if name in ("velocity", "motion") else batch.values.get(name, np.zeros(0))
-            )
+            found.append(getattr(batch, name) if name in _SURFACE else batch.values.get(name, np.zeros(0)))
         return any(bool(np.any(array)) for array in found)
 
     def with_batch(self, k: int, **arrays: Any) -> Inputs:

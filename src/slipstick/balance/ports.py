@@ -15,7 +15,7 @@ from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
 from slipstick.balance.problem import Problem
-from slipstick.contact.law import Motion
+from slipstick.contact.law import Motion, add_to
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.typing import Array, ComplexArray
@@ -118,7 +118,7 @@ class Balance:
             members, springs = np.arange(batch.count)[port.members], self.springs[port.rows]
             turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
             turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
-            found[i, i] = found[i, i] + turned if (i, i) in found else turned
+            add_to(found, (i, i), turned)
         return found
 
     def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:

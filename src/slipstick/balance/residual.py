@@ -12,7 +12,7 @@ from slipstick.balance.heat import Heat, heat_change, heat_columns, power_rows
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
-from slipstick.contact.law import Response
+from slipstick.contact.law import Response, add_to
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import norm
@@ -109,7 +109,7 @@ def force_rates(balance: Balance, found: Detail, dx: Array, own: Forces, dpower:
         for (i, j), tangent in response.by_motion.items():
             if j in moved:
                 part = np.einsum("cij,cj->ci", tangent, moved[j])
-                total[i] = total[i] + part if i in total else part
+                add_to(total, i, part)
         changed.append(total)
     if found.heat is not None:
         heat_change(balance, found.heat, dx, dpower, changed)
@@ -125,7 +125,7 @@ def by_omega(found: Detail) -> list[dict[int, Array]]:
             rate = given.velocity / -(found.omega**2)
             for (i, j), tangent in response.by_drift.items():
                 part = rate[j][:, None] * tangent
-                own[i] = own[i] + part if i in own else part
+                add_to(own, i, part)
         slopes.append(own)
     return slopes
 
@@ -136,7 +136,7 @@ def by_inputs(found: Detail, direction: Inputs) -> list[dict[int, Array]]:
     for response, along in zip(found.responses, direction.batches, strict=True):
         own: dict[int, Array] = {}
         for i, part in _terms(response, along, found.omega):
-            own[i] = own[i] + part if i in own else part
+            add_to(own, i, part)
         slopes.append(own)
     return slopes
 

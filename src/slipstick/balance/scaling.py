@@ -10,6 +10,7 @@ from slipstick.balance.compliance import Compliance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.contact import traits
+from slipstick.contact.law import add_to
 from slipstick.solve.continuation import ArclengthScaling
 from slipstick.typing import Array
 
@@ -84,7 +85,7 @@ def _constant(held: traits.Linear, motion: Array) -> dict[int, Array]:
     found: dict[int, Array] = {}
     for (i, j), k in held.stiffness.items():
         part = k[:, None] * motion[j]
-        found[i] = found[i] + part if i in found else part
+        add_to(found, i, part)
     for i, c in held.constant.items():
         own = found.get(i)
         found[i] = np.zeros_like(motion[0]) if own is None else own.copy()

@@ -9,15 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from numpy.typing import ArrayLike
 
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
+Key = TypeVar("Key", int, tuple[int, int])
+
 ByPort = Mapping[int, Array]
 """Derivatives of the forces at some ports, (n, L) each; ports left out do not depend on it."""
+
+
+def add_to(parts: dict[Key, Array], key: Key, part: Array) -> None:
+    """Add to what stands under a key, or begin with it; no array is written on."""
+    own = parts.get(key)
+    parts[key] = part if own is None else own + part
 
 
 class Motion(NamedTuple):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.contact.law import ByPort, Motion, Response
+from slipstick.contact.law import ByPort, Motion, Response, add_to
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
@@ -245,7 +245,7 @@ class _Sampled:
         found: dict[int, Array] = {}
         for (i, j), slope in damping.items():
             part = self.coefficients(slope * self.rate[j] / self.omega)
-            found[i] = found[i] + part if i in found else part
+            add_to(found, i, part)
         return found
 
     def _by_parameter(self, name: str) -> ByPort:

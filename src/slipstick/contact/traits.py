@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slipstick.contact.law import Motion, add_to
+from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 
@@ -79,9 +81,6 @@ def linear(law: Any, state: str, values: Mapping[str, Array], drift: Array) -> L
 
 
 def _at_rest(law: Any, values: Mapping[str, Array], drift: Array) -> Linear:
-    from slipstick.contact.law import Motion
-    from slipstick.trig.harmonics import Harmonics
-
     n, p = drift.shape[1], len(law.ports)
     still = Motion(Harmonics([0]), 1.0, tuple(np.zeros((n, 1)) for _ in range(p)), np.zeros((p, n)))
     response = law.respond(still, values)
@@ -125,7 +124,7 @@ def springs(law: Any, response: Any) -> Mapping[int, Array]:
     total: dict[int, Array] = {}
     for (i, _), tangent in response.by_motion.items():
         size = np.abs(tangent).max(axis=(1, 2))
-        total[i] = total[i] + size if i in total else size
+        add_to(total, i, size)
     return total
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.contact.law import ByPort, Motion, Response
+from slipstick.contact.law import ByPort, Motion, Response, add_to
 from slipstick.contact.traits import dissipating
 from slipstick.thermal.friction_curve import Sampled
 from slipstick.typing import Array
@@ -50,11 +50,11 @@ class Power:
                 part = omega * (
                     drift[i][:, None] * tangent[:, 0] + 0.5 * np.einsum("el,elk->ek", self._slopes[i], tangent)
                 )
-                found[j] = found[j] + part if j in found else part
+                add_to(found, j, part)
         for j in self._ports:
             # L is antisymmetric: the explicit derivative by Q_j is -(1/2) L F_j
             part = -0.5 * omega * self.motion.harmonics.derivative(self.response.force[j])
-            found[j] = found[j] + part if j in found else part
+            add_to(found, j, part)
         return found
 
     @property
@@ -111,6 +111,6 @@ def thermal_tangent(
     for name, parameter in sampled.items():
         for i, tangent in response.by_parameter(name).items():
             part = tangent * parameter.derivative[:, None]
-            by_temperature[i] = by_temperature[i] + part if i in by_temperature else part
+            add_to(by_temperature, i, part)
     gain = np.asarray(np.linalg.solve(np.eye(dpower_dT.size) - R * dpower_dT, R), dtype=float)
     return ThermalTangent(gain=gain, by_temperature=by_temperature)
