@@ -8,7 +8,7 @@ import pytest
 import slipstick as ss
 from slipstick.errors import SlipstickWarning
 
-BLADE = Path(__file__).parents[4] / "shared" / "data" / "turbine_blade" / "blade.cdb"
+BLADE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"
 ROOT = ["FIRTREE1", "FIRTREE2", "FIRTREE3", "FIRTREE4"]
 
 
