@@ -1,75 +1,17 @@
 """CalculiX runs here and writes matrices, frequencies and a substructure; Abaqus files are written by hand."""
 
-import os
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.abaqus import needs_ccx, printed_eigenvalues, run, skewed, write_input
 from scipy.linalg import eigh
 from scipy.sparse import coo_array
 
 from slipstick.errors import InputError
-from slipstick.fem.box import box
-from slipstick.fem.materials import Material
-from slipstick.fem.mesh import Mesh
-from slipstick.fem.refine import quadratic
-from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
-
-CCX = shutil.which("ccx")
-needs_ccx = pytest.mark.skipif(CCX is None, reason="CalculiX (Debian: calculix-ccx) is not installed")
-TYPES = {"hex8": "C3D8", "hex20": "C3D20", "tet10": "C3D10", "wedge15": "C3D15", "wedge6": "C3D6", "tet4": "C3D4"}
-STEEL = Material(young=210000.0, poisson=0.3, density=7.8e-9)
-
-
-def skewed(kind: str) -> Mesh:
-    """A box of one element type, sheared and twisted so that no entry of its matrices vanishes by symmetry."""
-    linear = {"hex20": "hex8", "tet10": "tet4", "wedge15": "wedge6"}.get(kind, kind)
-    mesh = box((40.0, 10.0, 8.0), (3, 2, 1), linear)
-    x, y, z = mesh.nodes.T
-    nodes = np.stack([x + 0.1 * y, y + 0.02 * x * z / 8, z + 0.1 * x], axis=1)
-    moved = Mesh(nodes=nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
-    return quadratic(moved) if kind != linear else moved
-
-
-def write_input(path: Path, mesh: Mesh, *, step: str, label=lambda i: 3 * i + 5) -> None:
-    """Labels with gaps, in falling order: nothing may rely on 1, 2, 3."""
-    lines = ["** a comment", "*Heading", "text, that is = no keyword", "*NODE, NSET=Nall"]
-    lines += [f"{label(i)}, {x:.17g}, {y:.17g}, {z:.17g}" for i, (x, y, z) in reversed(list(enumerate(mesh.nodes)))]
-    for kind, block in mesh.blocks.items():
-        lines.append(f"*ELEMENT, TYPE={TYPES[kind]}, ELSET=solid")
-        for number, row in enumerate(block.tolist(), 1):
-            words = [str(number), *(str(label(n)) for n in row)]
-            lines += [
-                ", ".join(words[at : at + 10]) + ("," if at + 10 < len(words) else "")
-                for at in range(0, len(words), 10)
-            ]
-    lines += ["*NSET, NSET=Root", *(f"{label(n)}," for n in mesh.node_set("ROOT").tolist())]
-    lines += ["*NSET, NSET=ends", "Root, Root", "*ELSET, ELSET=first, GENERATE", "1, 2, 1"]
-    lines += ["*SURFACE, NAME=face, TYPE=ELEMENT", "first, S1"]
-    lines += ["*MATERIAL, NAME=steel", "*ELASTIC", "210000., 0.3", "*DENSITY", "7.8e-9,"]
-    lines += ["*SOLID SECTION, ELSET=solid, MATERIAL=steel"]
-    lines += ["*BOUNDARY", "Root, 1, 3", f"{label(mesh.n_nodes - 1)}, 2"]
-    path.write_text("\n".join([*lines, "*STEP", step, "*END STEP", ""]))
-
-
-def run(path: Path) -> None:
-    subprocess.run(
-        [str(CCX), path.stem],
-        cwd=path.parent,
-        check=True,
-        capture_output=True,
-        timeout=120,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )
-
-
-def printed_eigenvalues(path: Path) -> np.ndarray:
-    rows = (line.split() for line in path.read_text().splitlines())
-    return np.array([float(row[1]) for row in rows if len(row) == 5 and row[0].isdigit()])
 
 
 @needs_ccx
@@ -86,18 +28,6 @@ def test_frequencies_are_those_calculix_prints(tmp_path, kind):
     np.testing.assert_allclose(ours, printed_eigenvalues(tmp_path / "modes.dat"), rtol=1e-6)
     assert model.n_dofs == 3 * mesh.n_nodes - 3 * len(mesh.node_set("ROOT")) - 1
     np.testing.assert_allclose(model.positions(model.dof_nodes[:5]), mesh.nodes[(model.dof_nodes[:5] - 5) // 3])
-
-
-@needs_ccx
-@pytest.mark.parametrize("kind", ["hex20", "tet10", "wedge15", "tet4"])
-def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
-    """Same elements, same integration of the stiffness: equal to the 14 digits of the file, dof by dof."""
-    write_input(tmp_path / "job.inp", skewed(kind), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
-    run(tmp_path / "job.inp")
-    theirs, ours = read_model(tmp_path / "job.sti"), read_model(tmp_path / "job.inp", quiet=True)
-    assert sorted(ours.dofs) == sorted(theirs.dofs)
-    rows = [ours.index(dof) for dof in theirs.dofs]
-    assert abs(ours.K[rows][:, rows] - theirs.K).max() < 1e-12 * abs(theirs.K).max()
 
 
 @needs_ccx
@@ -140,55 +70,6 @@ def test_substructure_in_the_user_element_form(tmp_path):
     schur = K[np.ix_(a, a)] - K[np.ix_(a, b)] @ np.linalg.solve(K[np.ix_(b, b)], K[np.ix_(b, a)])
     found = np.tril(raw.matrices["K"].toarray())
     assert any(np.allclose(found, np.tril(block), rtol=1e-10, atol=0.0) for block in (K[np.ix_(a, a)], schur))
-
-
-def test_input_file_sets_surfaces_materials(tmp_path):
-    mesh = skewed("hex20")
-    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
-    found = read_mesh(tmp_path / "m.inp")
-    assert found.mesh.n_nodes == mesh.n_nodes
-    assert found.materials == {"SOLID": STEEL}
-    assert set(found.mesh.node_sets) == {"NALL", "ROOT", "ENDS"}
-    assert {k: len(v) for k, v in found.mesh.element_sets["FIRST"].items()} == {"hex20": 2}
-    assert found.mesh.surface("FACE").n_faces == 2
-    assert found.mesh.surface("ROOT").n_faces == 2
-    assert "N, mm, tonne" in found.units
-    labels = {3 * i + 5 for i in mesh.node_set("ROOT").tolist()}
-    assert set(found.held[found.held[:, 1] == 0, 0].tolist()) == labels
-    order = np.argsort(found.mesh.labels)
-    np.testing.assert_array_equal(found.mesh.nodes[order], mesh.nodes)
-
-
-def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
-    write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
-    model = read_model(tmp_path / "m.inp", ImportOptions(quadratic=True))
-    reference = skewed("hex20")
-    # every middle of an edge between held nodes is held too; the lone y support stays alone
-    assert len(model.constrained) == 3 * len(reference.node_set("ROOT")) + 1
-    assert model.n_dofs == 3 * reference.n_nodes - len(model.constrained)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
-        ("*Heading", "*INCLUDE, INPUT=other.inp\n*Heading", "line 2: \\*INCLUDE is not read"),
-        ("210000., 0.3", "high, 0.3", "line .*: \\*ELASTIC cannot be read"),
-        ("TYPE=C3D8", "TYPE=S4", "no solid element"),
-        ("\n1, ", "\n1, 999999, ", "cannot be read"),
-        ("\n38, ", "\n7777, ", "uses node 38"),
-        ("Root, Root", "Stem", r"line .*: \*NSET names STEM, which the file does not have"),
-        ("first, GENERATE", "first, GENERATE\n1, 100000000000, 1", "range 1"),
-    ],
-)
-def test_faults_of_input_files(tmp_path, old, new, sentence):
-    mesh = box((2.0, 1.0, 1.0), (2, 1, 1), "hex8")
-    mesh = Mesh(nodes=mesh.nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
-    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
-    text = (tmp_path / "m.inp").read_text()
-    assert old in text
-    (tmp_path / "m.inp").write_text(text.replace(old, new, 1))
-    with pytest.raises(InputError, match=sentence):
-        read_mesh(tmp_path / "m.inp")
 
 
 @pytest.fixture

@@ -1,8 +1,7 @@
 """Input files whose keywords couple, add, rotate or hold: refused by name; approximated: warned; the rest is listed."""
 
-from pathlib import Path
-
 import pytest
+from helpers.input_file import CUBE, HELD, write
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
@@ -11,38 +10,6 @@ from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, TABLE
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
-
-CUBE = """\
-*NODE, NSET=NALL
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 0., 1., 0.
-4, 0., 0., 1.
-5, .5, 0., 0.
-6, .5, .5, 0.
-7, 0., .5, 0.
-8, 0., 0., .5
-9, .5, 0., .5
-10, 0., .5, .5
-*ELEMENT, TYPE=C3D10, ELSET=EALL
-1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
-*NSET, NSET=ROOT
-1, 3, 4, 7, 8, 10
-*MATERIAL, NAME=STEEL
-*ELASTIC
-2.1e5, 0.3
-*DENSITY
-7.8e-9
-*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL
-"""
-"""One quadratic tetrahedron, held nowhere."""
-HELD = "*BOUNDARY\nROOT, 1, 3\n"
-
-
-def write(folder: Path, text: str) -> Path:
-    path = folder / "m.inp"
-    path.write_text(text)
-    return path
 
 
 def test_the_plain_file_says_nothing(tmp_path):
@@ -91,46 +58,6 @@ def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
         assert "export the assembled matrices" in problem
     for keyword in refused:
         assert keyword in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ("*INCLUDE, INPUT=more.inp", "line 24: *INCLUDE is not read; merge the included files"),
-        ("*NODE, INPUT=nodes.txt", "*NODE has its data in another file"),
-        ("*NODE, SYSTEM=C\n11, 1., 90., 0.", "*NODE gives cylindrical or spherical coordinates"),
-        ("*NODE, NSET=N2\n2, 1.5, 0., 0.", "node 2 is given again at another place"),
-        ("*ELEMENT, TYPE=C3D10\n1, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10", "element 1 is given twice"),
-        ("*NGEN\n1, 5, 1", "*NGEN is not read: the mesh would be incomplete"),
-        ("*PART, NAME=A\n*END PART\n*PART, NAME=B\n*END PART", "*PART begins a second part"),
-        ("*INSTANCE, NAME=A-1, PART=A\n0., 0., 1.\n*END INSTANCE", "*INSTANCE is an instance that is moved"),
-        (
-            "*INSTANCE, NAME=A, PART=A\n*END INSTANCE\n*INSTANCE, NAME=B, PART=A\n*END INSTANCE",
-            "*INSTANCE places a second instance",
-        ),
-        (
-            "*SURFACE, NAME=S, TYPE=ELEMENT\nNOWHERE, S1",
-            "line 25: *SURFACE names NOWHERE, which the file does not have",
-        ),
-        ("*SURFACE, NAME=S, TYPE=ELEMENT\nEALL, S9", "line 25: *SURFACE: found face S9; expected S1 to S4"),
-        ("*SURFACE, NAME=S, TYPE=NODE\nNOWHERE", "*SURFACE names NOWHERE, which the file does not have"),
-        ("*BOUNDARY\nNOWHERE, 1, 3", "*BOUNDARY names NOWHERE, which the file does not have"),
-        ("*TRANSFORM, NSET=NOWHERE\n1., 1., 0., -1., 1., 0.", "*TRANSFORM names NOWHERE"),
-        ("*SOLID SECTION, ELSET=NOWHERE, MATERIAL=STEEL", "*SOLID SECTION names the element set NOWHERE"),
-        ("*SOLID SECTION, ELSET=EALL, MATERIAL=WOOD", "names material WOOD, which has no *ELASTIC"),
-        ("*ELEMENT\n5, 1, 2", "*ELEMENT lacks TYPE="),
-        ("*NODE\n99999999999999999999, 0., 0., 0.", "99999999999999999999... is too long for a label"),
-        (
-            "*ELEMENT, TYPE=T3D2, ELSET=BAR\n9, 2, 3\n*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL",
-            "1 elements of type T3D2",
-        ),
-    ],
-)
-def test_what_leaves_the_mesh_unclear_is_refused(tmp_path, more, said):
-    with pytest.raises(InputError) as caught:
-        read_model(write(tmp_path, CUBE + HELD + more + "\n"))
-    assert said in str(caught.value)
-    assert "m.inp" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -214,20 +141,6 @@ def test_rotated_nodes_that_are_free_or_wholly_held_do_not_matter(tmp_path):
     axes = "1., 1., 0., -1., 1., 0.\n"
     more = f"*TRANSFORM, NSET=ROOT\n{axes}*TRANSFORM, NSET=TIP\n{axes}*NSET, NSET=TIP\n2\n"
     assert read_model(write(tmp_path, CUBE + HELD + more)).n_dofs == 12
-
-
-def test_keywords_and_sets_as_other_programs_write_them(tmp_path):
-    """Lower case, blanks before the star, a keyword over two lines, sets of an instance, sets defined later."""
-    text = CUBE.replace("*ELEMENT, TYPE=C3D10, ELSET=EALL", "  *Element, type=C3D10,\n   elset=Eall")
-    more = "*boundary\npart-1-1.later, encastre\n*NSET, NSET=LATER, ELSET=EALL\n*BOUNDARY\n2, 1, 6, 0.\n"
-    mesh = read_mesh(write(tmp_path, text + more))
-    assert len(mesh.held) == 30
-    assert mesh.warnings == ()
-
-
-def test_a_surface_without_face_numbers_is_the_outside(tmp_path):
-    mesh = read_mesh(write(tmp_path, CUBE + HELD + "*SURFACE, NAME=SKIN\nEALL,\n")).mesh
-    assert mesh.surface("SKIN").n_faces == 4
 
 
 def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.nastran import write_text
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.importers.nastran.bulk import read_bulk
@@ -23,16 +24,7 @@ ENDDATA
 
 
 def write_op4(path: Path, matrices: dict[str, np.ndarray]) -> None:
-    """Text, dense."""
-    lines = []
-    for name, a in matrices.items():
-        lines.append(f"{len(a):8d}{len(a):8d}{6:8d}{2:8d}{name:8s}1P,3E24.16")
-        for j, column in enumerate(a.T, 1):
-            lines.append(f"{j:8d}{1:8d}{len(a):8d}")
-            words = [f"{v:24.16E}" for v in column]
-            lines += ["".join(words[i : i + 3]) for i in range(0, len(words), 3)]
-        lines += [f"{len(a) + 1:8d}{1:8d}{1:8d}", f"{1.0:24.16E}"]
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text(write_text(matrices, "dense"))
 
 
 def test_a_star_in_column_eight_is_a_large_field(tmp_path):

@@ -1,6 +1,6 @@
 """Input files of Abaqus and CalculiX (.inp): nodes, solid elements, sets, surfaces, materials, supports.
 
-Every keyword is read here, or has a verdict in abaqus_keywords.py, or is named as not understood.
+Every keyword is read here, or has a verdict in keywords.py, or is named as not understood.
 """
 
 from __future__ import annotations

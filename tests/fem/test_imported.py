@@ -1,0 +1,35 @@
+"""The imported model: what is held later, positions by label."""
+
+import numpy as np
+import pytest
+from helpers.imported import STEEL
+
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.fem.imported import ImportedModel
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+
+
+@pytest.fixture(scope="module")
+def cantilever() -> ImportedModel:
+    mesh = box((4.0, 1.0, 1.0), (4, 1, 1), "hex8")
+    return assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, fixed=["x0"], quadratic=True)
+
+
+def test_fixing_later_equals_fixing_at_once(cantilever):
+    mesh = box((4.0, 1.0, 1.0), (4, 1, 1), "hex8")
+    free = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, quadratic=True)
+    later = free.fix("x0")
+    assert later.dofs == cantilever.dofs
+    assert abs(later.K - cantilever.K).max() == 0.0
+    with pytest.raises(InputError, match="fixed: there is no node set 'root' in the model; known are x0, x1"):
+        free.fix("root")
+    partly = free.fix("x0", "x")
+    assert partly.n_dofs == free.n_dofs - len(free.nodes_of("x0"))
+
+
+def test_positions_by_label(cantilever):
+    nodes = cantilever.nodes_of("x1")
+    np.testing.assert_array_equal(cantilever.positions(nodes)[:, 0], 4.0)
+    with pytest.raises(InputError, match="position of node 99999 is not known"):
+        cantilever.positions(np.array([99999]))

@@ -1,0 +1,73 @@
+"""Meshes of input files written here: their matrices against those of CalculiX, their sets, materials, supports."""
+
+import numpy as np
+import pytest
+from helpers.abaqus import STEEL, needs_ccx, run, skewed, write_input
+
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.fem.mesh import Mesh
+from slipstick.importers.mesh_files import read_mesh
+from slipstick.importers.read_model import read_model
+from slipstick.importers.roles import ImportOptions
+
+
+@needs_ccx
+@pytest.mark.parametrize("kind", ["hex20", "tet10", "wedge15", "tet4"])
+def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
+    """Same elements, same integration of the stiffness: equal to the 14 digits of the file, dof by dof."""
+    write_input(tmp_path / "job.inp", skewed(kind), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
+    run(tmp_path / "job.inp")
+    theirs, ours = read_model(tmp_path / "job.sti"), read_model(tmp_path / "job.inp", quiet=True)
+    assert sorted(ours.dofs) == sorted(theirs.dofs)
+    rows = [ours.index(dof) for dof in theirs.dofs]
+    assert abs(ours.K[rows][:, rows] - theirs.K).max() < 1e-12 * abs(theirs.K).max()
+
+
+def test_input_file_sets_surfaces_materials(tmp_path):
+    mesh = skewed("hex20")
+    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
+    found = read_mesh(tmp_path / "m.inp")
+    assert found.mesh.n_nodes == mesh.n_nodes
+    assert found.materials == {"SOLID": STEEL}
+    assert set(found.mesh.node_sets) == {"NALL", "ROOT", "ENDS"}
+    assert {k: len(v) for k, v in found.mesh.element_sets["FIRST"].items()} == {"hex20": 2}
+    assert found.mesh.surface("FACE").n_faces == 2
+    assert found.mesh.surface("ROOT").n_faces == 2
+    assert "N, mm, tonne" in found.units
+    labels = {3 * i + 5 for i in mesh.node_set("ROOT").tolist()}
+    assert set(found.held[found.held[:, 1] == 0, 0].tolist()) == labels
+    order = np.argsort(found.mesh.labels)
+    np.testing.assert_array_equal(found.mesh.nodes[order], mesh.nodes)
+
+
+def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
+    write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
+    model = read_model(tmp_path / "m.inp", ImportOptions(quadratic=True))
+    reference = skewed("hex20")
+    # every middle of an edge between held nodes is held too; the lone y support stays alone
+    assert len(model.constrained) == 3 * len(reference.node_set("ROOT")) + 1
+    assert model.n_dofs == 3 * reference.n_nodes - len(model.constrained)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("*Heading", "*INCLUDE, INPUT=other.inp\n*Heading", "line 2: \\*INCLUDE is not read"),
+        ("210000., 0.3", "high, 0.3", "line .*: \\*ELASTIC cannot be read"),
+        ("TYPE=C3D8", "TYPE=S4", "no solid element"),
+        ("\n1, ", "\n1, 999999, ", "cannot be read"),
+        ("\n38, ", "\n7777, ", "uses node 38"),
+        ("Root, Root", "Stem", r"line .*: \*NSET names STEM, which the file does not have"),
+        ("first, GENERATE", "first, GENERATE\n1, 100000000000, 1", "range 1"),
+    ],
+)
+def test_faults_of_input_files(tmp_path, old, new, sentence):
+    mesh = box((2.0, 1.0, 1.0), (2, 1, 1), "hex8")
+    mesh = Mesh(nodes=mesh.nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
+    write_input(tmp_path / "m.inp", mesh, step="*FREQUENCY\n6")
+    text = (tmp_path / "m.inp").read_text()
+    assert old in text
+    (tmp_path / "m.inp").write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match=sentence):
+        read_mesh(tmp_path / "m.inp")

@@ -1,0 +1,71 @@
+"""Suspicions about meshes: the mass against that of the matrices, units by the size of the numbers."""
+
+from dataclasses import replace
+
+import pytest
+
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.fem.materials import Material
+from slipstick.importers.mesh_checks import likely_units, mass_warnings, material_warnings, unit_notes, variant_warnings
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+
+STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
+MESH = box((2.0, 1.0, 1.0), (2, 2, 2), "hex8")
+
+
+@pytest.mark.parametrize("fixed", [(), ("x0",), ("x0", "y1")])
+@pytest.mark.parametrize("kind", ["hex8", "tet4", "wedge6"])
+def test_the_mass_of_the_mesh_is_that_of_its_own_matrices_whatever_is_held(kind, fixed):
+    mesh = box((2.0, 1.0, 1.0), (2, 2, 2), kind)
+    model = assemble_mesh(MeshModel(mesh=mesh), source="box", material=STEEL, fixed=fixed)
+    assert list(mass_warnings(model, mesh, STEEL)) == []
+    assert list(mass_warnings(model, mesh, replace(STEEL, density=7800.0 * 1.009))) == []
+    (said,) = mass_warnings(model, mesh, replace(STEEL, density=7800.0 * 1.2))
+    assert "20 % apart" in said
+    with pytest.raises(InputError, match="in the same units"):
+        list(mass_warnings(model, mesh, replace(STEEL, density=7.8)))
+
+
+def test_a_mass_that_cannot_be_compared_is_said():
+    model = assemble_mesh(MeshModel(mesh=MESH), source="box", material=STEEL)
+    (said,) = mass_warnings(model, MESH, {"nowhere": STEEL})
+    assert "is not compared" in said
+
+
+@pytest.mark.parametrize(
+    ("young", "density", "system"),
+    [
+        (2.1e11, 7800.0, "SI (N, m, kg)"),
+        (2.1e5, 7.8e-9, "N, mm, tonne"),
+        (3.0e7, 7.3e-4, "lbf, inch, s"),
+        (2.1e8, 7.8e-6, "mN, mm, kg"),
+    ],
+)
+def test_steel_is_recognised_in_every_system(young, density, system):
+    materials = {"steel": Material(young=young, poisson=0.3, density=density)}
+    assert likely_units(materials) == f"not stated; E and density look like {system}"
+    assert any(system in note for note in unit_notes(MESH, materials))
+    assert "the largest dimension is 2 " in unit_notes(MESH, materials)[0]
+
+
+def test_units_that_fit_nothing_or_two_systems_are_not_guessed():
+    odd = Material(young=1.0, poisson=0.3, density=1.0)
+    assert likely_units({"odd": odd}) == likely_units({}) == "not stated"
+    assert likely_units({"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
+    assert "fit no common system" in unit_notes(MESH, {"odd": odd})[1]
+
+
+def test_a_material_given_is_said_where_it_differs():
+    assert list(material_warnings({"a": STEEL}, STEEL, "m")) == []
+    assert list(material_warnings({"a": STEEL}, None, "m")) == []
+    (said,) = material_warnings({"a": STEEL, "b": replace(STEEL, density=1.0)}, STEEL, "m")
+    assert "density = 1)" in said
+    assert "a (" not in said
+
+
+def test_other_integration_is_said_for_the_elements_that_are_there():
+    variants = {"hex8": {"SOLID45": 8}, "tet4": {"C3D4H": 3}}
+    assert list(variant_warnings(MESH, variants, "m")) == [
+        "m: 8 elements of type SOLID45 are computed as fully integrated hex8"
+    ]
