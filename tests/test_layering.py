@@ -14,7 +14,7 @@ ROOT = Path(slipstick.__file__).parent
 ORDER = (
     ("errors",),
     ("faults", "typing"),
-    ("trig", "solve"),
+    ("trig", "solve", "units"),
     ("contact", "structure"),
     ("thermal", "fem"),
     ("balance",),

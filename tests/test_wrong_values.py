@@ -147,7 +147,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.Problem,
         {
             "structure": STRUCTURE, "contacts": [PAIR], "loads": [LOAD], "harmonics": H, "outputs": ["x"],
-            "period_ratio": (1, 1), "title": "t", "load": 1.0, "friction": 1.0, "thermal": None, "told": None,
+            "period_ratio": (1, 1), "title": "t", "units": {"length": "mm"}, "load": 1.0, "friction": 1.0,
+            "thermal": None, "told": None,
         },
     ),
     "Problem.parameter": (lambda: PROBLEM.parameter, {"name": "damper.mu"}),

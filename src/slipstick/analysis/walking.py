@@ -130,7 +130,7 @@ def _placed(task: Task, outcome: Outcome, message: str, parts: list[Part]) -> st
     """The message of a curve that stopped early, with the place of its last point; two parts tell it themselves."""
     if outcome.ok or len(parts) > 1:
         return message
-    unit, last = f" ({task.parameter})" if task.parameter else " rad/s", parts[0].last
+    unit, last = f" ({task.parameter})" if task.parameter else f" {task.problem.units.angular}", parts[0].last
     if last is None:
         return f"{message}; no point was found at {task.start:.6g}{unit}"
     return f"{message}; the last of {parts[0].points} points is at {last[0]:.6g}{unit}"
@@ -182,7 +182,8 @@ def collect(task: Task) -> Branch:
     points = list(walk(task))
     recorder, end = told[Started].recorder, told[Stopped]
     values, attributes = recorder.values(points), dict(end.attributes)
-    if sentences := result_warnings(task.parameter or "omega", values, task.problem.elements):
+    problem, followed = task.problem, task.parameter or "omega"
+    if sentences := result_warnings(followed, values, problem.elements, problem.units.angular):
         warn(sentences)
         attributes["warnings"] = "\n".join([*task.warnings, *sentences])
     return Branch(lambda: make_dataset(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

@@ -36,6 +36,8 @@ class Case:
     body: Body = field(repr=False)
     problem_: Problem = field(repr=False)
     response: ResponseTable
+    frequency_unit: str = "rad/s"
+    """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -73,6 +75,7 @@ class Case:
             body=reading.body,
             problem_=reading.problem,
             response=reading.response,
+            frequency_unit=reading.frequency_unit,
         )
 
     @property
@@ -106,6 +109,29 @@ class Case:
         """Start and stop of the followed quantity, rad/s or the parameter's own unit."""
         swept = self.parameter is not None
         return swept_value(self.response.start, swept), swept_value(self.response.stop, swept)
+
+    def frequency_text(self, omega: float) -> str:
+        """A frequency (rad/time) for the reader, also in the unit the range is written in."""
+        return self.problem().units.frequency_text(omega, self.frequency_unit)
+
+    @property
+    def request(self) -> str:
+        """What is followed, in words: from where to where, and at which frequency."""
+        start, stop = self.span
+        if self.parameter is None:
+            return f"{self.frequency_text(start)} to {self.frequency_text(stop)}"
+        _, unit = self.shown_in
+        return f"{self.parameter} from {start:g} to {stop:g}{unit} at {self.frequency_text(self.omega[0])}"
+
+    @property
+    def shown_in(self) -> tuple[float, str]:
+        """The unit that the followed quantity is shown in: its size, and how it stands after a number."""
+        from slipstick.balance.parameters import parameter_units
+
+        units = self.problem().units
+        if self.parameter is not None:
+            return 1.0, units.after(parameter_units(self.problem(), self.parameter))
+        return units.frequency_factor(self.frequency_unit), f" {self.frequency_unit}"
 
     @property
     def requested(self) -> tuple[float, ...]:
@@ -153,7 +179,12 @@ class Case:
     @property
     def names(self) -> dict[str, str]:
         """What results say of the case they are of."""
-        return {"title": self.title, "case": self.text, "case_file": self.path.name}
+        return {
+            "title": self.title,
+            "case": self.text,
+            "case_file": self.path.name,
+            "frequency_unit": self.frequency_unit,
+        }
 
 
 def load_case(path: str | Path) -> Problem:

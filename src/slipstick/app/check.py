@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,10 +12,12 @@ from slipstick.app.case import Case
 from slipstick.app.full_model import show_full_model
 from slipstick.app.guard import complain, say
 from slipstick.app.references import linear_references
+from slipstick.contact import traits
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
+    from slipstick.units import Units
 
 _LISTED = 10
 
@@ -27,13 +28,13 @@ def check_case(path: Path) -> None:
     problem = case.problem()
     warn(case)
     say(f"{case.title} ({path})")
-    _structure(problem)
-    _reduction(problem, case.omega)
-    show_full_model(case.body, case.omega, max(problem.harmonics.orders))
+    _structure(case, problem)
+    _reduction(case, problem)
+    show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
     _request(case, problem)
     _contacts(problem)
     if case.parameter is None:
-        _linear_limits(problem, case.omega)
+        _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
 
 
@@ -45,40 +46,31 @@ def warn(case: Case) -> list[str]:
     return sentences
 
 
-def hertz(omega: float) -> str:
-    """A frequency in both units."""
-    return f"{omega:.6g} rad/s ({omega / (2 * pi):.5g} Hz)"
-
-
-def _structure(problem: Problem) -> None:
+def _structure(case: Case, problem: Problem) -> None:
     structure = problem.structure
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
     say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
-        say(f"  {number:>3}  {hertz(float(omega))}")
+        say(f"  {number:>3}  {case.frequency_text(float(omega))}")
 
 
-def _reduction(problem: Problem, omega: tuple[float, float]) -> None:
+def _reduction(case: Case, problem: Problem) -> None:
     from slipstick.balance.reduction import worst_error
 
-    worst = worst_error(problem, omega)
+    worst = worst_error(problem, case.omega)
     if worst is None or worst.kind == "unknown":
         return
     limit = problem.structure.valid_to  # type: ignore[attr-defined]
     say(
         f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
-        + (f"; 1e-02 is reached at {hertz(limit)}" if np.isfinite(limit) else "")
+        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if np.isfinite(limit) else "")
     )
 
 
 def _request(case: Case, problem: Problem) -> None:
-    start, stop = case.span
-    if case.parameter is None:
-        say(f"range: {hertz(start)} to {hertz(stop)}")
-    else:
-        say(f"range: {case.parameter} from {start:g} to {stop:g} at {hertz(case.omega[0])}")
+    say(f"range: {case.request}")
     orders = problem.harmonics.orders
     unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
     say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
@@ -96,18 +88,22 @@ def _contacts(problem: Problem) -> None:
         for k, name in enumerate(pair.elements):
             ports = {port: pair.direction(port, k) for port in pair.contact.ports}
             along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
-            numbers = [f"{quantity} {float(pair.values(quantity)[k]):g}" for quantity in _told(pair, k)]
-            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k)])}")
+            law, units = pair.contact, problem.units
+            numbers = [
+                f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(traits.units(law, quantity))}"
+                for quantity in _told(pair, k)
+            ]
+            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
 
 
-def _motion(pair: ContactPair, k: int) -> str:
+def _motion(pair: ContactPair, k: int, units: Units) -> str:
     """How the counter surface of the k-th contact moves."""
     along, across = (
         _some(sorted({m for part in parts for m in getattr(pair.rubbing, part) if pair.values(f"{part}{m}")[k] != 0.0}))
         for parts in (("cos", "sin"), ("normal_cos", "normal_sin"))
     )
     velocity = float(pair.values("velocity")[k])
-    words = [f"rubbing at {velocity:g}" if velocity or along else "no rubbing"]
+    words = [f"rubbing at {velocity:g}{units.after('length/time')}" if velocity or along else "no rubbing"]
     words += [f"periodic part of order {along}"] if along else []
     words += [f"moving along the normal with order {across}"] if across else []
     return " and ".join(words)
@@ -121,14 +117,15 @@ def _told(pair: ContactPair, k: int) -> list[str]:
     return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
 
 
-def _linear_limits(problem: Problem, omega: tuple[float, float]) -> None:
+def _linear_limits(case: Case, problem: Problem) -> None:
     """Highest point of the linear response without contacts and with all of them stuck."""
-    for label, data in linear_references(problem, omega):
+    for label, data in linear_references(problem, case.omega):
         grid = data["omega"].to_numpy()
         for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
             values = data["amplitude"].sel(dof=dof).to_numpy()
             at = int(np.argmax(values))
-            say(f"linear response, {label}: largest amplitude of {dof} {values[at]:.4g} near {hertz(float(grid[at]))}")
+            size = f"{values[at]:.4g}{problem.units.after('length')}"
+            say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
 
 
 def _cosines(cosines: Mapping[str, float] | None) -> str:

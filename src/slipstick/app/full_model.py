@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import pi
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +21,9 @@ _LARGE = 20_000
 _FEW, _MANY = 3, 6
 
 
-def show_full_model(body: Body, omega: tuple[float, float], highest_order: int) -> None:
+def show_full_model(
+    body: Body, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
+) -> None:
     """Print the full model behind a reduced structure, the error of the reduction and the contact points."""
     full = body.reduced
     if full is None:
@@ -34,7 +35,7 @@ def show_full_model(body: Body, omega: tuple[float, float], highest_order: int) 
     )
     for note in full.notes:
         say(f"  {note}")
-    _errors(full, omega, highest_order)
+    _errors(full, omega, highest_order, frequency_text)
     if full.points is not None:
         _points(full.points)
 
@@ -51,7 +52,9 @@ def frequencies(omega: tuple[float, float], highest_order: int, count: int) -> l
     return [float(value) for value in dict.fromkeys(wanted)]
 
 
-def _errors(full: ReducedBody, omega: tuple[float, float], highest_order: int) -> None:
+def _errors(
+    full: ReducedBody, omega: tuple[float, float], highest_order: int, frequency_text: Callable[[float], str]
+) -> None:
     large = full.n_dofs > _LARGE
     wanted = frequencies(omega, highest_order, _FEW if large else _MANY)
     few = "; the model is large, so at few frequencies" if large else ""
@@ -59,7 +62,7 @@ def _errors(full: ReducedBody, omega: tuple[float, float], highest_order: int) -
     if large:
         say("  putting the full model together, then a direct solution for each of the frequencies ...")
     for value, error in full.receptance_errors(wanted):
-        say(f"  {value:.6g} rad/s ({value / (2 * pi):.5g} Hz): {error:.1e}")
+        say(f"  {frequency_text(value)}: {error:.1e}")
 
 
 def _points(points: ContactPoints) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.fe_tables import SurfaceContactTable, contact_table
+from slipstick.app.frequencies import display_unit, frequency_faults
 from slipstick.app.heating import background_of, heating_faults, thermal_model
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
@@ -58,6 +59,7 @@ class Reading:
         self.response: ResponseTable | None = None
         self.problem: Problem | None = None
         self.thermal: ThermalTable | None = None
+        self.frequency_unit = ""
 
     def read(self) -> None:
         """Go through the whole case."""
@@ -71,6 +73,9 @@ class Reading:
         self.thermal = self._one("thermal", ThermalTable, optional=True)
         self.response = self._one("response", ResponseTable)
         output = self._one("output", OutputTable, optional=True)
+        if top is not None:
+            self.frequency_unit = display_unit(self.raw, top.units.units)
+            self.faults += frequency_faults(self.raw, top.units.units)
         self._references(loads, blocks, output)
         contacts = self._contacts(blocks)
         tables = [c.table for c in contacts]
@@ -252,6 +257,7 @@ class Reading:
                 outputs=output.dofs if output else None,
                 period_ratio=ratios[0] if ratios else (1, 1),
                 title=top.title,
+                units=top.units.units,
                 thermal=thermal_model(contacts, self.thermal, self.folder),
                 told=None,
             )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import silent
 from slipstick.app.case import Case
-from slipstick.app.check import hertz, warn
+from slipstick.app.check import warn
 from slipstick.app.guard import (
     BAD_INPUT,
     DONE,
@@ -26,6 +26,7 @@ from slipstick.app.output import OutputFolder
 from slipstick.app.prepare import prepare_kernel
 from slipstick.app.progress import Progress, duration, progress
 from slipstick.errors import InputError, Outcome
+from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     import xarray
@@ -82,16 +83,17 @@ class _Run:
         from slipstick.io.store import ResultStore
         from slipstick.results.record import Recorder
 
-        self.tell(f"{self.case.title}: {self._request()}")
+        self.tell(f"{self.case.title}: {self.case.request}")
         prepare_kernel(self.tell)
         recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
         layout = replace(recorder.layout, attributes=self._attributes())
         self.store = ResultStore(self.folder.results, layout, self.case.problem())
         self.folder.copy_case()
         begin = time.perf_counter()
-        unit = " rad/s" if self.case.parameter is None else ""
-        with termination_as_interrupt(), progress(*self.case.span, unit, quiet=quiet) as shown:
-            self._follow(_Listener(self.store, recorder, shown))
+        factor, unit = self.case.shown_in
+        start, stop = (value / factor for value in self.case.span)
+        with termination_as_interrupt(), progress(start, stop, unit, quiet=quiet) as shown:
+            self._follow(_Listener(self.store, recorder, shown, self.case))
         self.seconds = time.perf_counter() - begin
         self._close()
 
@@ -130,12 +132,6 @@ class _Run:
     def text(self) -> str:
         """How it ended, in words."""
         return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
-
-    def _request(self) -> str:
-        start, stop = self.case.span
-        if self.case.parameter is None:
-            return f"{hertz(start)} to {hertz(stop)}"
-        return f"{self.case.parameter} from {start:g} to {stop:g} at {hertz(self.case.omega[0])}"
 
     def _attributes(self) -> Mapping[str, Any]:
         """What an unfinished file says."""
@@ -193,8 +189,9 @@ class _Run:
 class _Listener:
     """Writes points to the store and shows them."""
 
-    def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress) -> None:
-        self._store, self._recorder, self._shown = store, recorder, shown
+    def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
+        self._store, self._recorder, self._shown, self._case = store, recorder, shown, case
+        self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
 
@@ -205,15 +202,16 @@ class _Listener:
         elif kind == "StrategyTried":
             why = f": {event.reason}" if event.reason else ""
             result = "found" if event.found else f"not found{why}"
-            self._shown.note(f"  first point at {event.omega:.6g} rad/s, {event.name}: {result}")
+            self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
 
     def _point(self, point: Any) -> None:
         record = self._recorder.record(point)
         self._store.append(record)
-        value = float(point.parameter)
+        value = float(point.parameter) / self._factor
         if point.part != self._part:
             self._part, self._last = point.part, None
-            self._shown.note(f"  the branch broke off: it is followed from the other end too, from {value:.6g}")
+            where = f"{value:.6g}{self._unit}"
+            self._shown.note(f"  the branch broke off: it is followed from the other end too, from {where}")
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._shown.at(value, step, states_text(record))
@@ -241,19 +239,24 @@ def warnings_of(data: xarray.Dataset) -> list[str]:
 
     names = ("parameter", "omega", "truncation", "separation_fraction")
     values = {name: data[name].to_numpy() for name in names if name in data}
-    contacts = [str(name) for name in data["contact"].to_numpy()]
-    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts)
+    contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
+    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit)
 
 
 def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:
     """One line for each located peak, the largest of each dof first."""
     kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
-    axis = "parameter" if data.attrs.get("parameter") else "omega"
+    axis, units = "parameter" if data.attrs.get("parameter") else "omega", Units.of_results(data.attrs)
     lines = []
     for i in (kind == "peak").nonzero()[0]:
         dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
         value, size = float(data[axis][i]), float(data["amplitude"][i, max(of[i], 0)])
-        where = hertz(value) if axis == "omega" else f"{value:.6g}"
-        lines.append((size, f"peak of {dof}: amplitude {size:.6g} at {where}"))
+        if axis == "omega":
+            where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
+        else:
+            where = f"{value:.6g}{after_number(data[axis].attrs['units'])}"
+        lines.append(
+            (size, f"peak of {dof}: amplitude {size:.6g}{after_number(data['amplitude'].attrs['units'])} at {where}")
+        )
     lines.sort(key=lambda pair: -pair[0])
     return [line for _, line in lines[:most]]

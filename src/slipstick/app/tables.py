@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
 from slipstick.errors import InputError
+from slipstick.units import LONGEST, Units, label_fault
 
 
 def _positive_frequency(value: Any) -> float:
@@ -100,6 +101,29 @@ class Table(BaseModel):
         return []
 
 
+def _label(value: Any) -> str:
+    if label_fault(value):
+        raise ValueError(f'expected a short text such as "mm", at most {LONGEST} characters')
+    return str(value)
+
+
+Label = Annotated[str, PlainValidator(_label)]
+
+
+class UnitsTable(Table):
+    """``units = { length = "mm", force = "N", time = "s" }``: names alone, nothing is converted."""
+
+    length: Label | None = Field(default=None, description='a text such as "mm"')
+    force: Label | None = Field(default=None, description='a text such as "N"')
+    time: Label | None = Field(default=None, description='a text such as "s"')
+    temperature: Label | None = Field(default=None, description='a text such as "degC"')
+
+    @property
+    def units(self) -> Units:
+        """The names given, over the words for the dimensions."""
+        return Units(**self.model_dump(exclude_none=True))
+
+
 class TopTable(Table):
     """Keys above the first section."""
 
@@ -110,6 +134,9 @@ class TopTable(Table):
     )
     period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
+    )
+    units: UnitsTable = Field(
+        default=UnitsTable(), description='a table such as { length = "mm", force = "N", time = "s" }'
     )
 
 

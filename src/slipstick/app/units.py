@@ -8,9 +8,11 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from slipstick.units import FREQUENCIES
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([A-Za-z/°]+)\s*")
-_FREQUENCY = {"rad/s": 1.0, "hz": 2 * math.pi, "khz": 2e3 * math.pi, "rpm": math.pi / 30}
+_FREQUENCY = {name.lower(): factor for name, factor in FREQUENCIES.items()}
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
 _RANGE = re.compile(r"(\d{1,18})\s*(?:\.\.\s*(\d{1,18}))?")
 
@@ -25,6 +27,16 @@ def frequency(value: Any) -> float:
     (2.0, 3.1416, 314.159)
     """
     return _quantity(value, _FREQUENCY, 'a number in rad/s, or text with a unit such as "0.32 Hz" or "3000 rpm"')
+
+
+def frequency_unit(value: Any) -> str | None:
+    """The unit a frequency is written in, spelt as figures spell it; None for a plain number.
+
+    >>> frequency_unit("0.5 hz"), frequency_unit(2.0)
+    ('Hz', None)
+    """
+    match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    return next((name for name in FREQUENCIES if match and name.lower() == match[2].lower()), None)
 
 
 def angle(value: Any) -> float:

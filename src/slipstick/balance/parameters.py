@@ -91,7 +91,7 @@ def known_parameters(problem: Problem) -> Iterator[str]:
 
 
 def parameter_units(problem: Problem, name: str) -> str:
-    """Units of a named parameter in the user's own system; "1" for factors."""
+    """Dimension of a named parameter in words, such as "length/time"; "1" for factors."""
     target = parameter_target(problem, name)
     if target.load is not None:
         return target.load.units(target.quantity)

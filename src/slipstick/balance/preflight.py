@@ -172,7 +172,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
 def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array | None) -> Iterator[str]:
     factor = problem.load_order
     low, high = low * factor, high * factor
-    if natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
+    if not problem.units.in_seconds or natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
         return
     if low <= _stuck_limit(problem, float(natural[0]), static) and high >= natural[0]:
         return

@@ -37,6 +37,7 @@ from slipstick.structure.protocol import Structure
 from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
+from slipstick.units import Units
 
 MOST_OUTPUTS = 100
 
@@ -64,6 +65,9 @@ class Problem:
         rubbing motions count their own frequency; ``omega`` is always the principal one.
     title
         Written on results.
+    units
+        Names of the units of length, force, time and temperature, such as ``{"length": "mm", "time": "s"}``: labels of
+        results, figures and messages. Nothing is converted; numbers are of one consistent system in any case.
     load, friction
         Factors on all loads and on all friction coefficients: the parameters "load" and "friction".
     thermal
@@ -93,6 +97,7 @@ class Problem:
     outputs: Sequence[str] | None = None
     period_ratio: tuple[int, int] = (1, 1)
     title: str = ""
+    units: Units = field(default_factory=Units)
     load: float = 1.0
     friction: float = 1.0
     thermal: ThermalModel | None = None
@@ -280,6 +285,7 @@ def _right_kinds(problem: Problem) -> dict[str, Any]:
         values["outputs"] = found.take(names, "outputs", problem.outputs)
     values["period_ratio"] = found.take(_ratio, problem.period_ratio)
     values["title"] = found.take(text, "title", problem.title)
+    values["units"] = found.take(Units.of, problem.units)
     for factor in FACTORS:
         values[factor] = found.take(number, f"{factor} factor", getattr(problem, factor))
     if problem.thermal is not None:

@@ -71,7 +71,7 @@ def reduction_attributes(problem: Problem) -> dict[str, str]:
     limit = getattr(problem.structure, "valid_to", None)
     if limit is None or problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
         return {}
-    return {"reduction_valid_to": f"{float(limit):.6g} rad/s"}
+    return {"reduction_valid_to": f"{float(limit):.6g} {problem.units.angular}"}
 
 
 def reduction_faults(
@@ -81,7 +81,7 @@ def reduction_faults(
     worst = worst_error(problem, omega)
     if worst is None or not worst.refused:
         return []
-    return [worst.sentence(count(worst.needed) if count is not None else None)]
+    return [worst.sentence(count(worst.needed) if count is not None else None, problem.units.angular)]
 
 
 def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
@@ -89,11 +89,11 @@ def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
     worst = worst_error(problem, omega)
     if worst is None:
         return []
-    highest = max(omega) * max(excited_orders(problem), default=1)
+    highest, rate = max(omega) * max(excited_orders(problem), default=1), problem.units.angular
     if worst.kind == "unknown" and highest > worst.last_mode:
         return [
-            f"the range goes up to {highest:.5g} rad/s, beyond the modes of the structure, which end at "
-            f"{worst.last_mode:.5g} rad/s, and nothing tells what was left out: give static_compliance, or more modes"
+            f"the range goes up to {highest:.5g} {rate}, beyond the modes of the structure, which end at "
+            f"{worst.last_mode:.5g} {rate}, and nothing tells what was left out: give static_compliance, or more modes"
         ]
     limit = WARNED if worst.kind == "estimate" else REFUSED
-    return [worst.sentence()] if worst.value > limit else []
+    return [worst.sentence(None, rate)] if worst.value > limit else []

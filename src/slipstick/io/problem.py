@@ -28,6 +28,7 @@ from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
+from slipstick.units import Units
 
 if TYPE_CHECKING:
     import xarray
@@ -55,6 +56,7 @@ PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "rubbing": (RubbingMotion, _by_fields),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
+    "units": (Units, _by_fields),
     "thermal": (ThermalModel, _by_fields),
     "friction curve": (FrictionCurve, lambda c: {**c.tables, "interpolation": c.interpolation}),
 }

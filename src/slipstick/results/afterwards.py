@@ -10,13 +10,16 @@ from slipstick.results.truncation import truncation_sentence
 from slipstick.typing import Array
 
 
-def result_warnings(followed: str, values: Mapping[str, Array], contacts: Sequence[str]) -> list[str]:
+def result_warnings(
+    followed: str, values: Mapping[str, Array], contacts: Sequence[str], unit: str = "rad/s"
+) -> list[str]:
     """Contacts that never acted and harmonics that are missing.
 
-    ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of.
+    ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit`` that of
+    frequencies.
     """
     at = values["parameter" if "parameter" in values else "omega"]
-    missing = truncation_sentence(followed, at, values["truncation"])
+    missing = truncation_sentence(followed, at, values["truncation"], unit)
     return [*_open(values, contacts), *([missing] if missing else [])]
 
 

@@ -20,6 +20,7 @@ from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
 from slipstick.typing import Array
+from slipstick.units import ANGULAR
 
 if TYPE_CHECKING:
     import xarray
@@ -41,7 +42,7 @@ class Declared(NamedTuple):
     dims: tuple[str, ...]
     """Dimensions after ``point``."""
     units: str
-    """In the user's own consistent system."""
+    """Dimension in words, such as "force length/time", which ``layout_of`` puts the names of units into."""
     long_name: str
     whole: bool = False
     """Whether it holds whole numbers."""
@@ -50,8 +51,8 @@ class Declared(NamedTuple):
 
 
 VARIABLES: dict[str, Declared] = {
-    "omega": Declared((), "rad/s", "principal frequency"),
-    "excitation_frequency": Declared((), "rad/s", "excitation frequency"),
+    "omega": Declared((), ANGULAR, "principal frequency"),
+    "excitation_frequency": Declared((), ANGULAR, "excitation frequency"),
     "parameter": Declared((), "1", "followed parameter"),
     "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
     "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the zero harmonic)"),
@@ -169,7 +170,8 @@ def layout_of(problem: Problem, *, parameter: str = "", only: Sequence[str] | No
         "bound": ("lower", "upper"),
     }
     used = {dim for declared in found.values() for dim in declared.dims}
-    return Layout(labels={dim: names for dim, names in labels.items() if dim in used}, variables=found)
+    labelled = {name: declared._replace(units=problem.units.label(declared.units)) for name, declared in found.items()}
+    return Layout(labels={dim: names for dim, names in labels.items() if dim in used}, variables=labelled)
 
 
 def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]]:
@@ -202,11 +204,13 @@ def attributes_of(
 ) -> dict[str, Any]:
     """Attributes of results: title, case, outcome, warnings, settings, versions, and at the end the work (``more``).
 
-    ``case`` and ``case_file`` are empty for a problem made in Python.
+    ``case`` and ``case_file`` are empty for a problem made in Python; ``frequency_unit`` is the one to draw in.
     """
     return {
         "Conventions": "CF-1.11",
         "title": problem.title,
+        **problem.units.attributes,
+        "frequency_unit": problem.units.angular,
         "case": "",
         "case_file": "",
         "harmonics": " ".join(str(m) for m in problem.harmonics.orders),

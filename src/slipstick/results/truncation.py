@@ -84,12 +84,15 @@ def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wid
     return [F.reshape(shape) for F in found.force]
 
 
-def truncation_sentence(name: str, values: Array, estimate: Array) -> str | None:
-    """A warning where harmonics are missing, None where they are not; ``name`` is what ``values`` (n,) are of."""
+def truncation_sentence(name: str, values: Array, estimate: Array, unit: str = "rad/s") -> str | None:
+    """A warning where harmonics are missing, None where they are not.
+
+    ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies.
+    """
     if not estimate.size or not np.nanmax(estimate) > WARNED:
         return None
     worst = int(np.nanargmax(estimate))
-    where = f"{name} = {values[worst]:.6g}" + (" rad/s" if name == "omega" else "")
+    where = f"{name} = {values[worst]:.6g}" + (f" {unit}" if name == "omega" else "")
     return (
         f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "
         f"than {100.0 * WARNED:g} % at {int(np.sum(estimate > WARNED))} of {estimate.size} points): keep more harmonics"

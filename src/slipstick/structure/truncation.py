@@ -119,11 +119,11 @@ class WorstError:
         closer = self.last_mode * max(self.value / WARNED, 1.0) ** (1 / 3) if self.value < REFUSED else np.inf
         return float(max(min(_MODES_BEYOND * self.reach, closer), 1.05 * self.last_mode))
 
-    def sentence(self, count: int | None = None) -> str:
-        """What is wrong and what to do; ``count`` modes lie below :attr:`needed`."""
-        at = f"{self.order * self.omega:.5g} rad/s"
+    def sentence(self, count: int | None = None, unit: str = "rad/s") -> str:
+        """What is wrong and what to do; ``count`` modes lie below :attr:`needed`; ``unit`` is that of frequencies."""
+        at = f"{self.order * self.omega:.5g} {unit}"
         if self.order > 1:
-            at += f" (harmonic {self.order} of {self.omega:.5g} rad/s"
+            at += f" (harmonic {self.order} of {self.omega:.5g} {unit}"
             at += ")" if self.value == self.relative else f", which counts {self.value:.1e} there)"
         may = "is wrong by about" if self.kind == "estimate" else "may be wrong by up to"
         more = f"all {count} below" if count else "about all below"
@@ -131,7 +131,7 @@ class WorstError:
         force = "; force = true takes it as it is" if self.refused else ""
         return (
             f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}: its modes "
-            f"end at {self.last_mode:.5g} rad/s, and what counts should stay below {WARNED:g}, above {REFUSED:g} it is "
-            f"of no use; {known}keep more modes, {more} {self.needed:.3g} rad/s, or lower the range or the "
+            f"end at {self.last_mode:.5g} {unit}, and what counts should stay below {WARNED:g}, above {REFUSED:g} it "
+            f"is of no use; {known}keep more modes, {more} {self.needed:.3g} {unit}, or lower the range or the "
             f"harmonics{force}"
         )

@@ -1,0 +1,134 @@
+"""Names of the units a user computes in: labels alone, nothing is converted by them.
+
+Every quantity is declared by its dimension in words, such as "force length/time"; ``Units.label`` puts the names of the
+base units in their place.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from math import pi
+from typing import Any
+
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, shown, suggestion, table
+
+LONGEST = 30
+
+FREQUENCIES = {"rad/s": 1.0, "Hz": 2 * pi, "kHz": 2e3 * pi, "rpm": pi / 30}
+"""Units that a frequency may be written and drawn in, and how many rad/s they are."""
+
+ANGULAR = "rad/time"
+"""The dimension of a frequency."""
+
+_SECONDS = ("s", "sec", "second", "seconds")
+_WORD = re.compile(r"\b(?:length|force|time|temperature)\b")
+_COMPOUND = re.compile(r"[\s/*·^]")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Units:
+    """Names of the base units, such as "mm", "N", "s", "degC"; what is not named keeps the word for its dimension.
+
+    Raises
+    ------
+    InputError
+        For a name that is not a short text.
+
+    Examples
+    --------
+    >>> units = Units(length="mm", force="N", time="s")
+    >>> units.label("force length/time"), units.label("rad/time"), units.label("temperature")
+    ('N mm/s', 'rad/s', 'temperature')
+    """
+
+    length: str = "length"
+    force: str = "force"
+    time: str = "time"
+    temperature: str = "temperature"
+
+    def __post_init__(self) -> None:
+        wrong = [f"units, {f.name}: {fault}" for f in fields(self) if (fault := label_fault(getattr(self, f.name)))]
+        if wrong:
+            raise InputError(wrong)
+
+    @classmethod
+    def of(cls, given: Any) -> Units:
+        """Units from themselves or a table ``{"length": "mm"}``; InputError for any other name in it."""
+        if isinstance(given, cls):
+            return given
+        names = table("units", given, 'names of units such as {"length": "mm", "force": "N", "time": "s"}')
+        found, known = Gathering(), [f.name for f in fields(cls)]
+        found.problems += [f"units: there is no '{key}'; {suggestion(key, known)}" for key in names if key not in known]
+        units = found.take(cls, **{key: value for key, value in names.items() if key in known})
+        found.end()
+        assert units is not None
+        return units
+
+    @classmethod
+    def of_results(cls, attributes: Mapping[str, Any]) -> Units:
+        """The units that results were written with; those of files without any are not named."""
+        names = {f.name: str(attributes.get(f"{f.name}_unit", "")) for f in fields(cls)}
+        return cls(**{name: value for name, value in names.items() if not label_fault(value)})
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What results say of them."""
+        return {f"{f.name}_unit": getattr(self, f.name) for f in fields(self)}
+
+    def label(self, dimension: str) -> str:
+        """The unit of a dimension in words; other words stay as they are. A time without a name is the second."""
+        if dimension == ANGULAR:
+            return "rad/s" if self.time == "time" else f"rad/{self._part('time')}"
+        if dimension in self.__dataclass_fields__:
+            return str(getattr(self, dimension))
+        return _WORD.sub(lambda word: self._part(word[0]), dimension)
+
+    def _part(self, name: str) -> str:
+        """A name that can stand beside others."""
+        own = str(getattr(self, name))
+        return f"({own})" if _COMPOUND.search(own) else own
+
+    def after(self, dimension: str) -> str:
+        """The unit as it stands after a number, " N mm/s"; nothing where one of its base units has no name."""
+        return after_number(self.label(dimension))
+
+    @property
+    def angular(self) -> str:
+        """The unit of frequencies in input and results, "rad/s"."""
+        return self.label(ANGULAR)
+
+    @property
+    def in_seconds(self) -> bool:
+        """Whether the unit of time is the second, so that Hz and rpm have a meaning."""
+        return self.time in ("time", *_SECONDS)
+
+    def frequency_factor(self, unit: str) -> float:
+        """How many rad/time a frequency unit is: "Hz", "kHz", "rpm", or the angular one; InputError for another."""
+        if unit == self.angular:
+            return 1.0
+        known = [self.angular, *(FREQUENCIES if self.in_seconds else ())]
+        if unit not in known:
+            listed = ", ".join(dict.fromkeys(known))
+            raise InputError(f"frequency: found {shown(unit)}; expected one of {listed}")
+        return FREQUENCIES[unit]
+
+    def frequency_text(self, omega: float, unit: str = "Hz") -> str:
+        """A frequency for the reader: "4.26 rad/s (0.678 Hz)"; with a time other than the second in rad/time alone."""
+        text = f"{omega:.6g} {self.angular}"
+        unit = "Hz" if unit == self.angular else unit
+        return f"{text} ({omega / self.frequency_factor(unit):.5g} {unit})" if self.in_seconds else text
+
+
+def after_number(label: str) -> str:
+    """A unit of results as it stands after a number; nothing where a word stands for a base unit without a name."""
+    return "" if label in ("", "1") or _WORD.search(label) else f" {label}"
+
+
+def label_fault(value: Any) -> str:
+    """Why a text cannot name a unit; empty where it can."""
+    if isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= LONGEST:
+        return ""
+    return f'found {shown(value)}; expected a short text such as "mm", at most {LONGEST} characters'
