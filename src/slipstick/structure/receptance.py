@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -33,6 +34,31 @@ def undamped(omega: Array, modes: Array, static: Array, second: Array | None = N
         left=modes, right=modes, stiffness=omega**2, damping=np.zeros_like(omega), static=static,
         residual=static - (modes / omega**2) @ modes.T, second=second,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Factors:
+    """``A_m = left diag(weight_m) right^T + sum_p part_weight_pm parts_p``: a receptance never written out.
+
+    Attributes
+    ----------
+    left, right
+        Real, (n_rows, n_modes) and (n_columns, n_modes).
+    weight, slope
+        Complex (k, n_modes): for each order, and their derivative.
+    parts
+        Real matrices (n_rows, n_columns).
+    part_weight, part_slope
+        Complex (n_parts, k).
+    """
+
+    left: Array
+    right: Array
+    weight: ComplexArray
+    slope: ComplexArray
+    parts: tuple[Array, ...]
+    part_weight: ComplexArray
+    part_slope: ComplexArray
 
 
 class ModalReceptance:
@@ -137,6 +163,35 @@ class ModalReceptance:
                 if left_out is not None:
                     value -= 1j * (power + 1) / self._e * w[:, :, None] ** (2 * power) * left_out
         return value.reshape(shape)
+
+    def factors(self, orders: ArrayLike, omega: float, along: Mapping[str, float] | None = None) -> Factors:
+        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,).
+
+        Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
+        """
+        m, w, _ = _places(orders, omega, self._shape)
+        D = 1.0 / (self._stiffness + w * (self._damping - w))
+        e = 1.0 if self._e is None else self._e
+        left_out = [(matrix, p) for p, matrix in enumerate(self._left_out) if matrix is not None]
+        powers = np.array([w[:, 0] ** (2 * p) / e ** (p + 1) for _, p in left_out]).reshape(-1, m.size)
+        if along is None:
+            slope = D * D * (2.0 * w - self._damping) * m[:, None]
+            part_slope = np.array([2 * p * w[:, 0] * m / e ** (p + 1) for _, p in left_out]).reshape(-1, m.size)
+        else:
+            loss, viscous = along.get("loss_factor", 0.0), along.get("damping", 0.0)
+            slope = -D * D * (1j * loss * self._stiffness.real + viscous * w * self._viscous)
+            own = 0.0 if self._e is None else -1j * loss / e
+            part_slope = np.array([own * (p + 1) * row for (_, p), row in zip(left_out, powers, strict=True)])
+        static = np.array([[0.0 if p else 1.0] for _, p in left_out]).reshape(-1, 1)
+        return Factors(
+            left=self._left,
+            right=self._right,
+            weight=np.vstack([1.0 / self._stiffness.real + 0j, D]),
+            slope=np.vstack([np.zeros(D.shape[1]), slope]),
+            parts=tuple(matrix for matrix, _ in left_out),
+            part_weight=np.hstack([static, powers]),
+            part_slope=np.hstack([0.0 * static, part_slope.reshape(-1, m.size)]),
+        )
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
         """``factors @ products``; real products are multiplied with real and imaginary parts apart (half the work)."""
