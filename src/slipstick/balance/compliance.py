@@ -35,6 +35,19 @@ class Compliance:
             np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
             np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
 
+    def answer(self, G: ComplexArray) -> ComplexArray:
+        """``conj(A) G`` (n_rows, n + 1) of the first columns' numbers ``G`` (any, n + 1)."""
+        return np.asarray(np.add.reduce(self.value[: len(G)] * G[:, None, :], axis=0))
+
+    def rate(self, G: ComplexArray) -> ComplexArray:
+        """The same of the derivative."""
+        return np.asarray(np.add.reduce(self.slope[: len(G)] * G[:, None, :], axis=0))
+
+    def reach(self, forces: Array) -> Array:
+        """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,)."""
+        own = np.abs(self.value[: forces.size])
+        return np.asarray((forces @ own.reshape(forces.size, -1)).reshape(own.shape[1:]))
+
     def anchor(self, springs: Array) -> None:
         """From ``A`` to ``B = A (1 + i k A)^-1`` for ``k`` (n_rows,), the receptance with springs ``i k`` at the rows.
 

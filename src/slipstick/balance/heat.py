@@ -36,6 +36,14 @@ def heat_columns(balance: Balance, heat: Heat, compliance: Compliance) -> Array:
     return np.asarray(by_temperature.T @ heat.tangent.gain, dtype=float)
 
 
+def heated(balance: Balance, heat: Heat, dpower: Array, compliance: Compliance) -> Array:
+    """Change (N,) of the residual for a change (n,) of the heated contacts' powers at fixed temperatures."""
+    dT = heat.tangent.gain @ dpower
+    forces: list[dict[int, Array]] = [{} for _ in balance.batches]
+    forces[heat.batch] = {i: dT[:, None] * force for i, force in heat.tangent.by_temperature.items()}
+    return balance.real(compliance.answer(balance.excitation(forces)))
+
+
 def power_rows(balance: Balance, heat: Heat) -> Array:
     """Derivatives of the powers by the unknowns at fixed temperatures, (n, N)."""
     batch = balance.batches[heat.batch]

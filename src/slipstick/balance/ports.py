@@ -173,11 +173,7 @@ class Balance:
 
     def moved_by(self, forces: Forces, P: Array, compliance: Compliance) -> Array:
         """``A (F - P)`` (N,)."""
-        return self.answer(self.excitation(forces, P), compliance.value)
-
-    def answer(self, G: ComplexArray, value: ComplexArray) -> Array:
-        """Sum over the columns of ``value`` (n_columns, n_rows, n + 1) times ``G`` (n_columns, n + 1)."""
-        return self.real(np.add.reduce(value[: len(G)] * G[:, None, :], axis=0))
+        return self.real(compliance.answer(self.excitation(forces, P)))
 
     def jacobian(self, tangents: Tangents, compliance: Compliance) -> Array:
         """``I + A dF/dX`` (N, N)."""

@@ -44,7 +44,6 @@ class Balanced:
     G: ComplexArray
     compliance: Compliance
     detail: Detail
-    heat_columns: Array | None = None
 
 
 def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, temperature: Array | None = None) -> Detail:
@@ -69,13 +68,11 @@ def balanced(balance: Balance, x: Array, found: Detail, compliance: Compliance) 
     G = balance.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)
     matrix = balance.jacobian([response.by_motion for response in found.responses], compliance)
-    columns = None
     if found.heat is not None:
-        columns = heat_columns(balance, found.heat, compliance)
-        matrix += columns @ power_rows(balance, found.heat)
+        matrix += heat_columns(balance, found.heat, compliance) @ power_rows(balance, found.heat)
     return Balanced(
-        residual=x + balance.answer(G, compliance.value), jacobian=DenseJacobian(matrix), G=G, compliance=compliance,
-        detail=found, heat_columns=columns,
+        residual=x + balance.real(compliance.answer(G)), jacobian=DenseJacobian(matrix), G=G, compliance=compliance,
+        detail=found,
     )  # fmt: skip
 
 
@@ -91,10 +88,8 @@ def terms(balance: Balance, x: Array, at: Balanced) -> Array:
         for i, springs in traits.springs(batch.law, response).items():
             port = batch.ports[i]
             stiffness[port.rows] += springs[port.members]
-    reach = np.abs(at.compliance.value[: balance.n_ports])
     motion = norm(x)
-    sprung = (stiffness @ reach.reshape(balance.n_ports, -1)) * (motion + np.sqrt(prescribed))
-    by_order = motion + sprung.reshape(balance.n_ports, -1)
+    by_order = motion + at.compliance.reach(stiffness) * (motion + np.sqrt(prescribed))
     return np.concatenate([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)], axis=1).reshape(-1)
 
 

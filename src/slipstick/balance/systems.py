@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.heat import power_along, warm_direction
+from slipstick.balance.heat import heated, power_along, warm_direction
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
@@ -51,14 +51,13 @@ class FrequencySystem:
         if found.heat is not None and found.heat.lost:
             return _undefined(x.size)
         at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
-        moved = at.compliance.slope * at.G[:, None, :]
+        moved = at.compliance.rate(at.G)
         slopes = by_omega(found)
         if any(slopes):
-            G = balance.excitation(slopes)
-            moved[: len(G)] += at.compliance.value[: len(G)] * G[:, None, :]
-        slope = balance.real(np.add.reduce(moved, axis=0))
-        if found.heat is not None and at.heat_columns is not None:
-            slope += at.heat_columns @ found.heat.power.omega
+            moved += at.compliance.answer(balance.excitation(slopes))
+        slope = balance.real(moved)
+        if found.heat is not None:
+            slope += heated(balance, found.heat, found.heat.power.omega, at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
 
     def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
@@ -92,9 +91,9 @@ class ParameterSystem:
         direction = _warm(found, direction)
         slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)
         if direction.structure:
-            slope += balance.answer(at.G, at.compliance.slope)
-        if found.heat is not None and at.heat_columns is not None:
-            slope += at.heat_columns @ power_along(found.heat, direction)
+            slope += balance.real(at.compliance.rate(at.G))
+        if found.heat is not None:
+            slope += heated(balance, found.heat, power_along(found.heat, direction), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
 
     def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:

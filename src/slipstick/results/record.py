@@ -102,10 +102,10 @@ class Outputs:
             assert self.receptance is not None
             along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
             at = Compliance(adjusted(self.receptance, detail.inputs.structure), b.orders, detail.omega, along)
-            rates = np.add.reduce(at.value * dG[:, None, :], axis=0)
+            rates = at.answer(dG)
             if along is None or along:
-                rates += rate * np.add.reduce(at.slope * G[:, None, :], axis=0)
-            motion[self._far] = -b.real(np.add.reduce(at.value * G[:, None, :], axis=0)).reshape(-1, b.L)
+                rates += rate * at.rate(G)
+            motion[self._far] = -b.real(at.answer(G)).reshape(-1, b.L)
             change[self._far] = -b.real(rates).reshape(-1, b.L)
         return motion, change
 
