@@ -17,8 +17,8 @@ import numpy as np
 
 from slipstick.models.blade import BladeModel, finite_element_blade
 from slipstick.models.blade_mesh import ELEMENT_SIZES, BladeShape
-from slipstick.solve.eigen import Progress
-from slipstick.structure.reduction import estimate_error, reduce_model
+from slipstick.solve.linear.modes import StageProgress
+from slipstick.structure.reduction.reduce import estimate_error, reduce_model
 
 
 def peak() -> float:
@@ -26,7 +26,7 @@ def peak() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 
-def show(event: Progress) -> None:
+def show(event: StageProgress) -> None:
     print(f"\r  {event.stage} {event.done}/{event.total}, peak {peak():.2f} GB".ljust(70), end="", flush=True)
 
 

@@ -21,7 +21,7 @@ _PUBLIC = {
     "contact_forces": "slipstick.contact.friction",
     "MatrixStructure": "slipstick.structure.matrices",
     "ModalStructure": "slipstick.structure.modal",
-    "reduce": "slipstick.structure.reduction",
+    "reduce": "slipstick.structure.reduction.reduce",
     "ContactPair": "slipstick.balance.contacts",
     "Load": "slipstick.balance.loads",
     "Problem": "slipstick.balance.problem",
@@ -75,7 +75,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.results.branch import Branch as Branch
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure
-    from slipstick.structure.reduction import reduce as reduce
+    from slipstick.structure.reduction.reduce import reduce as reduce
     from slipstick.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.thermal.model import ThermalModel as ThermalModel
     from slipstick.trig.harmonics import Harmonics as Harmonics

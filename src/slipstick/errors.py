@@ -33,8 +33,17 @@ class SlipstickWarning(UserWarning):
     """Something that can be computed but looks wrong; one sentence each."""
 
 
-class Outcome(Enum):
-    """How a computation ended; ``text`` says why and what to do."""
+class Reason(Enum):
+    """Why something ended or was not taken: code compares members, people read ``text``."""
+
+    @property
+    def text(self) -> str:
+        """One sentence."""
+        return str(self.value)
+
+
+class Outcome(Reason):
+    """How a computation ended; ``text`` says the cause and the remedy."""
 
     COMPLETED = "completed: the whole requested range was followed"
     STEP_TOO_SMALL = (
@@ -56,11 +65,6 @@ class Outcome(Enum):
         "resistance, the normal load or the velocity"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
-
-    @property
-    def text(self) -> str:
-        """Cause and remedy, one sentence."""
-        return self.value
 
     @property
     def ok(self) -> bool:

@@ -21,7 +21,7 @@ from slipstick.fem.mesh import Mesh
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.model_file import save_model
 from slipstick.models.surface_model import contact_model
-from slipstick.structure.reduction import reduce_model
+from slipstick.structure.reduction.reduce import reduce_model
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0, conductivity=40.0)
 BLADE_FILE = Path(__file__).parents[3] / "shared" / "data" / "turbine_blade" / "blade.cdb"

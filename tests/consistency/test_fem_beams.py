@@ -14,7 +14,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import elastic_model
 from slipstick.fem.refine import quadratic
-from slipstick.solve.factorisation import factorise
+from slipstick.solve.linear.factorisation import factorise
 
 STEEL = Material(young=200e9, poisson=0.0, density=7850.0)
 

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from slipstick import Harmonics
 from slipstick.contact.forces import element_forces
-from slipstick.solve.factorisation import factorise
+from slipstick.solve.linear.factorisation import factorise
 
 
 def batch(seed: int, count: int = 200) -> bytes:

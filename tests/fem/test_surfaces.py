@@ -20,7 +20,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.model import elastic_model
 from slipstick.fem.surfaces import contact_patches, spread_nodes
-from slipstick.solve.factorisation import factorise
+from slipstick.solve.linear.factorisation import factorise
 
 SIZE = (1.0, 2.0, 0.5)
 AREAS = {"x0": 1.0, "x1": 1.0, "y0": 0.5, "y1": 0.5, "z0": 2.0, "z1": 2.0}

@@ -7,8 +7,8 @@ from slipstick.errors import InputError
 from slipstick.fem.materials import Material
 from slipstick.models.blade import BLADE_STEEL, INCONEL_718, BladeModel, finite_element_blade, reduced_blade
 from slipstick.models.blade_mesh import blade_shape
-from slipstick.solve.factorisation import factorise
-from slipstick.structure import reduction_store
+from slipstick.solve.linear.factorisation import factorise
+from slipstick.structure.reduction import store as reduction_store
 
 SMALL = BladeModel(shape=blade_shape("small"), modes=24)
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)

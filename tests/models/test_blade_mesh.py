@@ -13,7 +13,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.fem.surfaces import contact_patches, spread_nodes
 from slipstick.models.blade_mesh import ELEMENT_SIZES, BladeShape, blade_mesh, blade_shape
-from slipstick.solve.factorisation import factorise
+from slipstick.solve.linear.factorisation import factorise
 
 STEEL = Material(young=200e9, poisson=0.3, density=7850.0)
 

@@ -13,7 +13,7 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.models.surface_model import contact_model, of_import, with_contacts
-from slipstick.solve.factorisation import factorise
+from slipstick.solve.linear.factorisation import factorise
 
 METAL = Material(young=1.0, poisson=0.3, density=1.0, conductivity=2.0)
 

@@ -14,7 +14,8 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
 from slipstick.faults import listed, names, number, numbers, one, shown, suggestion, whole, wrong
-from slipstick.solve.continuation import ContinuationOptions, NewtonOptions
+from slipstick.solve.continuation import ContinuationOptions
+from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 
 PEAK_OUTPUTS = 3

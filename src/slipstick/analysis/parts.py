@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slipstick.errors import Outcome
-from slipstick.solve.newton import norm
+from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 BROKEN_OFF = (Outcome.TURNED_BACK, Outcome.NO_FIRST_POINT, Outcome.STEP_TOO_SMALL, Outcome.SINGULAR)

@@ -10,18 +10,20 @@ import numpy as np
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.measures import amplitude, amplitude_slope
 from slipstick.results.record import Outputs
-from slipstick.solve.events import Event
+from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
 _FLAT = 1e-9
 """Relative change of an amplitude over the whole range that is rounding: a plateau has no peaks."""
 
 
-def peak_events(outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem) -> tuple[Event, ...]:
+def peak_events(
+    outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem
+) -> tuple[BranchEvent, ...]:
     """An event for each named output dof: the derivative of its amplitude along the branch falls through zero."""
     slopes = _Slopes(Outputs(outputs.balance, tuple(names)), system)
     return tuple(
-        Event(name=name, kind="peak", function=lambda step, i=i: float(slopes.at(step)[i]), direction=-1)
+        BranchEvent(name=name, kind="peak", function=lambda step, i=i: float(slopes.at(step)[i]), direction=-1)
         for i, name in enumerate(names)
     )
 

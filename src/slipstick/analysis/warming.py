@@ -13,7 +13,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Step, continuation
-from slipstick.solve.newton import norm
+from slipstick.solve.norm import norm
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array
 

@@ -16,7 +16,7 @@ from slipstick.errors import InputError, SlipstickError, SlipstickWarning
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
     from slipstick.models.reduced_body import ReducedBody
-    from slipstick.solve.eigen import Progress
+    from slipstick.solve.linear.modes import StageProgress
 
 CACHE = "slipstick-cache"
 """Folder beside the case in which reductions are kept."""
@@ -32,11 +32,11 @@ def cache_folder(folder: Path) -> Path | None:
     return own if os.access(own if own.exists() else folder, os.W_OK) else None
 
 
-def stages(tell: Tell) -> Callable[[Progress], None]:
+def stages(tell: Tell) -> Callable[[StageProgress], None]:
     """A listener that tells each stage when it begins, and now and then how far it is."""
     last, stage = [time.monotonic()], [""]
 
-    def hear(event: Progress) -> None:
+    def hear(event: StageProgress) -> None:
         now = time.monotonic()
         if event.stage != stage[0]:
             tell(f"  {event.stage} ...")
@@ -49,7 +49,7 @@ def stages(tell: Tell) -> Callable[[Progress], None]:
     return hear
 
 
-def reduced(tell: Tell, make: Callable[[Callable[[Progress], None]], ReducedBody], *, force: bool) -> Body:
+def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], ReducedBody], *, force: bool) -> Body:
     """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
     began = time.perf_counter()
     try:

@@ -200,7 +200,7 @@ class _Listener:
         if kind == "PointFound":
             self._point(event.point)
         elif kind == "StrategyTried":
-            why = f": {event.reason}" if event.reason else ""
+            why = f": {event.reason.text}" if event.reason else ""
             result = "found" if event.found else f"not found{why}"
             self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
 

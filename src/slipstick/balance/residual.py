@@ -15,7 +15,7 @@ from slipstick.contact import traits
 from slipstick.contact.law import Response, add_to
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.solve.newton import norm
+from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 

@@ -15,6 +15,7 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, linear_motions, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
+from slipstick.errors import Reason
 from slipstick.solve.continuation import ContinuationOptions, continuation
 from slipstick.solve.newton import NewtonOptions, newton
 from slipstick.trig.harmonics import Harmonics
@@ -34,7 +35,15 @@ class StrategyTried:
     found: bool
     omega: float
     seconds: float
-    reason: str = ""
+    reason: Reason | None = None
+    """Why it failed; None where it did not, or where nobody can tell."""
+
+
+class NoStart(Reason):
+    """Why a strategy could not begin."""
+
+    RAMP = "no solution where the ramp begins"
+    FEWER_HARMONICS = "no solution with fewer harmonics"
 
 
 class FirstPoint:
@@ -65,12 +74,12 @@ class FirstPoint:
         self.balance, self.inputs, self.omega = balance, inputs, omega
         self.guess, self.report, self.last_resort = guess, report or (lambda event: None), last_resort
         self.scales: Scales = scales(balance, inputs, omega)
-        self._reason = ""
+        self._reason: Reason | None = None
 
     def find(self) -> Array | None:
         """Unknowns (N,), or None when every strategy failed."""
         for name, attempt in self.strategies():
-            begin, self._reason = time.perf_counter(), ""
+            begin, self._reason = time.perf_counter(), None
             x = attempt()
             self.report(
                 StrategyTried(
@@ -78,7 +87,7 @@ class FirstPoint:
                     found=x is not None,
                     omega=self.omega,
                     seconds=time.perf_counter() - begin,
-                    reason="" if x is not None else self._reason,
+                    reason=None if x is not None else self._reason,
                 )
             )
             if x is not None:
@@ -149,14 +158,14 @@ class FirstPoint:
             if x is not None:
                 break
         else:
-            self._reason = "no solution where the ramp begins"
+            self._reason = NoStart.RAMP
             return None
         system = ParameterSystem(self.balance, Line(base, direction), self.omega)
         run = continuation(system, x, 0.0, 1.0, options=_RAMP, scaling=self.scales.arclength())
         last = None
         for step in run:
             last = step
-        self._reason = run.message
+        self._reason = run.outcome
         return self._solve(last.x) if last is not None and last.parameter == 1.0 else None
 
     def _simple(self) -> Iterator[Strategy]:
@@ -177,7 +186,7 @@ class FirstPoint:
         inputs = self.inputs.map(lambda name, own: own[..., places] if name in ("load", "motion") else own)
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:
-            self._reason = "no solution with fewer harmonics"
+            self._reason = NoStart.FEWER_HARMONICS
             return None
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)

@@ -27,7 +27,7 @@ LinearSolver = Callable[[Any, Array], Array]
 
 def default_solver(A: csr_array, B: Array) -> Array:
     """Direct solution by the sparse factorisation chosen for this machine."""
-    from slipstick.solve.factorisation import factorise
+    from slipstick.solve.linear.factorisation import factorise
 
     return factorise(A).solve(B)
 

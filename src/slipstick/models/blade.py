@@ -17,13 +17,13 @@ from slipstick.fem.materials import Material
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
 from slipstick.models.reduced_body import FullMatrices, ReducedBody
 from slipstick.models.surface_model import ContactModel, contact_model
-from slipstick.structure import reduction_store
 from slipstick.structure.modal import LoadShape, ModalStructure
-from slipstick.structure.reduction import reduce_model
-from slipstick.structure.reduction_request import tools
+from slipstick.structure.reduction import store as reduction_store
+from slipstick.structure.reduction.reduce import reduce_model
+from slipstick.structure.reduction.request import tools
 
 if TYPE_CHECKING:
-    from slipstick.solve.eigen import Listener
+    from slipstick.solve.linear.modes import StageListener
 
 BLADE_STEEL = Material(young=200e9, poisson=0.3, density=7750.0, conductivity=25.0)
 """12 % chromium steel (AISI 403/410 class), the usual steel of turbine blades; SI units, room temperature."""
@@ -122,7 +122,7 @@ def reduced_blade(
     modes: int = 128,
     loss_factor: float = 0.0,
     cache: str | Path | None = None,
-    listener: Listener | None = None,
+    listener: StageListener | None = None,
     solver: str | None = None,
 ) -> ReducedBody:
     """The parametric blade with contact points on its shroud, reduced; SI units.
@@ -175,7 +175,7 @@ def _key(setup: BladeModel, solver: str | None) -> str:
 
 
 def _computed(
-    setup: BladeModel, listener: Listener | None, solver: str | None
+    setup: BladeModel, listener: StageListener | None, solver: str | None
 ) -> tuple[dict[str, Any], dict[str, float]]:
     began = perf_counter()
     whole = finite_element_blade(setup)

@@ -34,11 +34,11 @@ from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, with_contacts
-from slipstick.structure.reduction import receptance_error, reduce_model
-from slipstick.structure.reduction_request import non_negative, tools
+from slipstick.structure.reduction.reduce import receptance_error, reduce_model
+from slipstick.structure.reduction.request import non_negative, tools
 
 if TYPE_CHECKING:
-    from slipstick.solve.eigen import Listener
+    from slipstick.solve.linear.modes import StageListener
     from slipstick.structure.modal import ModalStructure
 
 
@@ -86,7 +86,7 @@ class ReducedBody:
 
     def modes_below(self, omega: float) -> int | None:
         """How many modes of the full model lie below a frequency, rad/s; one factorisation."""
-        from slipstick.structure.reduction_compute import modes_below
+        from slipstick.structure.reduction.compute import modes_below
 
         full = self.full()
         return modes_below(full.K, full.M, omega)
@@ -121,7 +121,7 @@ def reduced_body(
     damping_ratio: float = 0.0,
     force: bool = False,
     cache: str | Path | None = None,
-    listener: Listener | None = None,
+    listener: StageListener | None = None,
 ) -> ReducedBody:
     """Reduce an imported model to contact points on a surface and to named dofs.
 

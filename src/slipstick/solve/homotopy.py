@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.solve.arc import ArclengthScaling
-from slipstick.solve.continuation import ContinuationOptions, continuation
+from slipstick.solve.continuation import ArclengthScaling, ContinuationOptions, continuation
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
 from slipstick.typing import Array
 

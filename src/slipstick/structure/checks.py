@@ -89,7 +89,7 @@ def within_range(entries: Any) -> bool:
     return bool(np.all(np.abs(entries) <= LARGEST))
 
 
-def dof_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
+def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
     """Names of the degrees of freedom and their faults."""
     try:
         names = (dofs,) if isinstance(dofs, str) else listed("dofs", dofs, "a name for each degree of freedom")

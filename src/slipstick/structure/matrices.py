@@ -16,8 +16,8 @@ from slipstick.structure.checks import (
     DAMPING_ELSEWHERE,
     OUT_OF_RANGE,
     array_faults,
+    checked_names,
     directions,
-    dof_names,
     known_shapes,
     named_shapes,
     number_faults,
@@ -82,7 +82,7 @@ class MatrixStructure:
         load_shapes: Mapping[str, ArrayLike] | None = None,
         damping: float = 1.0,
     ) -> None:
-        self._dofs, faults = dof_names(dofs)
+        self._dofs, faults = checked_names(dofs)
         n = len(self._dofs)
         if not n:
             raise InputError(faults)

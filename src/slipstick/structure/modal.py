@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from slipstick.errors import InputError
 from slipstick.structure.checks import (
     array_faults,
+    checked_names,
     directions,
-    dof_names,
     known_shapes,
     named_shapes,
     real,
@@ -114,7 +114,7 @@ class ModalStructure:
         load_shapes: Mapping[str, LoadShape] | None = None,
         damping: float = 1.0,
     ) -> None:
-        self._dofs, faults = dof_names(dofs)
+        self._dofs, faults = checked_names(dofs)
         given = {
             "omega": omega,
             "mode_shapes": mode_shapes,

@@ -4,17 +4,12 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError, Outcome
-from slipstick.solve.arc import Metric
-from slipstick.solve.continuation import (
-    ArclengthScaling,
-    ContinuationOptions,
-    Evaluation,
-    Event,
-    NewtonOptions,
-    continuation,
-)
-from slipstick.solve.corrector import Corrector
+from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, continuation
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.newton import Evaluation, NewtonOptions
 
 
 class Of:
@@ -89,7 +84,7 @@ def zigzag(scale):
     return Of(function)
 
 
-PEAK = Event(name="amplitude", kind="peak", function=lambda step: step.x @ step.tangent_x, direction=-1)
+PEAK = BranchEvent(name="amplitude", kind="peak", function=lambda step: step.x @ step.tangent_x, direction=-1)
 
 
 def kinds(steps):
@@ -262,7 +257,7 @@ def corrections(length, order):
     )
     steps = [next(run) for _ in range(4)]
     arc = run._corrector.arc(steps[-2], steps[-1]) if order == 4 else None
-    return abs(np.hypot(*run._predict(steps[-1], arc, length)[0]) - 1.0)
+    return abs(np.hypot(*predict(run._metric, Span(-0.5, 0.8), steps[-1], arc, length).guess) - 1.0)
 
 
 @pytest.mark.parametrize("order", [2, 4])

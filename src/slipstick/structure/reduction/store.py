@@ -29,7 +29,7 @@ def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
 
 def code_digest(*rooms: str) -> str:
     """Hash of the code in some rooms of the package: what other code stored is made again."""
-    return folders_digest(Path(__file__).parents[1] / room for room in rooms)
+    return folders_digest(Path(__file__).parents[2] / room for room in rooms)
 
 
 def folders_digest(folders: Iterable[Path]) -> str:

@@ -1,4 +1,4 @@
-"""Lowest modes of sparse symmetric ``K phi = lambda M phi`` by shift-invert block Lanczos with a proof of completeness.
+"""Shift-invert block Lanczos with a proof of completeness.
 
 The operator ``(K - s M)^-1 M`` is symmetric in the M inner product; a block of vectors finds repeated eigenvalues. The
 number of eigenvalues below a shift is the number of negative ones of ``K - shift M`` (Sylvester's law of inertia).
@@ -6,94 +6,24 @@ number of eigenvalues below a shift is the number of negative ones of ``K - shif
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError, SlipstickError
-from slipstick.solve.factorisation import Factorisation, SingularMatrixError, factorise, one_blas_thread, shifted
-from slipstick.solve.lanczos import KrylovBasis
+from slipstick.errors import InputError
+from slipstick.solve.linear.factorisation import factorise, shifted
+from slipstick.solve.linear.factors import Factorisation, SingularMatrixError, one_blas_thread
+from slipstick.solve.linear.krylov import KrylovBasis
+from slipstick.solve.linear.modes import (
+    WRONG,
+    EigenError,
+    EigenOptions,
+    Modes,
+    StageListener,
+    StageProgress,
+    backward_errors,
+)
 from slipstick.typing import Array
-
-WRONG = 1e-4
-"""A backward error above this is no mode."""
-
-
-class EigenError(SlipstickError, RuntimeError):
-    """Modes that did not converge or could not be proven complete."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """One sign of life of a long computation: ``done`` of ``total`` in the stage named."""
-
-    stage: str
-    done: int
-    total: int
-
-
-Listener = Callable[[Progress], None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class EigenOptions:
-    """``tolerance`` bounds ``|(K - s M)^-1 M phi - theta phi|_M / theta``; eigenvalue errors are its square."""
-
-    block: int = 16
-    tolerance: float = 1e-8
-    subspace: int | None = None
-    """Largest basis before a restart; by default three times the modes wanted and 16 blocks."""
-    restarts: int = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class Modes:
-    """Mass-normalised modes in ascending order, of which none is missing when ``complete`` is True.
-
-    ``eigenvalues`` (n_modes,) are squared angular frequencies; ``shapes`` is (n, n_modes), the largest entry of each
-    positive; ``residuals`` (n_modes,) are componentwise backward errors of ``K phi = lambda M phi``; ``complete`` is
-    None where the solver gives no inertia.
-    """
-
-    eigenvalues: Array
-    shapes: Array
-    residuals: Array
-    complete: bool | None
-    solver: str
-
-    @property
-    def omega(self) -> Array:
-        """Angular frequencies (n_modes,); a rigid body's rounding below zero counts as zero."""
-        return np.sqrt(np.maximum(self.eigenvalues, 0.0))
-
-
-def modes(
-    K: Any,
-    M: Any,
-    n_modes: int,
-    *,
-    shift: float = 0.0,
-    solver: str | None = None,
-    options: EigenOptions | None = None,
-    start: Array | None = None,
-    listener: Listener | None = None,
-) -> Modes:
-    """The ``n_modes`` lowest modes of sparse symmetric K, M (n, n), M positive definite.
-
-    ``shift`` must lie below the lowest eigenvalue; zero asks for a K without free motions, a negative one serves free
-    bodies. ``start`` (n, block) overrides the random first block. Raises InputError for a singular ``K - shift M`` or
-    an impossible number, EigenError without convergence.
-
-    >>> from scipy import sparse
-    >>> modes(sparse.diags_array([4.0, 1.0, 9.0]), sparse.eye_array(3), 2).omega
-    array([1., 2.])
-    """
-    iteration = BlockLanczos(K, M, shift=shift, solver=solver, options=options, start=start, listener=listener)
-    if iteration.inertia is not None and iteration.inertia.negative:
-        raise InputError(f"{iteration.inertia.negative} eigenvalues lie below the shift {shift:g}; give a lower one")
-    return iteration.modes(n_modes)
 
 
 def factorise_shifted(K: Any, M: Any, shift: float, *, solver: str | None = None) -> Factorisation:
@@ -121,7 +51,7 @@ class BlockLanczos:
         solver: str | None = None,
         options: EigenOptions | None = None,
         start: Array | None = None,
-        listener: Listener | None = None,
+        listener: StageListener | None = None,
     ) -> None:
         self.K, self.M, self.shift = K.tocsr(), M.tocsr(), shift
         self.options = options or EigenOptions()
@@ -257,17 +187,4 @@ class BlockLanczos:
 
     def _report(self, stage: str, done: int, total: int) -> None:
         if self.listener is not None:
-            self.listener(Progress(stage=stage, done=done, total=total))
-
-
-def backward_errors(K: Any, M: Any, eigenvalues: Array, shapes: Array) -> Array:
-    """``max |K phi - lambda M phi| / max (|K| |phi| + |lambda| |M| |phi|)`` of each column, (n_modes,)."""
-    errors = np.empty(len(eigenvalues))
-    size_K, size_M = abs(K), abs(M)
-    for first in range(0, len(eigenvalues), 16):
-        part = slice(first, first + 16)
-        values, phi = eigenvalues[part], np.ascontiguousarray(shapes[:, part])
-        residual = np.abs(K @ phi - (M @ phi) * values).max(axis=0)
-        size = (size_K @ np.abs(phi) + (size_M @ np.abs(phi)) * np.abs(values)).max(axis=0)
-        errors[part] = residual / size
-    return errors
+            self.listener(StageProgress(stage=stage, done=done, total=total))

@@ -34,7 +34,7 @@ class Point(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Event:
+class BranchEvent:
     """A sign change of ``function(step)`` along the branch, to be located by the solver.
 
     A peak of an amplitude is ``function = d amplitude / ds = gradient @ step.tangent_x`` with ``direction = -1``.
@@ -68,9 +68,9 @@ def turning_parameter(step: Point) -> float:
     return step.tangent_parameter
 
 
-def turning_points(*, terminal: bool = False) -> Event:
+def turning_points(*, terminal: bool = False) -> BranchEvent:
     """The event of the parameter turning back."""
-    return Event(name="turning point", kind="turning point", function=turning_parameter, terminal=terminal)
+    return BranchEvent(name="turning point", kind="turning point", function=turning_parameter, terminal=terminal)
 
 
 class BracketedRoot:

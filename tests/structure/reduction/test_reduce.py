@@ -13,10 +13,11 @@ from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
 from slipstick.fem.model import ElasticModel, elastic_model
-from slipstick.solve.eigen import EigenError, Progress
-from slipstick.structure import reduction_compute, reduction_store
+from slipstick.solve.linear.modes import EigenError, StageProgress
 from slipstick.structure.modal import ModalStructure
-from slipstick.structure.reduction import Reduction, estimate_error, reduce, reduce_model
+from slipstick.structure.reduction import compute as reduction_compute
+from slipstick.structure.reduction import store as reduction_store
+from slipstick.structure.reduction.reduce import Reduction, estimate_error, reduce, reduce_model
 
 STEEL = Material(young=2.08e11, poisson=0.3, density=8200.0)
 
@@ -224,7 +225,7 @@ def test_a_folder_that_cannot_be_written_is_told(beam: ElasticModel, tip: list[s
 
 
 def test_progress_names_the_stages(beam: ElasticModel, tip: list[str]) -> None:
-    events: list[Progress] = []
+    events: list[StageProgress] = []
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, modes=8, listener=events.append)
     assert {"factorisation", "static solutions", "modes", "counting modes"} <= {event.stage for event in events}
     assert set(made.seconds) == {"factorisation", "static solutions", "modes"}

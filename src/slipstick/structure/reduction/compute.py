@@ -12,13 +12,15 @@ import numpy as np
 from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.solve.eigen import BlockLanczos, EigenError, Listener, Modes, Progress
-from slipstick.solve.factorisation import SingularMatrixError, factorise, shifted
-from slipstick.structure import reduction_store
+from slipstick.solve.linear.factorisation import factorise, shifted
+from slipstick.solve.linear.factors import SingularMatrixError
+from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.solve.linear.modes import EigenError, Modes, StageListener, StageProgress
 from slipstick.structure.definite import scaled, smallest_pivot
 from slipstick.structure.matrix_checks import matrix_problems, name_of
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction_request import Accuracy
+from slipstick.structure.reduction import store as reduction_store
+from slipstick.structure.reduction.request import Accuracy
 from slipstick.typing import Array
 
 DEFAULT_MODES = 128
@@ -102,7 +104,7 @@ def compute(
     dofs: Sequence[str] | None,
     want: Accuracy,
     solver: str | None,
-    listener: Listener | None,
+    listener: StageListener | None,
 ) -> ReducedData:
     """All of :class:`ReducedData` for directions (n, n_keep) and loads (n, n_loads); the matrices are checked first."""
     problems = matrix_problems(K, M, dofs)
@@ -180,7 +182,7 @@ def _with_modes(partial: ReducedData, found: Modes, B: Array) -> ReducedData:
 
 
 def _iteration(
-    K: Any, M: Any, solver: str | None, dofs: Sequence[str] | None, listener: Listener | None
+    K: Any, M: Any, solver: str | None, dofs: Sequence[str] | None, listener: StageListener | None
 ) -> BlockLanczos:
     try:
         iteration = BlockLanczos(K, M, solver=solver, listener=listener)
@@ -241,14 +243,14 @@ def modes_below(K: Any, M: Any, omega: float, solver: str | None = None) -> int 
 class _Clock:
     """Seconds by stage, each announced to the listener when it begins."""
 
-    def __init__(self, listener: Listener | None) -> None:
+    def __init__(self, listener: StageListener | None) -> None:
         self._listener, self._seconds, self._stage, self._began = listener, dict[str, float](), "", perf_counter()
 
     def start(self, stage: str) -> None:
         self.stop()
         self._stage, self._began = stage, perf_counter()
         if self._listener is not None:
-            self._listener(Progress(stage=stage, done=0, total=1))
+            self._listener(StageProgress(stage=stage, done=0, total=1))
 
     def stop(self) -> dict[str, float]:
         if self._stage:

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from slipstick.solve.arc import Arc
-from slipstick.solve.corrector import Corrector, Step
-from slipstick.solve.events import BracketedRoot, Event
+from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.events import BracketedRoot, BranchEvent
+from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 _MAX_TRIALS = 60
@@ -29,7 +30,7 @@ class Locator:
         Scaled arclength to which an event is located.
     """
 
-    def __init__(self, corrector: Corrector, events: Sequence[Event], requested: Array, tolerance: float) -> None:
+    def __init__(self, corrector: Corrector, events: Sequence[BranchEvent], requested: Array, tolerance: float) -> None:
         self._corrector, self._events, self._requested, self._tolerance = corrector, events, requested, tolerance
         self._values: list[float] = []
 
@@ -82,7 +83,7 @@ class Locator:
         step = self._at(value, arc.point(u), arc.derivative(u), arc.length)
         if step is not None:
             return u, step
-        event = Event(name="", kind="requested", function=lambda point: point.parameter - value)
+        event = BranchEvent(name="", kind="requested", function=lambda point: point.parameter - value)
         near = self._event(event, arc, low, high)
         if near is None:
             return None
@@ -97,7 +98,7 @@ class Locator:
         return step
 
     def _event(
-        self, event: Event, arc: Arc, low: tuple[float, float], high: tuple[float, float]
+        self, event: BranchEvent, arc: Arc, low: tuple[float, float], high: tuple[float, float]
     ) -> tuple[float, Step] | None:
         """Solve on the arc until the place of the sign change is known to the tolerance."""
         metric = self._corrector.metric

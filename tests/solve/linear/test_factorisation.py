@@ -7,15 +7,10 @@ import pytest
 from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.solve import factorisation
-from slipstick.solve.factorisation import (
-    Factorisation,
-    SingularMatrixError,
-    available_solvers,
-    factorise,
-    one_blas_thread,
-    shifted,
-)
+from slipstick.solve.linear import solvers
+from slipstick.solve.linear.factorisation import factorise, shifted
+from slipstick.solve.linear.factors import Factorisation, SingularMatrixError, one_blas_thread
+from slipstick.solve.linear.solvers import available_solvers
 
 SOLVERS = available_solvers()
 
@@ -112,7 +107,7 @@ def test_unknown_and_missing_solvers_are_named(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(InputError, match="solver 'mumps' is not known; choose one of rslab"):
         factorise(grid(3), solver="mumps")
     real = importlib.util.find_spec
-    monkeypatch.setattr(factorisation, "find_spec", lambda name: None if name in ("rslab", "pypardiso") else real(name))
+    monkeypatch.setattr(solvers, "find_spec", lambda name: None if name in ("rslab", "pypardiso") else real(name))
     assert available_solvers() == ("superlu",)
     assert factorise(grid(3)).name == "superlu"
     with pytest.raises(InputError, match="solver 'rslab' is not installed: pip install rslab, or choose superlu"):

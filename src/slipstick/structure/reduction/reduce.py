@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.solve.eigen import Listener
-from slipstick.structure import reduction_store
+from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
-from slipstick.structure.reduction_compute import (
+from slipstick.structure.reduction import store as reduction_store
+from slipstick.structure.reduction.compute import (
     ReducedData,
     compute,
     direct_receptance,
@@ -33,7 +33,7 @@ from slipstick.structure.reduction_compute import (
     store_path,
     stored_data,
 )
-from slipstick.structure.reduction_request import (
+from slipstick.structure.reduction.request import (
     Damping,
     as_csr,
     checked_request,
@@ -82,7 +82,7 @@ def reduce(
     force: bool = False,
     solver: str | None = None,
     cache: str | Path | None = None,
-    listener: Listener | None = None,
+    listener: StageListener | None = None,
 ) -> ModalStructure:
     """Reduce sparse symmetric K, M (n, n) of a constrained structure to named directions: modes and static residual.
 
@@ -105,7 +105,7 @@ def reduce(
     loss_factor, damping_ratio, rayleigh
         See :class:`Damping`.
     solver
-        One of :func:`slipstick.solve.factorisation.available_solvers`; the best one by default.
+        One of :func:`slipstick.solve.linear.factorisation.available_solvers`; the best one by default.
     cache
         Folder in which reductions are kept and found again by content; damping is not part of it.
 
@@ -171,7 +171,7 @@ def reduce_model(
     force: bool = False,
     solver: str | None = None,
     cache: str | Path | None = None,
-    listener: Listener | None = None,
+    listener: StageListener | None = None,
 ) -> Reduction:
     """As :func:`reduce`, with where the result comes from and how good it is.
 

@@ -6,8 +6,11 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError
-from slipstick.solve.eigen import BlockLanczos, EigenError, EigenOptions, Progress, backward_errors, modes
-from slipstick.solve.factorisation import SingularMatrixError, available_solvers
+from slipstick.solve.linear.eigen import modes
+from slipstick.solve.linear.factors import SingularMatrixError
+from slipstick.solve.linear.lanczos import BlockLanczos
+from slipstick.solve.linear.modes import EigenError, EigenOptions, StageProgress, backward_errors
+from slipstick.solve.linear.solvers import available_solvers
 
 
 def chain(n: int) -> sparse.csr_array:
@@ -165,7 +168,7 @@ def test_results_repeat_to_the_bit_and_signs_are_fixed() -> None:
 
 def test_progress_counts_up_to_the_modes_wanted() -> None:
     K, _ = lattice((9, 8, 7))
-    events: list[Progress] = []
+    events: list[StageProgress] = []
     modes(K, sparse.eye_array(K.shape[0], format="csr"), 20, listener=events.append)
     counted = [event.done for event in events if event.stage == "modes"]
     assert counted[0] == 0

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from slipstick.models.blade import BladeModel, finite_element_blade
 from slipstick.models.blade_mesh import blade_shape
 from slipstick.models.surface_model import ContactModel
-from slipstick.structure.reduction import Reduction, estimate_error, reduce_model
+from slipstick.structure.reduction.reduce import Reduction, estimate_error, reduce_model
 
 
 def reduced(size: str, **wishes: object) -> tuple[ContactModel, Reduction]:

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from slipstick.errors import Outcome
-from slipstick.solve.continuation import Evaluation, Event, continuation
-from slipstick.solve.events import BracketedRoot, turning_points
+from slipstick.solve.continuation import BranchEvent, continuation
+from slipstick.solve.continuation.events import BracketedRoot, turning_points
+from slipstick.solve.continuation.stepsize import StepOptions, next_step
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.stepsize import StepOptions, next_step
+from slipstick.solve.newton import Evaluation
 
 
 class Sine:
@@ -23,7 +24,7 @@ def slope(step):
 
 @pytest.mark.parametrize("direction, expected", [(-1, [0.5, 2.5]), (1, [1.5]), (0, [0.5, 1.5, 2.5])])
 def test_direction_chooses_maxima_or_minima(direction, expected):
-    event = Event(name="extreme", kind="peak", function=slope, direction=direction)
+    event = BranchEvent(name="extreme", kind="peak", function=slope, direction=direction)
     steps = list(continuation(Sine(), [0.0], 0.0, 9.0, events=[event]))
     found = [s for s in steps if s.kind == "peak"]
     assert [s.parameter for s in found] == pytest.approx(np.pi * np.array(expected), rel=1e-9)
@@ -32,7 +33,7 @@ def test_direction_chooses_maxima_or_minima(direction, expected):
 
 def test_several_events_in_one_step_come_in_order():
     places = [3.0, 3.001, 3.002, 3.0015]
-    events = [Event(name=str(p), kind="mark", function=lambda s, p=p: s.parameter - p) for p in places]
+    events = [BranchEvent(name=str(p), kind="mark", function=lambda s, p=p: s.parameter - p) for p in places]
     steps = list(continuation(Sine(), [0.0], 0.0, 9.0, events=events, requested=[3.0005]))
     found = [s.parameter for s in steps if s.kind in ("mark", "requested")]
     assert found == pytest.approx([3.0, 3.0005, 3.001, 3.0015, 3.002], abs=1e-9)
@@ -40,7 +41,7 @@ def test_several_events_in_one_step_come_in_order():
 
 
 def test_terminal_event_ends_the_branch():
-    event = Event(name="quarter", kind="peak", function=slope, terminal=True)
+    event = BranchEvent(name="quarter", kind="peak", function=slope, terminal=True)
     run = continuation(Sine(), [0.0], 0.0, 9.0, events=[event])
     steps = list(run)
     assert steps[-1].kind == "peak"
@@ -50,7 +51,7 @@ def test_terminal_event_ends_the_branch():
 
 
 def test_a_jump_of_the_function_is_bracketed():
-    event = Event(name="jump", kind="switch", function=lambda s: 1.0 if s.parameter > 4.0 else -1.0)
+    event = BranchEvent(name="jump", kind="switch", function=lambda s: 1.0 if s.parameter > 4.0 else -1.0)
     steps = list(continuation(Sine(), [0.0], 0.0, 9.0, events=[event]))
     (found,) = [s for s in steps if s.kind == "switch"]
     assert found.parameter == pytest.approx(4.0, abs=1e-8)
@@ -70,7 +71,7 @@ def test_a_jump_of_the_function_is_bracketed():
 )
 def test_crossings(before, after, rising, falling):
     def event(direction):
-        return Event(name="", kind="", function=slope, direction=direction)
+        return BranchEvent(name="", kind="", function=slope, direction=direction)
 
     assert event(1).crossed(before, after) == rising
     assert event(-1).crossed(before, after) == falling

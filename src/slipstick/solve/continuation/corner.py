@@ -1,0 +1,28 @@
+"""Round a sharp corner of a piecewise smooth branch, where no solution lies ahead."""
+
+from __future__ import annotations
+
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.predictor import Span
+from slipstick.solve.continuation.step import Step
+from slipstick.solve.newton.result import NewtonResult
+
+
+def turn(corrector: Corrector, span: Span, last: Step, length: float) -> tuple[Step | None, NewtonResult]:
+    """The first point beyond the corner next to ``last``; None where there is none.
+
+    Beyond the corner the equations of the next piece hold: their null direction, oriented so that the determinant
+    keeps its sign (B. C. Eaves, Mathematical Programming Study 10 (1979) 1), leads on.
+    """
+    metric = corrector.metric
+    unit = last.tangent / metric.length(last.tangent)
+    ahead = corrector.tangent_at(last.state + 4.0 * length * unit, unit)
+    if ahead is None:
+        return None, NewtonResult(last.state)
+    direction = ahead[0] if ahead[1] == last.orientation else -ahead[0]
+    guess = last.state + 1.5 * length * unit + 4.0 * length * direction
+    new, result = corrector.correct(guess, direction, "regular", name="corner")
+    if new is None or new.orientation != last.orientation or span.passed(new.parameter) is not None:
+        return None, result
+    near = metric.length(new.state - last.state) <= 10.0 * length
+    return (new if near else None), result

@@ -1,0 +1,44 @@
+"""Whether a converged point is the next one of its branch."""
+
+from __future__ import annotations
+
+from slipstick.errors import Reason
+from slipstick.solve.continuation.corrector import Corrector, angle
+from slipstick.solve.continuation.predictor import Span
+from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.stepsize import StepOptions
+from slipstick.typing import Array
+
+_KINK_SHARE = 0.25
+_KINK_CORRECTION = 5.0
+
+
+class Rejection(Reason):
+    """Why no next point was found, or one was not believed."""
+
+    NOTHING_AHEAD = "no solution was found ahead"
+    OUTSIDE = "the corrected point lies outside of the range"
+    ORIENTATION = "the orientation of the branch changes (bifurcation, or another branch)"
+    FAR = "the solution found is far from the predicted one"
+    SHARP = "the direction of the branch changes too much"
+
+
+def objection(
+    corrector: Corrector, span: Span, options: StepOptions, last: Step, new: Step, guess: Array, length: float
+) -> Rejection | None:
+    """Why ``new``, found from ``guess`` by a step of ``length``, is not believed to follow ``last``; None if it is."""
+    metric = corrector.metric
+    if new.kind != "end" and span.passed(new.parameter) is not None:
+        return Rejection.OUTSIDE
+    turned = last.orientation * new.orientation < 0
+    tiny = length <= options.kink_step
+    if turned and tiny:
+        new.name = "orientation change"
+    elif turned:
+        return Rejection.ORIENTATION
+    kink = tiny or (length <= _KINK_SHARE * options.max_step and corrector.is_kink(last, new))
+    if metric.length(new.state - guess) > (_KINK_CORRECTION if kink else options.max_correction) * length:
+        return Rejection.FAR
+    if not kink and angle(metric.cosine(last.tangent, new.tangent)) > options.max_angle:
+        return Rejection.SHARP
+    return None

@@ -1,0 +1,170 @@
+"""A continuation under way."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from slipstick.errors import Outcome, Reason
+from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.corner import turn
+from slipstick.solve.continuation.corrector import Corrector, angle
+from slipstick.solve.continuation.events import BranchEvent, turning_points
+from slipstick.solve.continuation.judging import Rejection, objection
+from slipstick.solve.continuation.locate import Locator
+from slipstick.solve.continuation.metric import ArclengthScaling, Metric
+from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.solve.continuation.predictor import Span, predict
+from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.stepsize import next_step
+from slipstick.solve.newton.result import NewtonResult, NewtonStop
+from slipstick.solve.newton.system import System
+from slipstick.typing import Array
+
+
+class Continuation(Iterator[Step]):
+    """A continuation under way: iterate over it; it can be abandoned at any point.
+
+    Attributes
+    ----------
+    outcome, message
+        How it ended (None while it has not), and in words.
+    points, rejected
+        Points found (located ones not counted) and steps rejected so far.
+    step_length
+        Scaled length of the next step.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        x: Array,
+        ends: tuple[float, float],
+        *,
+        options: ContinuationOptions,
+        scaling: ArclengthScaling,
+        events: Sequence[BranchEvent],
+        requested: Array,
+        at: float,
+        direction: Array | None,
+        context: Any,
+    ) -> None:
+        self._options = options
+        self._span = Span(*ends)
+        self._metric = Metric(scaling, x, abs(ends[1] - ends[0]))
+        self._corrector = Corrector(system, x.size, self._metric, options.newton)
+        self._corrector.context = context
+        self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
+        self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance)
+        self.outcome: Outcome | None = None
+        self.message = ""
+        self.rejected = self.points = 0
+        self.step_length = min(options.first_step, options.max_step)
+        self._generator = self._follow(np.append(x, at), direction)
+
+    def __next__(self) -> Step:
+        return next(self._generator)
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the system so far."""
+        return self._corrector.evaluations
+
+    @property
+    def solves(self) -> int:
+        """Linear solves so far."""
+        return self._corrector.solves
+
+    def _end(self, outcome: Outcome, message: str = "") -> Outcome:
+        self.outcome, self.message = outcome, message or outcome.text
+        return outcome
+
+    def _follow(self, state: Array, direction: Array | None) -> Generator[Step, None, Outcome]:
+        last = self._first(state, direction)
+        if isinstance(last, Reason):
+            return self._end(Outcome.NO_FIRST_POINT, f"no solution at the start {state[-1]:g}: {last.text}")
+        self._carry(last)
+        yield last
+        self._locator.begin(last)
+        self.points, arc = 1, None
+        while self.points < self._options.max_points:
+            new = self._advance(last, arc)
+            if isinstance(new, Reason):
+                outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
+                return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
+            for located in self._locator.between(last, new):
+                yield located
+                if self._terminal(located):
+                    return self._end(Outcome.COMPLETED, f"ended at the event {located.name}")
+            self._carry(new)
+            yield new
+            self.points += 1
+            if new.kind == "end":
+                return self._end(Outcome.TURNED_BACK if new.parameter == self._span.start else Outcome.COMPLETED)
+            sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
+            arc, last = None if sharp else self._corrector.arc(last, new), new
+            self._metric.renew(new.x)
+        return self._end(Outcome.POINT_LIMIT)
+
+    def _carry(self, step: Step) -> None:
+        """Hand what the accepted point knows to the points after it."""
+        self._corrector.context = getattr(step.evaluation, "context", None)
+
+    def _first(self, state: Array, direction: Array | None) -> Step | Reason:
+        """The solution at the fixed starting parameter, its tangent pointing forward; or why there is none."""
+        before = self._metric.inverse[:-1]
+        step, result = self._corrector.correct(state, None, "start")
+        if step is not None:
+            self._metric.renew(step.x)
+            if np.any(self._metric.inverse[:-1] > 2.0 * before):
+                step, result = self._corrector.correct(step.state, None, "start")
+        if step is None:
+            return result.reason or Rejection.NOTHING_AHEAD
+        forward = step.tangent_parameter * (self._span.stop - self._span.start)
+        if direction is not None:
+            forward = self._metric.cosine(step.tangent, direction)
+        if forward < 0:
+            step.reverse()
+        return step
+
+    def _advance(self, last: Step, arc: Arc | None) -> Step | Reason:
+        """The next accepted point, halving the step until there is one; or why there is none."""
+        options, corrector, span = self._options, self._corrector, self._span
+        reason: Reason | None = None
+        length = self.step_length
+        while length >= options.min_step:
+            ahead = predict(self._metric, span, last, arc, length)
+            normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
+            new, result = corrector.correct(ahead.guess, normal, kind, forward=last.tangent)
+            if new is None:
+                reason = result.reason
+            else:
+                reason = objection(corrector, span, options, last, new, ahead.guess, length)
+                if reason is None:
+                    return self._accept(last, new, result, length, 2 if arc is None else 4)
+            self.rejected += 1
+            if length <= options.kink_step:
+                new, result = turn(corrector, span, last, length)
+                if new is not None:
+                    return self._accept(last, new, result, length, 2)
+            length, arc = 0.5 * length, None
+        return reason or Rejection.NOTHING_AHEAD
+
+    def _accept(self, last: Step, new: Step, result: NewtonResult, length: float, order: int) -> Step:
+        metric = self._metric
+        # at rounding level neither the contraction nor the count says anything of the step
+        self.step_length = next_step(
+            length,
+            contraction=0.0 if result.stagnated else result.contraction,
+            iterations=0 if result.stagnated else result.iterations,
+            angle=angle(metric.cosine(last.tangent, new.tangent)),
+            order=order,
+            options=self._options,
+        )
+        new.arclength = last.arclength + metric.length(new.state - last.state)
+        return new
+
+    def _terminal(self, step: Step) -> bool:
+        return any(event.terminal and event.name == step.name and event.kind == step.kind for event in self._events)

@@ -1,0 +1,89 @@
+"""What a factorised sparse matrix is, whoever factorised it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+
+
+class SingularMatrixError(InputError):
+    """The matrix has no inverse to working accuracy; ``null_vector`` (n,) is a motion it does not resist, if known."""
+
+    def __init__(self, problem: str, null_vector: NDArray[Any] | None = None) -> None:
+        super().__init__(problem)
+        self.null_vector = null_vector
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inertia:
+    """Numbers of positive, negative and zero eigenvalues (Sylvester)."""
+
+    positive: int
+    negative: int
+    zero: int
+
+
+@runtime_checkable
+class Factorisation(Protocol):
+    """A factorised square matrix of n rows."""
+
+    @property
+    def name(self) -> str:
+        """The solver's name, for the results."""
+        ...
+
+    @property
+    def inertia(self) -> Inertia | None:
+        """Numbers of eigenvalues by sign; None when the solver does not tell or the matrix is complex."""
+        ...
+
+    @property
+    def memory(self) -> int:
+        """Bytes held by the factors, estimated."""
+        ...
+
+    def solve(self, B: NDArray[Any]) -> NDArray[Any]:
+        """Solution X of ``A X = B``; B is (n,) or (n, n_columns), X has its shape."""
+        ...
+
+
+class SolvedFactors:
+    """What the three solvers share: a name, an inertia, a size, and a function that solves (n, n_columns)."""
+
+    def __init__(
+        self,
+        name: str,
+        solve: Callable[[NDArray[Any]], NDArray[Any]],
+        memory: int,
+        inertia: Inertia | None = None,
+        dtype: Any = np.float64,
+    ) -> None:
+        self.name = name
+        self.memory = memory
+        self.inertia = inertia
+        self._solve = solve
+        self._dtype = dtype
+
+    def solve(self, B: NDArray[Any]) -> NDArray[Any]:
+        """As in ``Factorisation``; complex columns of a real matrix are solved for in two parts."""
+        B = np.asarray(B)
+        if np.iscomplexobj(B) and not np.issubdtype(self._dtype, np.complexfloating):
+            return self.solve(B.real) + 1j * self.solve(B.imag)
+        columns = np.asarray(B if B.ndim == 2 else B[:, None], dtype=self._dtype)
+        if columns.shape[1] == 0:
+            return columns.reshape(B.shape)
+        with one_blas_thread():
+            return np.asarray(self._solve(columns)).reshape(B.shape)
+
+
+def one_blas_thread() -> Any:
+    """Context in which numpy's and MKL's linear algebra use one thread."""
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(limits=1, user_api="blas")

@@ -1,0 +1,1 @@
+"""Finite element matrices reduced to modes and residual terms at a few directions."""
