@@ -40,6 +40,7 @@ FACADE = {
     "analysis/response.py": {"parameter_response"},
     "analysis/transient.py": {"transient", "integrate"},
     "app/cli.py": {"import_"},
+    "balance/loads.py": {"__init__"},
     "importers/import_model.py": {"import_model"},
     "models/blade.py": {"reduced_blade"},
     "models/reduced_body.py": {"reduced_body", "_wanted"},

@@ -135,6 +135,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.Load,
         {"dof": "x", "shape": None, "harmonic": 1, "cos": 1.0, "sin": 1.0, "amplitude": None, "phase": None},
     ),
+    "Load of a support": (lambda: ss.Load, {"base": {"x": 1.0}, "motion": "displacement", "cos": 1.0}),
     "Load by amplitude": (lambda: ss.Load, {"dof": "x", "amplitude": 1.0, "phase": 0.5}),
     "ContactPair": (
         lambda: ss.ContactPair,
@@ -199,7 +200,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "reduced_body": (
         lambda: ss.reduced_body,
         {
-            "model": MODEL, "surface": "y1", "contacts": 1, "radius": 0.01, "keep": (), "modes": 3,
+            "model": MODEL, "surface": "y1", "contacts": 1, "radius": 0.01, "keep": (), "base": ["x"], "modes": 3,
             "accuracy": None, "up_to": None, "loss_factor": 0.01, "damping_ratio": 0.0, "force": True,
             "cache": None, "listener": None,
         },

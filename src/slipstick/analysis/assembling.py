@@ -35,11 +35,13 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     normal = [pair.direction("normal", k) for pair in problem.contacts for k in range(len(pair))]
     has_normal = np.array([direction is not None for direction in normal], dtype=bool)
     contact = problem.direction_matrix([*tangential, *(direction for direction in normal if direction is not None)])
-    dofs, shapes = problem.load_targets
-    forces = problem.direction_matrix({dof: 1.0} for dof in dofs)
+    driven = problem.load_columns
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
-    equations = problem.structure.time_equations(np.hstack([contact, outputs]), np.hstack([contact, forces]), shapes)
-    loads, h = problem.load_coefficients(), problem.harmonics
+    equations = problem.structure.time_equations(
+        np.hstack([contact, outputs]), np.hstack([contact, driven.vectors]), driven.shapes
+    )
+    h = problem.harmonics
+    loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)
     batches, inputs = problem.batches, problem.inputs.batches
     rubbing, approach = np.zeros((2, len(tangential), h.size))
     velocity = np.zeros(len(tangential))

@@ -41,6 +41,7 @@ def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
             **given,
             radius=table.radius,
             pressure=table.pressure,
+            base=table.base,
             films=table.films,
             cold=table.cold,
             keep=table.keep,

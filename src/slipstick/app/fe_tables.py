@@ -132,6 +132,9 @@ class FeTable(ReductionTable):
         default=None, description="a number of contacts, a list of node numbers, or a list of positions"
     )
     pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    base: list[Literal["x", "y", "z"]] = Field(
+        default=[], description='a list of the directions in which the support may move, such as ["x"]'
+    )
     films: Films = Field(default={}, description="a table of surface = convection coefficient")
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
     keep: list[str] = Field(

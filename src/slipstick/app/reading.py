@@ -201,6 +201,10 @@ class Reading:
         uses: list[tuple[str, Any]] = []
         for i, t in enumerate(_tables(self.raw.get("load"))):
             uses.append((f"{section_name('load', i, t)} dof", t.get("dof")))
+            moved = t.get("base")
+            uses += [
+                (f"{section_name('load', i, t)} base", dof) for dof in (moved if isinstance(moved, Mapping) else ())
+            ]
         for i, t in enumerate(_tables(self.raw.get("contact"))):
             if contact_table(t) is SurfaceContactTable:
                 continue
@@ -301,7 +305,8 @@ def load(table: LoadTable) -> Load:
     if table.amplitude is not None:
         phase = table.phase or 0.0
         cos, sin = table.amplitude * math.cos(phase), -table.amplitude * math.sin(phase)
-    return Load(dof=table.dof, shape=table.shape, harmonic=table.harmonic, cos=cos, sin=sin)
+    where: dict[str, Any] = {"dof": table.dof, "shape": table.shape, "base": table.base, "motion": table.motion}
+    return Load(**where, harmonic=table.harmonic, cos=cos, sin=sin)
 
 
 def contact_pair(table: ContactTable, background: float | None = None) -> ContactPair:

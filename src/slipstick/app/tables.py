@@ -31,6 +31,12 @@ def _cosines(value: Any) -> dict[str, float]:
     return {str(dof): float(cosine) for dof, cosine in value.items()}
 
 
+def _base(value: Any) -> str | dict[str, float]:
+    """``"x"`` as it is, or ``{x1 = 1.0, x2 = 1.0}``."""
+    cosines = _cosines(value)
+    return value if isinstance(value, str) else cosines
+
+
 def _orders_to_numbers(value: Any) -> dict[int, float]:
     """``{ "1" = 2.0 }``: harmonic of the rubbing motion -> amplitude."""
     right = isinstance(value, dict) and all(
@@ -178,9 +184,16 @@ class LoadTable(Table):
 
     dof: str | None = Field(default=None, description="the name of a dof")
     shape: str | None = Field(default=None, description="the name of a load shape of the structure")
+    base: Annotated[str | dict[str, float], PlainValidator(_base)] | None = Field(
+        default=None,
+        description='dofs with their motion for a unit motion of the support, { x1 = 1.0, x2 = 1.0 }, or a name: "x"',
+    )
+    motion: Literal["displacement", "acceleration"] | None = Field(
+        default=None, description='"displacement" or "acceleration", what is given of the support'
+    )
     harmonic: Harmonic = Field(default=1, description="a whole number >= 0 (0 is a static load)")
-    cos: float = Field(default=0.0, description="a finite number, the cosine part of the force")
-    sin: float = Field(default=0.0, description="a finite number, the sine part of the force")
+    cos: float = Field(default=0.0, description="a finite number, the cosine part")
+    sin: float = Field(default=0.0, description="a finite number, the sine part")
     amplitude: float | None = Field(default=None, description="a finite number: amplitude * cos(harmonic tau + phase)")
     phase: Annotated[float, PlainValidator(angle)] | None = Field(
         default=None, description='a number in rad, or text such as "90 deg"'
@@ -190,8 +203,11 @@ class LoadTable(Table):
     def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
         """Where and how much, each said once."""
         faults = []
-        if ("dof" in raw) == ("shape" in raw):
-            faults.append('expected either dof = "name" or shape = "name", and one of them alone')
+        if len({"dof", "shape", "base"} & set(raw)) != 1:
+            faults.append('expected either dof = "name" or shape = "name" or base = "name", and one of them alone')
+        if ("base" in raw) != ("motion" in raw):
+            given, missing = ("base", "motion") if "base" in raw else ("motion", "base")
+            faults.append(f"{given} is given without {missing}; give both for a support that moves")
         if "amplitude" in raw and ("cos" in raw or "sin" in raw):
             faults.append("amplitude is given together with cos or sin; keep one way to say the force")
         elif not {"amplitude", "cos", "sin"} & set(raw):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.balance.base_motion import base_faults
 from slipstick.balance.contacts import direction_faults
 from slipstick.balance.warm import heat_faults
 from slipstick.contact.rubbing import common_period
@@ -132,8 +133,11 @@ def _contact_faults(pair: ContactPair, dofs: Sequence[str]) -> Iterator[str]:
 
 def _load_faults(load: Any, problem: Problem, order: int) -> Iterator[str]:
     structure = problem.structure
-    if (load.dof is None) == (load.shape is None):
-        yield f"load: found dof = {load.dof!r} and shape = {load.shape!r}; expected exactly one of them"
+    if sum(given is not None for given in (load.dof, load.shape, load.base)) != 1:
+        also = "" if load.base is None else f" and base = {load.base!r}"
+        yield f"load: found dof = {load.dof!r} and shape = {load.shape!r}{also}; expected exactly one of them"
+    elif load.base is not None:
+        yield from base_faults(load, structure)
     elif load.dof is not None and load.dof not in structure.dofs:
         yield f"load: there is no dof '{load.dof}' in the structure; {suggestion(load.dof, structure.dofs)}"
     elif load.shape is not None and load.shape not in structure.load_shapes:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from slipstick.balance.base_motion import UNITS
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.paths import Line, LoadPhase, Path
@@ -25,6 +26,8 @@ class LoadPart:
     """All loads on one target at one harmonic together: ``amplitude cos(m tau + phase)``."""
 
     first: Load
+    target: str
+    """Its name in names of parameters."""
     places: tuple[int, ...]
     """Their places among the loads of the problem."""
     cos: float
@@ -36,11 +39,13 @@ class LoadPart:
         return tuple(QUANTITIES) if self.first.harmonic else ("amplitude",)
 
     def value(self, quantity: str) -> float:
-        """Amplitude (force, >= 0), or phase (rad, -pi to pi)."""
+        """Amplitude (>= 0, force or motion of a support), or phase (rad, -pi to pi)."""
         return hypot(self.cos, self.sin) if quantity == "amplitude" else atan2(-self.sin, self.cos)
 
     def units(self, quantity: str) -> str:
         """Units of one of them; those of a load shape are its own."""
+        if quantity == "amplitude" and self.first.motion is not None:
+            return UNITS[self.first.motion]
         return "1" if quantity == "amplitude" and self.first.dof is None else QUANTITIES[quantity]
 
     def unit(self) -> tuple[float, float]:
@@ -55,25 +60,37 @@ class LoadPart:
         else:
             size = self.value("amplitude")
             c, s = size * cos(value), -size * sin(value)
-        new = Load(dof=self.first.dof, shape=self.first.shape, harmonic=self.first.harmonic, cos=c, sin=s)
+        new = replace(self.first, cos=c, sin=s)
         kept = (new if i == self.places[0] else load for i, load in enumerate(loads) if i not in self.places[1:])
         return tuple(kept)
 
 
 def load_parts(problem: Problem) -> list[LoadPart]:
     """The loads of a problem by target and harmonic."""
-    found: dict[tuple[str | None, str | None, int], LoadPart] = {}
+    found: dict[tuple[Any, ...], LoadPart] = {}
+    names = _names(problem)
     for i, load in enumerate(problem.loads):
-        key = (load.dof, load.shape, load.harmonic)
-        old = found.get(key) or LoadPart(first=load, places=(), cos=0.0, sin=0.0)
+        key = (*load.place, load.harmonic)
+        old = found.get(key) or LoadPart(first=load, target=names[load.place], places=(), cos=0.0, sin=0.0)
         found[key] = replace(old, places=(*old.places, i), cos=old.cos + load.cos, sin=old.sin + load.sin)
     return list(found.values())
+
+
+def _names(problem: Problem) -> dict[tuple[Any, ...], str]:
+    """Name of each target; several motions of supports that are called the same are numbered: "base 1", "base 2"."""
+    found = {load.place: load.target for load in problem.loads}
+    bases = [load.place for load in problem.loads if load.base is not None]
+    for name in {found[place] for place in bases}:
+        same = [place for place in dict.fromkeys(bases) if found[place] == name]
+        if len(same) > 1:
+            found |= {place: f"{name} {i}" for i, place in enumerate(same, 1)}
+    return found
 
 
 def load_names(problem: Problem) -> Iterator[str]:
     """Every name of a load's amplitude or phase, the short ones where a target has one harmonic."""
     parts = load_parts(problem)
-    targets = [part.first.target for part in parts]
+    targets = [part.target for part in parts]
     for part, target in zip(parts, targets, strict=True):
         where = target if targets.count(target) == 1 else f"{target}.{part.first.harmonic}"
         yield from (f"{PREFIX}{where}.{quantity}" for quantity in part.quantities)
@@ -91,8 +108,8 @@ def find_load(problem: Problem, name: str) -> tuple[LoadPart, str] | None:
     if not name.startswith(PREFIX):
         return None
     parts = [part for part in load_parts(problem) if quantity in part.quantities]
-    found = [part for part in parts if part.first.target == where]
-    found = found or [part for part in parts if f"{part.first.target}.{part.first.harmonic}" == where]
+    found = [part for part in parts if part.target == where]
+    found = found or [part for part in parts if f"{part.target}.{part.first.harmonic}" == where]
     if len(found) > 1:
         names = ", ".join(f"'{PREFIX}{where}.{part.first.harmonic}.{quantity}'" for part in found)
         raise InputError(f"'{name}' could be one of {names}; say which")
@@ -102,7 +119,7 @@ def find_load(problem: Problem, name: str) -> tuple[LoadPart, str] | None:
 def load_path(problem: Problem, part: LoadPart, quantity: str) -> Path:
     """How the inputs move with the amplitude or the phase of some loads."""
     order = part.first.harmonic * problem.load_order
-    row, column = problem.load_row(part.first), problem.harmonics.index(order)
+    row, column = problem.load_columns.row(part.first), problem.harmonics.index(order)
     base = problem.inputs
     if quantity == "phase":
         return LoadPhase(base, problem.load * part.value("amplitude"), row, column)

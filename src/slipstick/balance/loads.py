@@ -3,32 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import atan2, cos, hypot, sin
 from typing import Any
 
-from slipstick.faults import Gathering, number, shown, text, whole
+from slipstick.faults import Gathering, number, shown, table, text, whole, wrong
+
+MOTIONS = ("displacement", "acceleration")
+"""What can be given of a support that moves."""
 
 
 @dataclass(frozen=True, init=False)
 class Load:
-    """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape of the structure.
+    """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape; or a moving support.
+
+    A support that moves by ``u(t)`` is followed in coordinates relative to it: with ``r`` the motion of the dofs for a
+    unit motion of the support as a rigid body, the absolute displacement is ``x + r u`` and
+
+        M x'' + C x' + K x + f(x, x') = p - M r u''.
+
+    All springs and dampers to ground (in K, C and the contacts, whose counter surface moves with the support) then
+    belong to the support. All results are relative to it, and say so. A displacement ``u`` of harmonic m makes the
+    load ``(m omega)^2 M r u``, which grows with the square of the frequency, an acceleration ``u'' = a`` the load
+    ``-M r a``; a constant acceleration ``-g`` is weight in the direction of ``r``.
 
     Parameters
     ----------
-    dof, shape
-        Name of a dof, or of a load shape: one of the two.
+    dof, shape, base
+        Name of a dof, or of a load shape, or the motion of a support: one of the three. ``base`` is ``r`` as a dict of
+        dofs such as ``{"x1": 1.0, "x2": 1.0}``, which needs the mass matrix (``MatrixStructure``); or a name such as
+        "x", which stands for the load shape "base x" of a reduced structure, ``M r``, or else for the dof of that name.
+    motion
+        With ``base``: "displacement" or "acceleration", what ``cos``, ``sin`` or ``amplitude`` give of the support.
     harmonic
         Harmonic ``m`` of the excitation; 0 is a static load, given by ``cos``.
     cos, sin
-        Amplitudes, force (0-to-peak).
+        Amplitudes (0-to-peak): force, of a support length or length/time^2.
     amplitude, phase
         Instead of cos and sin: ``amplitude * cos(m tau + phase)``, phase in rad, 0 where it is left out.
 
     Raises
     ------
     InputError
-        For values of another kind, an amplitude together with cos or sin, or a phase without amplitude.
+        For values of another kind, an amplitude together with cos or sin, a phase without amplitude, base without
+        motion or the reverse.
 
     Examples
     --------
@@ -36,10 +54,14 @@ class Load:
     >>> load = Load(dof="x", amplitude=100.0, phase=-pi / 2)
     >>> round(load.cos, 9), load.sin
     (0.0, 100.0)
+    >>> Load(base={"x": 1.0}, motion="displacement", amplitude=1e-3).target
+    'base'
     """
 
     dof: str | None
     shape: str | None
+    base: Mapping[str, float] | str | None = field(hash=False)
+    motion: str | None
     harmonic: int
     cos: float
     sin: float
@@ -49,6 +71,8 @@ class Load:
         *,
         dof: str | None = None,
         shape: str | None = None,
+        base: Mapping[str, float] | str | None = None,
+        motion: str | None = None,
         harmonic: int = 1,
         cos: float | None = None,
         sin: float | None = None,
@@ -57,11 +81,15 @@ class Load:
     ) -> None:
         on = dof if dof is not None else shape
         name, found = f"load on {shown(on)}" if on is not None else "load", Gathering()
+        name = "base motion" if on is None and base is not None else name
         given = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
         force = {k: found.take(number, f"{name}, {k}", v) for k, v in given.items() if v is not None}
         values: dict[str, Any] = {"harmonic": found.take(whole, f"{name}, harmonic", harmonic)}
         for key, value in (("dof", dof), ("shape", shape)):
             values[key] = None if value is None else found.take(text, f"load, {key}", value, "a name")
+        values["base"] = None if base is None else found.take(_pattern, base)
+        values["motion"] = motion
+        found.problems += _motion_faults(name, base, motion)
         if amplitude is not None and (cos is not None or sin is not None):
             found.problems.append(f"{name}: amplitude is given together with cos or sin; keep one way to say the force")
         if phase is not None and amplitude is None:
@@ -73,8 +101,16 @@ class Load:
 
     @property
     def target(self) -> str:
-        """Name of the dof or load shape."""
+        """Name of the dof or load shape; "base" or "base x" of a support."""
+        if self.base is not None:
+            return f"base {self.base}" if isinstance(self.base, str) else "base"
         return str(self.dof if self.dof is not None else self.shape)
+
+    @property
+    def place(self) -> tuple[Any, ...]:
+        """What it acts on; equal for loads that add up."""
+        pattern = tuple(sorted(self.base.items())) if isinstance(self.base, Mapping) else self.base
+        return self.dof, self.shape, pattern, self.motion
 
     @property
     def amplitude(self) -> float:
@@ -93,3 +129,26 @@ def _parts(force: Mapping[str, Any]) -> dict[str, float]:
         return {"cos": force.get("cos", 0.0), "sin": force.get("sin", 0.0)}
     size, phase = force["amplitude"], force.get("phase", 0.0)
     return {"cos": size * cos(phase), "sin": -size * sin(phase) if phase else 0.0}
+
+
+def _pattern(given: Any) -> Mapping[str, float] | str:
+    """Motion of the dofs for a unit motion of the support."""
+    expected = 'dofs with their motion such as {"x1": 1.0, "x2": 1.0}, or a name such as "x"'
+    if isinstance(given, str) and given:
+        return text("base motion, base", given, expected)
+    moved = {
+        dof: number(f"base motion, base {dof}", c) for dof, c in table("base motion, base", given, expected).items()
+    }
+    if not any(moved.values()):
+        raise wrong("base motion, base", given, expected)
+    return moved
+
+
+def _motion_faults(name: str, base: Any, motion: Any) -> list[str]:
+    """Base and motion belong together."""
+    expected = 'expected "displacement" or "acceleration"'
+    if base is None:
+        return [f"{name}: motion is given without base; give both for a support that moves"] if motion else []
+    if not isinstance(motion, str) or motion not in MOTIONS:
+        return [f"{name}, motion: found {shown(motion)}; {expected}, what is given of the support"]
+    return []

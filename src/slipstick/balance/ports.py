@@ -51,9 +51,7 @@ class Balance:
         self.problem, self.harmonics = problem, problem.harmonics
         self.batches, directions = problem.batches, problem.port_directions
         self.directions = problem.direction_matrix(directions)
-        dofs, self.shapes = problem.load_targets
-        self.columns = np.hstack([self.directions, problem.direction_matrix({dof: 1.0} for dof in dofs)])
-        self.n_loads = len(dofs) + len(self.shapes)
+        self.n_loads = len(problem.load_columns.places)
         self.n_ports, self.n_contacts = len(directions), sum(batch.count for batch in self.batches)
         self.orders = self.harmonics.m.astype(float)
         self.L = self.harmonics.size
@@ -70,7 +68,7 @@ class Balance:
 
     def rows_to(self, rows: Array) -> Receptance:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
-        return self.problem.structure.project(rows, self.columns, self.shapes)
+        return self.problem.load_columns.receptance(self.problem.structure, rows, self.directions)
 
     def anchor_if_undamped(self, omega: float) -> None:
         """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.

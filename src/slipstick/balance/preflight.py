@@ -62,12 +62,10 @@ def parameter_warnings(
 
 
 def _static(problem: Problem) -> Array:
-    dofs, shapes = problem.load_targets
     if not problem.contacts:
         return np.zeros((0, 0))
     ports = problem.direction_matrix(problem.port_directions)
-    columns = np.hstack([ports, problem.direction_matrix({dof: 1.0} for dof in dofs)])
-    return np.asarray(problem.structure.project(ports, columns, shapes).static, dtype=float)
+    return np.asarray(problem.load_columns.receptance(problem.structure, ports, ports).static, dtype=float)
 
 
 def _motion_warnings(problem: Problem) -> Iterator[str]:
@@ -153,15 +151,14 @@ def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]
 
 
 def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:
-    dofs, shapes = problem.load_targets
     if problem.contacts:
         first = problem.contacts[0]
-        rows = columns = problem.direction_matrix([first.direction(first.contact.ports[0]) or {}])
-        shapes = ()
+        rows = problem.direction_matrix([first.direction(first.contact.ports[0]) or {}])
     else:
-        rows = columns = problem.direction_matrix({dof: 1.0} for dof in (dofs or problem.structure.dofs)[:1])
+        dofs = [load.dof for load in problem.loads if load.dof is not None]
+        rows = problem.direction_matrix({dof: 1.0} for dof in (*dofs, *problem.structure.dofs)[:1])
     at = 0.5 * natural[0] if natural.size else omega
-    value, _ = problem.structure.project(rows, columns, shapes).at(np.ones(1), at)
+    value, _ = problem.structure.project(rows, rows).at(np.ones(1), at)
     if np.all(lossless(value, _UNDAMPED)):
         yield (
             "the structure has no damping: where a harmonic of the frequency meets a natural frequency the receptance "

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
 from slipstick.balance.contacts import ContactPair, prescribed
@@ -175,22 +176,15 @@ class Problem:
         return self.orders[1]
 
     @cached_property
-    def load_targets(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Loaded dofs and load shapes, each once, in order of appearance."""
-        dofs = tuple(dict.fromkeys(load.dof for load in self.loads if load.dof is not None))
-        shapes = tuple(dict.fromkeys(load.shape for load in self.loads if load.shape is not None and load.dof is None))
-        return dofs, shapes
-
-    def load_row(self, load: Load) -> int:
-        """Its place among ``load_targets``."""
-        dofs, shapes = self.load_targets
-        return dofs.index(load.dof) if load.dof is not None else len(dofs) + shapes.index(load.target)
+    def load_columns(self) -> LoadColumns:
+        """What the loads act on, each once."""
+        return load_columns(self)
 
     def load_coefficients(self) -> Array:
-        """Coefficients of the loads on ``load_targets`` (dofs, then shapes), (n, L), factor included."""
-        P = np.zeros((sum(map(len, self.load_targets)), self.harmonics.size))
+        """Coefficients of the loads on ``load_columns``, (n, L), factor included: forces, or motions of supports."""
+        P = np.zeros((len(self.load_columns.places), self.harmonics.size))
         for load in self.loads:
-            row, order = self.load_row(load), load.harmonic * self.load_order
+            row, order = self.load_columns.row(load), load.harmonic * self.load_order
             P[row, self.harmonics.index(order, "c")] += load.cos
             if order:
                 P[row, self.harmonics.index(order, "s")] += load.sin
@@ -219,6 +213,11 @@ class Problem:
             if name in given.values:
                 out[batch.elements] = given.values[name]
         return out
+
+    @property
+    def relative(self) -> bool:
+        """Whether a support moves: all motion is then relative to it."""
+        return any(self.load_columns.motions)
 
     def direction_matrix(self, directions: Iterable[Mapping[str, float]]) -> Array:
         """Direction cosines on all dofs of the structure, (n_dofs, n_directions)."""

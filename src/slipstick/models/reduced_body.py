@@ -31,11 +31,12 @@ from slipstick.faults import (
 )
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.imported import COMPONENTS, ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, with_contacts
 from slipstick.structure.reduction.reduce import receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, tools
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -111,6 +112,7 @@ def reduced_body(
     contacts: int | ArrayLike = 8,
     radius: float | None = None,
     pressure: str | Mapping[str, str] | None = None,
+    base: str | Sequence[str] = (),
     films: Mapping[str, float] | None = None,
     cold: str | None = None,
     keep: Sequence[str] = (),
@@ -135,6 +137,9 @@ def reduced_body(
         that of half the area of each.
     pressure
         Load shapes ``{name: surface}``: unit pressure into the body; a surface alone is named "pressure".
+    base
+        Directions "x", "y", "z" in which the support may move: load shapes "base x" ... for ``ss.Load(base="x", ...)``.
+        Inertia that couples held and free nodes is left out; it vanishes as the mesh is refined.
     films, cold
         Convection coefficient by surface (or "boundary"), and what stays cold: they give the influence matrix.
     keep
@@ -160,13 +165,14 @@ def reduced_body(
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
     """
     wanted = _wanted(
-        model, surface=surface, contacts=contacts, radius=radius, pressure=pressure, films=films, cold=cold, keep=keep,
-        modes=modes, accuracy=accuracy, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio, force=force,
-        cache=cache, listener=listener,
+        model, surface=surface, contacts=contacts, radius=radius, pressure=pressure, base=base, films=films, cold=cold,
+        keep=keep, modes=modes, accuracy=accuracy, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
+        force=force, cache=cache, listener=listener,
     )  # fmt: skip
     _refuse(model, wanted)
     whole = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = {"keep": wanted.keep} if whole is None else _with_kept(whole, model, wanted.keep)
+    request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
         request |= {"accuracy": accuracy, "frequency_range": (0.0, wanted.up_to)}
     reduction = reduce_model(
@@ -205,6 +211,7 @@ class _Wanted:
     contacts: int | ArrayLike
     radius: float | None
     pressure: Mapping[str, str]
+    base: tuple[str, ...]
     films: Mapping[str, float]
     cold: str | None
     keep: tuple[str, ...]
@@ -214,7 +221,7 @@ class _Wanted:
 
 
 def _wanted(
-    model: Any, *, surface: Any, contacts: Any, radius: Any, pressure: Any, films: Any, cold: Any, keep: Any,
+    model: Any, *, surface: Any, contacts: Any, radius: Any, pressure: Any, base: Any, films: Any, cold: Any, keep: Any,
     modes: Any, accuracy: Any, up_to: Any, loss_factor: Any, damping_ratio: Any, force: Any, cache: Any, listener: Any,
 ) -> _Wanted:  # fmt: skip
     """The request, checked for kinds."""
@@ -234,6 +241,7 @@ def _wanted(
         found.take(text, "cold", cold, "the name of a node set or surface")
     checked = {
         "radius": None if radius is None else found.take(number, "radius", radius, "a length > 0", above=SMALLEST),
+        "base": found.take(_axes, base),
         "keep": found.take(names, "keep", keep),
         "modes": None if modes is None else found.take(whole, "modes", modes, 1),
         "accuracy": None if accuracy is None else found.take(number, "accuracy", accuracy, "a relative error"),
@@ -246,6 +254,21 @@ def _wanted(
     found.end()
     request: dict[str, Any] = {"surface": surface, "contacts": contacts, "pressure": shapes, "films": coefficients}
     return _Wanted(**request, cold=cold, **cast(Any, checked))
+
+
+def _axes(given: Any) -> tuple[str, ...]:
+    """Directions of a support's motion, each once."""
+    found = names("base", given, 'a direction "x", "y" or "z", or a list of them')
+    for axis in found:
+        if axis not in COMPONENTS[:3]:
+            raise wrong("base", axis, 'a direction "x", "y" or "z"')
+    return tuple(dict.fromkeys(found))
+
+
+def _base_shapes(model: ImportedModel, axes: Sequence[str]) -> dict[str, Array]:
+    """``M r`` for translations of the support."""
+    moved = {axis: (model.dof_components == COMPONENTS.index(axis)).astype(float) for axis in axes}
+    return {f"base {axis}": np.asarray(model.M @ r) for axis, r in moved.items()}
 
 
 def _with_contacts(model: ImportedModel, wanted: _Wanted) -> ContactModel:

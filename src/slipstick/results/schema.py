@@ -32,6 +32,9 @@ Table = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
 
 KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
 
+RELATIVE = "relative to the moving support"
+"""Said of the motion of a structure whose support moves."""
+
 MISSING = -1
 """Stands for a whole number that is not known; a real one is nan, a text is empty."""
 
@@ -162,7 +165,8 @@ def _code(name: str, text: Any, known: Sequence[str]) -> float:
 
 def layout_of(problem: Problem, *, parameter: str = "", only: Sequence[str] | None = None) -> Layout:
     """What is kept of each point of a branch of a problem; ``only`` some variables of a linear one."""
-    found = dict(_declared(problem, parameter)) if only is None else {name: VARIABLES[name] for name in only}
+    own = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
+    found = dict(_declared(problem, parameter)) if only is None else own
     labels = {
         "dof": tuple(problem.outputs or ()),
         "coefficient": problem.harmonics.labels,
@@ -178,7 +182,7 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
     """Variables of every branch, those of the ports, those of the laws."""
     for name, declared in VARIABLES.items():
         if name != "parameter":
-            yield name, declared
+            yield name, _of_problem(problem, declared)
         elif parameter:
             yield name, Declared((), parameter_units(problem, parameter), parameter)
     for batch in problem.batches:
@@ -188,6 +192,13 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
             yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
         for name, own in traits.variables(batch.law).items():
             yield name, Declared(("contact", *own.dims), own.units, own.long_name)
+
+
+def _of_problem(problem: Problem, declared: Declared) -> Declared:
+    """Motion is relative to the support where one moves, and says so."""
+    if "dof" not in declared.dims or not problem.relative:
+        return declared
+    return declared._replace(long_name=f"{declared.long_name}, {RELATIVE}")
 
 
 def make_dataset(layout: Layout, values: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> xarray.Dataset:
@@ -215,6 +226,7 @@ def attributes_of(
         "case_file": "",
         "harmonics": " ".join(str(m) for m in problem.harmonics.orders),
         "parameter": parameter,
+        **({"coordinates_of_motion": RELATIVE} if problem.relative else {}),
         **reduction_attributes(problem),
         "warnings": "\n".join(warnings),
         "outcome": outcome.name,

@@ -1,0 +1,147 @@
+"""Columns of the loads: forces on dofs, load shapes, and supports that move, whose columns turn with the frequency.
+
+In coordinates relative to a support that moves by ``u(t)`` it is felt as the load ``-M r u''``, with ``r`` the motion
+of the dofs as a rigid body. A displacement of harmonic m makes it ``(m omega)^2 M r u``: the factor is part of the
+receptance from that column, with its derivative, so that nothing else need know of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.loads import Load
+from slipstick.faults import suggestion
+from slipstick.structure.protocol import Receptance
+from slipstick.typing import Array, ComplexArray
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+    from slipstick.structure.protocol import Structure
+
+DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
+UNITS = {DISPLACEMENT: "length", ACCELERATION: "length/time^2"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadColumns:
+    """What the loads of a problem act on, each once: first what has a vector (n_dofs, n), then load shapes."""
+
+    vectors: Array
+    shapes: tuple[str, ...]
+    places: tuple[tuple[Any, ...], ...]
+    """``Load.place`` of each."""
+    motions: tuple[str | None, ...]
+    """What is given of a support, or None for a force."""
+
+    def row(self, load: Load) -> int:
+        """The place of a load among them."""
+        return self.places.index(load.place)
+
+    def receptance(self, structure: Structure, rows: Array, ports: Array) -> Receptance:
+        """Receptance from contact ports (n_dofs, n_ports) and these loads to ``rows`` (n_dofs, n_rows)."""
+        plain = structure.project(rows, np.hstack([ports, self.vectors]), self.shapes)
+        if not any(self.motions):
+            return plain
+        return BaseReceptance(plain, (None,) * ports.shape[1] + self.motions)
+
+    def forces(self, P: Array, orders: Sequence[int], omega: float) -> Array:
+        """Force coefficients (n, L) of load coefficients ``P`` (n, L) at harmonics 0 and ``orders`` of ``omega``."""
+        w = omega * np.array([0, *orders], dtype=float)
+        factor, _ = _factors(self.motions, w)
+        return P * np.concatenate([factor[:1], np.repeat(factor[1:], 2, axis=0)]).T
+
+
+def load_columns(problem: Problem) -> LoadColumns:
+    """What the loads of a problem act on."""
+    vectors: dict[tuple[Any, ...], tuple[Array, str | None]] = {}
+    shapes: dict[tuple[Any, ...], tuple[str, str | None]] = {}
+    for load in problem.loads:
+        shape = load.shape if load.base is None else base_shape(load, problem.structure)
+        if shape is not None and load.dof is None:
+            shapes[load.place] = shape, load.motion
+        else:
+            vectors[load.place] = _vector(load, problem), load.motion
+    empty = np.zeros((len(problem.structure.dofs), 0))
+    return LoadColumns(
+        vectors=np.column_stack([empty, *(vector for vector, _ in vectors.values())]),
+        shapes=tuple(shape for shape, _ in shapes.values()),
+        places=(*vectors, *shapes),
+        motions=tuple(motion for _, motion in (*vectors.values(), *shapes.values())),
+    )
+
+
+def _vector(load: Load, problem: Problem) -> Array:
+    """Forces on the dofs for a unit load: of a support, ``M r``."""
+    pattern = load.dof if load.base is None else load.base
+    r = problem.direction_matrix([{pattern: 1.0} if isinstance(pattern, str) else dict(pattern or {})])[:, 0]
+    mass: Any = getattr(problem.structure, "M", None)
+    return r if load.base is None else np.asarray(mass @ r, dtype=np.float64)
+
+
+def base_shape(load: Load, structure: Structure) -> str | None:
+    """The load shape ``M r`` that a name such as "x" stands for; None where the mass matrix is asked instead."""
+    return load.target if isinstance(load.base, str) and load.target in structure.load_shapes else None
+
+
+def base_faults(load: Load, structure: Structure) -> list[str]:
+    """Why a moving support cannot be computed."""
+    faults = []
+    if load.harmonic == 0 and load.motion == DISPLACEMENT:
+        faults.append(
+            "base motion: a constant displacement of the support moves nothing relative to it; expected harmonic >= 1"
+        )
+    if base_shape(load, structure) is not None:
+        return faults
+    if not hasattr(structure, "M"):
+        name = load.base if isinstance(load.base, str) else "x"
+        faults.append(
+            f"base motion: a {type(structure).__name__} has neither a mass matrix nor a load shape 'base {name}'; "
+            f'reduce the model with that load shape (M r; base = "{name}" of a body), and give base = "{name}"'
+        )
+        return faults
+    pattern = {load.base: 1.0} if isinstance(load.base, str) else dict(load.base or {})
+    unknown = [dof for dof in pattern if dof not in structure.dofs]
+    faults += [f"base motion: there is no dof '{d}' in the structure; {suggestion(d, structure.dofs)}" for d in unknown]
+    return faults
+
+
+def _factors(motions: Sequence[str | None], w: Array) -> tuple[Array, Array]:
+    """Force over load for each column at frequencies ``w`` (...), (..., n_columns), and its derivative by ``w``."""
+    square = np.array([motion == DISPLACEMENT for motion in motions])
+    constant = np.array([-1.0 if motion == ACCELERATION else 1.0 for motion in motions])
+    own = w[..., None]
+    return np.where(square, own**2, constant), np.where(square, 2.0 * own, 0.0)
+
+
+class BaseReceptance:
+    """A receptance whose columns of moving supports are asked for their motion instead of their force."""
+
+    def __init__(self, plain: Any, motions: Sequence[str | None]) -> None:
+        self._plain, self._motions = plain, tuple(motions)
+        self.static: Array = plain.static * _factors(self._motions, np.zeros(()))[0]
+
+    def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+        """As of every receptance, with the derivative by the principal frequency."""
+        value, slope = self._plain.at(orders, omega)
+        factor, rate = self._factor(orders, omega)
+        order = np.asarray(orders, dtype=float)[:, None, None]
+        return value * factor, slope * factor + value * (order * rate)
+
+    def changed(self, **values: float) -> BaseReceptance:
+        """With other values of the structure's parameters."""
+        return BaseReceptance(self._plain.changed(**values), self._motions)
+
+    def by_parameter(self, name: str, orders: Array, omega: float) -> ComplexArray:
+        """Derivative by a parameter of the structure."""
+        found: ComplexArray = self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0]
+        return found
+
+    def _factor(self, orders: Array, omega: float | Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        w = np.asarray(omega, dtype=float)[..., None] * np.asarray(orders, dtype=float)
+        factor, rate = _factors(self._motions, w)
+        return factor[..., None, :], rate[..., None, :]
