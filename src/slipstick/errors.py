@@ -65,8 +65,15 @@ class Outcome(Reason):
         "resistance, the normal load or the velocity"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
+    TIME_LIMIT = "stopped at the time limit; every point found is kept"
 
     @property
     def ok(self) -> bool:
         """Whether the whole request was fulfilled."""
         return self is Outcome.COMPLETED
+
+
+class TimeIsUp(KeyboardInterrupt):
+    """Raised by a listener to end a computation as Ctrl-C does, but with the outcome TIME_LIMIT."""
+
+    outcome = Outcome.TIME_LIMIT

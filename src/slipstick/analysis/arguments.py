@@ -33,10 +33,10 @@ def followed_problem(given: Any) -> Problem:
 def common_arguments(
     balance: Balance,
     requested: tuple[float, ...],
-    peaks_of: Sequence[str] | str | None,
-    options: ContinuationOptions | Mapping[str, Any] | None,
-    listeners: Iterable[Listener] | Listener,
-    guess: ArrayLike | None,
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[Listener] | Listener = (),
+    guess: ArrayLike | None = None,
 ) -> dict[str, Any]:
     """The fields of a ``Task`` that are asked for alike for every kind of branch."""
     return {

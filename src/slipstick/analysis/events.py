@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from slipstick.analysis.course import Checkpoint
 from slipstick.balance.start import StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder
@@ -34,6 +35,8 @@ class PointFound:
     step: float
     """Scaled length of the next step."""
     recorder: Recorder = field(repr=False)
+    checkpoint: Checkpoint = field(repr=False)
+    """What the branch can be followed on from."""
 
     @property
     def omega(self) -> float:

@@ -85,8 +85,7 @@ def forced_response(
     >>> [(round(w, 2), round(a, 2)) for w, a in branch.peaks("x")]
     [(6.14, 18.25)]
     """
-    task = _frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)
-    return collect(task)
+    return collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess))
 
 
 def follow(
@@ -100,7 +99,7 @@ def follow(
     guess: ArrayLike | None = None,
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    return (yield from walk(_frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)))
+    return (yield from walk(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)))
 
 
 def parameter_response(
@@ -130,6 +129,14 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
+    given = (requested, peaks_of, options, listeners, guess)
+    return collect(parameter_task(problem, parameter, span, omega, *given))
+
+
+def parameter_task(
+    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *common: Any
+) -> Task:
+    """What ``parameter_response`` follows; its arguments in their order."""
     problem, requested = followed_problem(problem), requested_values(requested)
     parameter = text("parameter", parameter, 'a name such as "damper.mu"')
     span, omega = two_numbers(span, f"range of {parameter}"), frequency("omega", omega)
@@ -140,24 +147,16 @@ def parameter_response(
         problem.at_parameter(parameter, end)
     balance = Balance(problem)
     path = parameter_path(problem, parameter)
-    task = Task(
+    return Task(
         problem=problem, balance=balance, system=ParameterSystem(balance, path, omega),
         inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
         warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
-        **common_arguments(balance, requested, peaks_of, options, listeners, guess),
+        **common_arguments(balance, requested, *common),
     )  # fmt: skip
-    return collect(task)
 
 
-def _frequency_task(
-    problem: Problem,
-    omega: tuple[float, float],
-    requested: Iterable[float] | float,
-    peaks_of: Sequence[str] | str | None,
-    options: ContinuationOptions | Mapping[str, Any] | None,
-    listeners: Iterable[Listener] | Listener,
-    guess: ArrayLike | None,
-) -> Task:
+def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *common: Any) -> Task:
+    """What ``forced_response`` follows; its arguments in their order."""
     problem, requested = followed_problem(problem), requested_values(requested)
     start, stop = two_numbers(omega, "frequency range")
     faults = range_faults(start, stop) or requested_faults(requested, start, stop)
@@ -168,7 +167,7 @@ def _frequency_task(
     return Task(
         problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
         start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
-        **common_arguments(balance, requested, peaks_of, options, listeners, guess),
+        **common_arguments(balance, requested, *common),
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from slipstick.analysis.course import Checkpoint
 from slipstick.analysis.events import Listener
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
@@ -41,5 +42,7 @@ class Task:
     options: ContinuationOptions = field(default_factory=response_options)
     listeners: tuple[Listener, ...] = ()
     guess: Array | None = None
+    checkpoints: Sequence[Checkpoint] = ()
+    """Of every point that was found already, up to an accepted one: the branch is followed on from there."""
     warnings: Sequence[str] = ()
     """What looks wrong, said to the user and written on the results."""

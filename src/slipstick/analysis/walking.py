@@ -9,14 +9,15 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from slipstick.analysis.course import Course
 from slipstick.analysis.events import PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
-from slipstick.analysis.warming import Jump, WarmContinuation, jumps_text
+from slipstick.analysis.warming import WarmContinuation, Work, jumps_text
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.errors import InputError, Outcome
+from slipstick.errors import InputError, Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
@@ -42,74 +43,81 @@ def _one_thread() -> AbstractContextManager[Any]:
 
 def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
     """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message."""
-    begin, recorder = time.perf_counter(), Recorder(task.balance, parameter=task.parameter)
+    recorder = Recorder(task.balance, parameter=task.parameter)
+    course = Course.taken_up(task.start, task.stop, task.checkpoints)
+    clock = time.perf_counter() - course.seconds
     outcome, message = Outcome.INTERRUPTED, ""
-    work = dict.fromkeys(("evaluations", "linear_solves", "rejected_steps"), 0)
-    jumps: list[Jump] = []
-    parts = [Part(number=1, start=task.start, stop=task.stop)]
     task.problem.warn(task.warnings)
     attributes = attributes_of(task.problem, outcome, "", task.warnings, parameter=task.parameter)
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
-        yield from _follow_part(task, parts, recorder, jumps, work)
-        if parts[0].outcome in BROKEN_OFF:
-            parts.append(Part(number=2, start=task.stop, stop=task.start))
-            yield from _follow_part(_from_other_end(task), parts, recorder, jumps, work)
-        outcome, message = joined(parts, undamped=task.balance.springs is not None)
-        message += jumps_text(jumps, task.balance.heated_names)
-        message = _placed(task, outcome, message, parts)
+        if len(course.parts) == 1:
+            yield from _follow_part(task, course, recorder, clock)
+            if course.parts[0].outcome in BROKEN_OFF:
+                course.parts.append(Part(number=2, start=task.stop, stop=task.start))
+        if len(course.parts) == 2:
+            yield from _follow_part(_from_other_end(task), course, recorder, clock)
+        outcome, message = joined(course.parts, undamped=task.balance.springs is not None)
+        message = _placed(task, outcome, message + jumps_text(course.jumps), course.parts)
         return outcome, message
-    except KeyboardInterrupt:
-        message = _placed(task, outcome, outcome.text, parts)
+    except KeyboardInterrupt as stop:
+        outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED
+        message = _placed(task, outcome, outcome.text, course.parts)
         return outcome, message
     finally:
-        seconds, number = time.perf_counter() - begin, sum(part.points for part in parts)
+        seconds, done = time.perf_counter() - clock, course.done
         attributes = attributes_of(
-            task.problem, outcome, message, task.warnings,
-            parameter=task.parameter, parts=len(parts), **work, seconds=seconds,
+            task.problem, outcome, message, task.warnings, parameter=task.parameter, parts=len(course.parts),
+            evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
         )  # fmt: skip
         _tell(task, Stopped(
-            outcome=outcome, message=message or outcome.text, points=number, seconds=seconds, attributes=attributes
+            outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
+            attributes=attributes,
         ))  # fmt: skip
 
 
-def _follow_part(
-    task: Task, parts: list[Part], recorder: Recorder, jumps: list[Jump], work: dict[str, int]
-) -> Generator[Point, None, None]:
+def _follow_part(task: Task, course: Course, recorder: Recorder, clock: float) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
-    part, sought = parts[-1], parts[0].last if len(parts) > 1 else None
+    part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
     with _one_thread():
-        x = _first(task)
-    if x is None:
+        run = _run(task, course, recorder, sought)
+    if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
-    run = WarmContinuation(
-        task.system, x, task.start, task.stop, jumps=jumps,
+    try:
+        while not (sought is not None and part.reaches(*sought)):
+            with _one_thread():
+                step = next(run, None)
+            if step is None:
+                part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
+                return
+            point = _point(step, task, part, run.residual)
+            part.add(step.parameter, step.x)
+            if task.listeners:
+                checkpoint = course.checkpoint(step, run, time.perf_counter() - clock)
+                _tell(task, PointFound(
+                    number=course.points, point=point, progress=_progress(course.parts), step=run.step_length,
+                    recorder=recorder, checkpoint=checkpoint,
+                ))  # fmt: skip
+            yield point
+        part.outcome, part.met = Outcome.COMPLETED, True
+    finally:
+        course.done = course.done.plus(run.work)
+
+
+def _run(task: Task, course: Course, recorder: Recorder, sought: tuple[float, Array] | None) -> WarmContinuation | None:
+    """The continuation of a part, from its first point or from where it was interrupted; None without a first point."""
+    places, course.places = course.places, ()
+    earlier, course.earlier = course.earlier, Work()
+    x = places[-1].state[:-1] if places else _first(task)
+    if x is None:
+        return None
+    return WarmContinuation(
+        task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=peak_events(recorder.outputs, task.peaks_of, task.system),
     )  # fmt: skip
-    try:
-        while True:
-            with _one_thread():
-                step = next(run, None)
-            if step is None:
-                break
-            point = _point(step, task, part, run.residual)
-            part.add(step.parameter, step.x)
-            if task.listeners:
-                _tell(task, PointFound(
-                    number=sum(p.points for p in parts), point=point, progress=_progress(parts), step=run.step_length,
-                    recorder=recorder,
-                ))  # fmt: skip
-            yield point
-            if sought is not None and part.reaches(*sought):
-                part.outcome, part.met = Outcome.COMPLETED, True
-                return
-        part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
-    finally:
-        counts = (run.evaluations, run.solves, run.rejected)
-        work.update({name: work[name] + count for name, count in zip(work, counts, strict=True)})
 
 
 def _from_other_end(task: Task) -> Task:

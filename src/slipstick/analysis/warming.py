@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from slipstick.analysis.settling import settled_body
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
-from slipstick.solve.continuation import Continuation, Step, continuation
+from slipstick.solve.continuation import Continuation, Place, Step, continuation
 from slipstick.solve.norm import norm
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array
@@ -26,6 +26,19 @@ _BEYOND = (1e-5, 1e-4, 1e-3)
 _FAR = 1e-3
 _NEAR = 0.02
 _MOST_JUMPS = 50
+
+
+class Work(NamedTuple):
+    """What was done so far."""
+
+    runs: int = 0
+    evaluations: int = 0
+    solves: int = 0
+    rejected: int = 0
+
+    def plus(self, other: Work) -> Work:
+        """Both together."""
+        return Work(*(a + b for a, b in zip(self, other, strict=True)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +64,7 @@ class Jump:
         least = 20.0 * _FAR if self.after.equilibrium.margin < 0 and not self.turned else _FAR
         return bool(np.any(np.abs(self.after.temperature - self.before.temperature) > least * (high - low)))
 
-    def text(self, names: list[str]) -> str:
+    def text(self, names: Sequence[str]) -> str:
         """Where, and between which temperatures; the contacts whose temperature changes most."""
         before, after = self.before.temperature, self.after.temperature
         order = np.argsort(-np.abs(after - before), kind="stable")
@@ -82,9 +95,11 @@ class WarmContinuation(Iterator[Step]):
     Attributes
     ----------
     jumps
-        Every ``Jump`` so far, added to those of the list given.
+        The text of every ``Jump`` so far, added to those of the list given.
     residual
         Relative residual of the last step.
+    earlier
+        Work of the runs before the present one; given, together with ``places``, to go on where another stood.
     """
 
     def __init__(
@@ -94,16 +109,18 @@ class WarmContinuation(Iterator[Step]):
         start: float,
         stop: float,
         *,
-        jumps: list[Jump] | None = None,
+        jumps: list[str] | None = None,
+        earlier: Work = Work(),
+        places: Sequence[Place] = (),
         **options: Any,
     ) -> None:
         self._system, self._ends, self._options = system, (start, stop), options
         self._balance: Balance = system.balance
         self._names = self._balance.heated_names
-        self.jumps: list[Jump] = [] if jumps is None else jumps
+        self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
-        self.message, self.residual = "", 0.0
-        self._runs: list[Continuation] = [continuation(system, x, start, stop, **options)]
+        self.message, self.residual, self.earlier = "", 0.0, earlier
+        self._run: Continuation = continuation(system, x, start, stop, places=places, **options)
         self._steps = self._follow()
 
     def __next__(self) -> Step:
@@ -112,27 +129,24 @@ class WarmContinuation(Iterator[Step]):
     @property
     def step_length(self) -> float:
         """Scaled length of the next step."""
-        return self._runs[-1].step_length
+        return self._run.step_length
 
     @property
-    def evaluations(self) -> int:
-        """Evaluations of the system so far."""
-        return sum(run.evaluations for run in self._runs)
+    def place(self) -> Place | None:
+        """Where the present run stands."""
+        return self._run.place
 
     @property
-    def solves(self) -> int:
-        """Linear solves so far."""
-        return sum(run.solves for run in self._runs)
-
-    @property
-    def rejected(self) -> int:
-        """Steps rejected so far."""
-        return sum(run.rejected for run in self._runs)
+    def work(self) -> Work:
+        """Work of all runs so far."""
+        run = self._run
+        return self.earlier.plus(Work(1, run.evaluations, run.solves, run.rejected))
 
     def _follow(self) -> Iterator[Step]:
         landed = False
         while True:
-            run, last, over = self._runs[-1], None, False
+            run, over = self._run, False
+            last = run.standing
             outcome, message = run.outcome, run.message
             for step in run:
                 self.residual = relative_residual(step)
@@ -174,7 +188,7 @@ class WarmContinuation(Iterator[Step]):
         motion at the temperatures as they are goes on.
         """
         heat = fold.evaluation.detail.heat
-        if heat is None or len(self._runs) > _MOST_JUMPS or not (turned or abs(heat.equilibrium.margin) < _FOLD):
+        if heat is None or self.earlier.runs >= _MOST_JUMPS or not (turned or abs(heat.equilibrium.margin) < _FOLD):
             return False
         low, high = min(self._ends), max(self._ends)
         forward = 1.0 if before.tangent_parameter >= 0 else -1.0
@@ -193,10 +207,11 @@ class WarmContinuation(Iterator[Step]):
                 return False
             if jump.far(self._balance) if turned else jump.beyond_fold:
                 if jump.far(self._balance):
-                    self.jumps.append(jump)
+                    self.jumps.append(jump.text(self._names))
                 direction = np.append(np.zeros(x.size), forward)
                 options = self._options | {"at": p, "direction": direction, "context": there.temperature}
-                self._runs.append(continuation(self._system, x, *self._ends, **options))
+                self.earlier = self.work
+                self._run = continuation(self._system, x, *self._ends, **options)
                 return True
         return False
 
@@ -204,11 +219,11 @@ class WarmContinuation(Iterator[Step]):
         self.outcome, self.message = outcome, f"{outcome.text} ({message})"
 
 
-def jumps_text(jumps: list[Jump], names: list[str]) -> str:
+def jumps_text(jumps: Sequence[str]) -> str:
     """What to add to the message of the outcome, or nothing."""
     if not jumps:
         return ""
-    where = ", at ".join(jump.text(names) for jump in jumps[:5])
+    where = ", at ".join(jumps[:5])
     more = f" and at {len(jumps) - 5} further places" if len(jumps) > 5 else ""
     return (
         f"; the thermal equilibrium ended and the contacts took another one at {where}{more}: "

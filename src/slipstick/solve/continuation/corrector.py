@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.continuation.place import Place
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
@@ -35,6 +36,12 @@ class Corrector:
         if self.context is None:
             return self._system.evaluate(x, parameter)
         return self._system.evaluate(x, parameter, self.context)  # type: ignore[call-arg]
+
+    def take_up(self, place: Place) -> Step:
+        """The step of a place with its evaluation, and the counters and context as they were before it was handed on."""
+        self.context = place.given
+        self.evaluations, self.solves = place.evaluations, place.solves
+        return Step.again(place, self._evaluate(place.state[:-1], float(place.state[-1])))
 
     def correct(
         self, guess: Array, normal: Array | None, kind: str, *, forward: Array | None = None, name: str = ""

@@ -17,6 +17,7 @@ from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
+from slipstick.solve.continuation.place import Place
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array
 
@@ -34,6 +35,7 @@ def continuation(
     at: float | None = None,
     direction: ArrayLike | None = None,
     context: Any = None,
+    places: Sequence[Place] = (),
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -56,6 +58,9 @@ def continuation(
         ``direction`` (N + 1,), the ``tangent`` of an earlier step there. Default: from ``start`` towards ``stop``.
     context
         What the point before handed on, see ``System``; None for a start from nothing.
+    places
+        To go on where another continuation with the same arguments stood: its last ``place``, preceded by the one
+        before where there is one. The points to come are those it would have found, to the last bit on one machine.
 
     Returns
     -------
@@ -92,6 +97,7 @@ def continuation(
         at=float(start if at is None else at),
         direction=None if direction is None else np.asarray(direction, dtype=float),
         context=context,
+        places=tuple(places),
     )
 
 

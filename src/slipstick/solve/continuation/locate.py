@@ -32,24 +32,28 @@ class Locator:
 
     def __init__(self, corrector: Corrector, events: Sequence[BranchEvent], requested: Array, tolerance: float) -> None:
         self._corrector, self._events, self._requested, self._tolerance = corrector, events, requested, tolerance
-        self._values: list[float] = []
+        self.values: tuple[float, ...] = ()
+        """Event functions at the last point."""
 
     def begin(self, first: Step) -> None:
         """Take note of the event functions at the first point."""
-        self._values = [float(event.function(first)) for event in self._events]
+        self.values = self._at_step(first)
+
+    def _at_step(self, step: Step) -> tuple[float, ...]:
+        return tuple(float(event.function(step)) for event in self._events)
 
     def between(self, first: Step, second: Step) -> list[Step]:
         """Located points between two neighbours in order along the branch."""
         arc: Arc | None = None
         found: list[tuple[float, Step]] = []
-        values = [float(event.function(second)) for event in self._events]
-        for event, before, after in zip(self._events, self._values, values, strict=True):
+        values = self._at_step(second)
+        for event, before, after in zip(self._events, self.values, values, strict=True):
             if event.crossed(before, after):
                 arc = arc or self._corrector.arc(first, second)
                 located = self._event(event, arc, (0.0, before), (1.0, after))
                 if located is not None:
                     found.append(located)
-        self._values = values
+        self.values = values
         if self._requested.size:
             found += self._passages(first, second, sorted(found, key=_place), arc)
         found.sort(key=_place)

@@ -66,29 +66,40 @@ class Metric:
     """
 
     def __init__(self, scaling: ArclengthScaling, x: Array, parameter_range: float) -> None:
-        magnitude = norm(x)
-        given = scaling.x if scaling.x is not None else (magnitude or 1.0) if not scaling.adaptive else 1.0
-        self._unit = np.broadcast_to(1.0 / np.asarray(given, dtype=float), x.shape)
-        self._adaptive, self._floor, self._weight = scaling.adaptive, scaling.floor, scaling.weight
+        self._scaling, self._shape = scaling, x.shape
+        self._unit = np.broadcast_to(1.0 / np.asarray(1.0 if scaling.x is None else scaling.x, dtype=float), x.shape)
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
-        self._largest = 0.0
         self.weights = self.inverse = np.empty(0)
-        self.renew(x)
+        self.measure = (1.0 if scaling.adaptive else norm(x) or 1.0, 1.0, 1.0, 0.0)
+        if scaling.adaptive:
+            self.renew(x)
+
+    @property
+    def measure(self) -> tuple[float, float, float, float]:
+        """What the weights are made from: typical size where none is given, sizes for arclength and for corrections,
+        largest magnitude met. Set, it brings the metric back to where it was."""
+        return self._measure
+
+    @measure.setter
+    def measure(self, given: tuple[float, float, float, float]) -> None:
+        self._measure = typical, size, present, _ = given
+        if self._scaling.x is None:
+            self._unit = np.broadcast_to(1.0 / np.asarray(typical), self._shape)
+        inverse, weights = np.empty(self._unit.size + 1), np.empty(self._unit.size + 1)
+        np.divide(self._unit, present, out=inverse[:-1])
+        np.multiply(self._unit, self._scaling.weight / size, out=weights[:-1])
+        inverse[-1] = weights[-1] = self._parameter
+        self.inverse, self.weights = inverse, weights
 
     def renew(self, x: Array) -> None:
         """Follow the magnitude of the solution ``x`` (N,)."""
-        if self.weights.size and not self._adaptive:
+        if not self._scaling.adaptive:
             return
-        size = present = 1.0
-        if self._adaptive:
-            magnitude = norm(x * self._unit)
-            self._largest = max(self._largest, magnitude)
-            size = max(magnitude, self._floor * self._largest) or 1.0
-            present = max(magnitude, _VANISHED * self._largest) or 1.0
-        self.inverse, self.weights = np.empty(x.size + 1), np.empty(x.size + 1)
-        np.divide(self._unit, present, out=self.inverse[:-1])
-        np.multiply(self._unit, self._weight / size, out=self.weights[:-1])
-        self.inverse[-1] = self.weights[-1] = self._parameter
+        typical, _, _, largest = self._measure
+        magnitude = norm(x * self._unit)
+        largest = max(largest, magnitude)
+        size = max(magnitude, self._scaling.floor * largest) or 1.0
+        self.measure = (typical, size, max(magnitude, _VANISHED * largest) or 1.0, largest)
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""

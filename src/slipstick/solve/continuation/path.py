@@ -16,6 +16,7 @@ from slipstick.solve.continuation.judging import Rejection, objection
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
 from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.solve.continuation.place import Place
 from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.stepsize import next_step
@@ -35,6 +36,10 @@ class Continuation(Iterator[Step]):
         Points found (located ones not counted) and steps rejected so far.
     step_length
         Scaled length of the next step.
+    place
+        The last accepted point with what the points after it depend on; None before the first.
+    standing
+        The step it goes on from where it was given ``places``, else None.
     """
 
     def __init__(
@@ -50,6 +55,7 @@ class Continuation(Iterator[Step]):
         at: float,
         direction: Array | None,
         context: Any,
+        places: tuple[Place, ...],
     ) -> None:
         self._options = options
         self._span = Span(*ends)
@@ -62,7 +68,10 @@ class Continuation(Iterator[Step]):
         self.message = ""
         self.rejected = self.points = 0
         self.step_length = min(options.first_step, options.max_step)
-        self._generator = self._follow(np.append(x, at), direction)
+        self.place: Place | None = None
+        self.standing: Step | None = None
+        arc = self._take_up(places) if places else None
+        self._generator = self._follow(np.append(x, at), direction, arc)
 
     def __next__(self) -> Step:
         return next(self._generator)
@@ -81,15 +90,17 @@ class Continuation(Iterator[Step]):
         self.outcome, self.message = outcome, message or outcome.text
         return outcome
 
-    def _follow(self, state: Array, direction: Array | None) -> Generator[Step, None, Outcome]:
-        last = self._first(state, direction)
+    def _follow(self, state: Array, direction: Array | None, arc: Arc | None) -> Generator[Step, None, Outcome]:
+        last: Step | Reason = self.standing or self._first(state, direction)
         if isinstance(last, Reason):
             return self._end(Outcome.NO_FIRST_POINT, f"no solution at the start {state[-1]:g}: {last.text}")
-        self._carry(last)
-        yield last
-        self._locator.begin(last)
-        self.points, arc = 1, None
-        while self.points < self._options.max_points:
+        if last is not self.standing:
+            self._locator.begin(last)
+            self._accepted(last)
+            yield last
+        while last.kind != "end":
+            if self.points >= self._options.max_points:
+                return self._end(Outcome.POINT_LIMIT)
             new = self._advance(last, arc)
             if isinstance(new, Reason):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
@@ -98,15 +109,37 @@ class Continuation(Iterator[Step]):
                 yield located
                 if self._terminal(located):
                     return self._end(Outcome.COMPLETED, f"ended at the event {located.name}")
-            self._carry(new)
+            self._accepted(new)
             yield new
-            self.points += 1
-            if new.kind == "end":
-                return self._end(Outcome.TURNED_BACK if new.parameter == self._span.start else Outcome.COMPLETED)
-            sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
-            arc, last = None if sharp else self._corrector.arc(last, new), new
-            self._metric.renew(new.x)
-        return self._end(Outcome.POINT_LIMIT)
+            last, arc = new, self._ahead(last, new)
+        return self._end(Outcome.TURNED_BACK if last.parameter == self._span.start else Outcome.COMPLETED)
+
+    def _ahead(self, last: Step, new: Step) -> Arc | None:
+        """The arc that leads on from two neighbours, unless there is a corner between; the metric follows the newer."""
+        sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
+        arc = None if sharp else self._corrector.arc(last, new)
+        self._metric.renew(new.x)
+        return arc
+
+    def _accepted(self, step: Step) -> None:
+        """Take note of a point, and hand what it knows to the points after it."""
+        self.points += 1
+        self.place = Place(
+            state=step.state, tangent=step.tangent, kind=step.kind, orientation=step.orientation,
+            arclength=step.arclength, step_length=self.step_length, measure=self._metric.measure,
+            given=self._corrector.context, values=self._locator.values,
+            points=self.points, rejected=self.rejected, evaluations=self.evaluations, solves=self.solves,
+        )  # fmt: skip
+        self._carry(step)
+
+    def _take_up(self, places: tuple[Place, ...]) -> Arc | None:
+        """Stand where another continuation stood; the arc that leads on."""
+        *before, self.place = places
+        self._metric.measure, self._locator.values = self.place.measure, self.place.values
+        self.step_length, self.points, self.rejected = self.place.step_length, self.place.points, self.place.rejected
+        self.standing = self._corrector.take_up(self.place)
+        self._carry(self.standing)
+        return self._ahead(Step.again(before[-1]), self.standing) if before else None
 
     def _carry(self, step: Step) -> None:
         """Hand what the accepted point knows to the points after it."""

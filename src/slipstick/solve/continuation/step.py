@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from slipstick.solve.continuation.place import Place
 from slipstick.solve.newton.result import NewtonResult
 from slipstick.typing import Array
 
@@ -51,6 +54,17 @@ class Step:
         self.residual_norm = float(np.sqrt(residual.dot(residual)))
         self.orientation = 0
         self.arclength = 0.0
+
+    @classmethod
+    def again(cls, place: Place, evaluation: Any = None) -> Step:
+        """The step of a place; ``evaluation`` is what the system returned there."""
+        result = NewtonResult(place.state)
+        result.evaluation = evaluation
+        if evaluation is not None:
+            result.residual = evaluation.residual
+        step = cls(place.state, place.tangent, result, place.kind, "", place.state.size - 1)
+        step.orientation, step.arclength = place.orientation, place.arclength
+        return step
 
     @property
     def x(self) -> Array:
