@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.parts import Part
-from slipstick.analysis.warming import WarmContinuation, Work
+from slipstick.analysis.warming import NO_WORK, WarmContinuation, Work
 from slipstick.errors import InputError, Outcome
 from slipstick.solve.continuation import Place, Step
 from slipstick.typing import Array
-
-_ARRAYS = ("state", "tangent", "given", "values", "measure")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +67,8 @@ class Checkpoint:
             return cls(
                 state=state, tangent=tangent, place=place, part=int(own["part"]), seconds=float(own["seconds"]),
                 ended=tuple((Outcome[name].name, str(message)) for name, message in own["ended"]),
-                jumps=tuple(map(str, own["jumps"])), done=Work(*map(int, own["done"])),
-                earlier=Work(*map(int, own["earlier"])),
+                jumps=tuple(map(str, own["jumps"])), done=Work._make(map(int, own["done"])),
+                earlier=Work._make(map(int, own["earlier"])),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
@@ -90,7 +88,8 @@ def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> Place:
         state=state, tangent=tangent, kind=str(found["kind"]), orientation=int(found["orientation"]),
         arclength=float(found["arclength"]), step_length=float(found["step_length"]),
         measure=(typical, size, present, largest),
-        given=None if found["given"] is None else _vector(found["given"]), values=tuple(_vector(found["values"]).tolist()),
+        given=None if found["given"] is None else _vector(found["given"]),
+        values=tuple(_vector(found["values"]).tolist()),
         **{name: int(found[name]) for name in ("points", "rejected", "evaluations", "solves")},
     )  # fmt: skip
 
@@ -109,9 +108,9 @@ class Course:
 
     parts: list[Part]
     jumps: list[str] = field(default_factory=list)
-    done: Work = Work()
+    done: Work = NO_WORK
     places: tuple[Place, ...] = ()
-    earlier: Work = Work()
+    earlier: Work = NO_WORK
     seconds: float = 0.0
 
     @classmethod

@@ -14,7 +14,7 @@ from slipstick.analysis.events import PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
-from slipstick.analysis.warming import WarmContinuation, Work, jumps_text
+from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome, TimeIsUp
@@ -108,7 +108,7 @@ def _follow_part(task: Task, course: Course, recorder: Recorder, clock: float) -
 def _run(task: Task, course: Course, recorder: Recorder, sought: tuple[float, Array] | None) -> WarmContinuation | None:
     """The continuation of a part, from its first point or from where it was interrupted; None without a first point."""
     places, course.places = course.places, ()
-    earlier, course.earlier = course.earlier, Work()
+    earlier, course.earlier = course.earlier, NO_WORK
     x = places[-1].state[:-1] if places else _first(task)
     if x is None:
         return None

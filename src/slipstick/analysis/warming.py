@@ -41,6 +41,9 @@ class Work(NamedTuple):
         return Work(*(a + b for a, b in zip(self, other, strict=True)))
 
 
+NO_WORK = Work()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Jump:
     """A place where the thermal equilibrium ended and the contacts went on to the next one."""
@@ -110,7 +113,7 @@ class WarmContinuation(Iterator[Step]):
         stop: float,
         *,
         jumps: list[str] | None = None,
-        earlier: Work = Work(),
+        earlier: Work = NO_WORK,
         places: Sequence[Place] = (),
         **options: Any,
     ) -> None:

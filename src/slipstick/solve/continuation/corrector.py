@@ -38,7 +38,7 @@ class Corrector:
         return self._system.evaluate(x, parameter, self.context)  # type: ignore[call-arg]
 
     def take_up(self, place: Place) -> Step:
-        """The step of a place with its evaluation, and the counters and context as they were before it was handed on."""
+        """The step of a place with its evaluation; counters and context are as they were when it was found."""
         self.context = place.given
         self.evaluations, self.solves = place.evaluations, place.solves
         return Step.again(place, self._evaluate(place.state[:-1], float(place.state[-1])))
