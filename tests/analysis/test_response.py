@@ -180,10 +180,10 @@ def test_events_and_generator() -> None:
 @pytest.mark.parametrize("velocity", [0.0, 10.0])
 def test_time_integration_leads_to_a_first_point(velocity: float) -> None:
     """The last rung of the ladder: what nature settles to is a guess that Newton's method accepts."""
-    from slipstick.analysis.response import _frequency_task
+    from slipstick.analysis.response import frequency_task
     from slipstick.analysis.walking import _settled_in_time
 
-    task = _frequency_task(oscillator(velocity=velocity), (5.0, 6.0), (), None, None, (), None)
+    task = frequency_task(oscillator(velocity=velocity), (5.0, 6.0))
     motion = _settled_in_time(task)
     assert motion is not None
     branch = ss.forced_response(oscillator(velocity=velocity), omega=(5.0, 6.0), guess=motion)
