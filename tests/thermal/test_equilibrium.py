@@ -1,22 +1,16 @@
-from __future__ import annotations
+"""The equilibrium a contact heats up to: closed forms, folds, ends of tables."""
 
-from collections.abc import Callable
+from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.heat import LOAD, T0, VELOCITY, Array, R, permanent_slip, steep, surface
 from scipy.special import lambertw
 
 from slipstick.errors import InputError
 from slipstick.thermal.equilibrium import equilibrium
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.search import element_equilibria, surface_equilibria
-
-Array = np.ndarray
-LOAD, VELOCITY, T0, R = 20.0, 5.0, 25.0, 8.0
-
-
-def permanent_slip(mu: Callable[[Array], Array], dmu: Callable[[Array], Array], heat: Array) -> Callable:
-    return lambda T: (heat * mu(T), heat * dmu(T))
 
 
 def test_falling_friction_has_the_root_of_a_quadratic() -> None:
@@ -49,47 +43,6 @@ def test_exponential_friction_is_a_lambert_w() -> None:
         np.full(4, R),
     )
     np.testing.assert_allclose(found.temperature - T0, lambertw(b * R * mu0 * heat).real / b, rtol=1e-12)
-
-
-def steep(rng: np.random.Generator, n: int) -> tuple[Callable, Array]:
-    """Power that rises steeply somewhere, as where a hot contact starts to slip; n elements."""
-    at, width = rng.uniform(60, 300, n), rng.uniform(2, 40, n)
-    base, gain = rng.uniform(0.5, 8, n), rng.uniform(2, 40, n)
-    fall = rng.uniform(0, 0.004, n)
-
-    def power(T: Array) -> tuple[Array, Array]:
-        grown = 1 / (1 + np.exp(-(T - at) / width))
-        decay = np.exp(-fall * (T - 20))
-        value = (base + gain * grown) * decay
-        return value, gain * grown * (1 - grown) / width * decay - fall * value
-
-    return power, np.full(n, 20.0)
-
-
-def brute_roots(power: Callable, background: Array, r: float, limits: tuple[float, float]) -> list[Array]:
-    """Sign changes on a fine grid, all elements at once."""
-    grid = np.linspace(*limits, 40001)
-    G = np.array([t - background - r * power(np.full_like(background, t))[0] for t in grid])
-    return [grid[np.flatnonzero(np.diff(np.sign(G[:, i])) != 0)] for i in range(background.size)]
-
-
-def test_every_equilibrium_is_found() -> None:
-    """All roots of a fine scan are found in 300 random cases, of which many have three."""
-    n, limits = 300, (20.0, 800.0)
-    power, background = steep(np.random.default_rng(3), n)
-    found = element_equilibria(power, background, 8.0, limits=limits)
-    brute = brute_roots(power, background, 8.0, limits)
-    step = (limits[1] - limits[0]) / 40000
-    for got, expected in zip(found, brute, strict=True):
-        assert got.temperature.size == expected.size
-        assert np.all(np.abs(got.temperature - expected) <= step * (1 + 1e-9))
-    several = [got for got in found if got.several]
-    assert len(several) > 10
-    assert all(list(got.stable) == [True, False, True] for got in several)
-    for i, got in enumerate(found):
-        for T in got.temperature:
-            at = np.where(np.arange(n) == i, T, background)
-            assert abs(T - 20.0 - 8.0 * power(at)[0][i]) < 1e-10
 
 
 def test_cold_start_takes_the_lowest_and_a_warm_one_stays() -> None:
@@ -204,13 +157,6 @@ def test_a_contact_without_table_is_heated_by_a_neighbour_however_hot() -> None:
     np.testing.assert_allclose(found.temperature[:, 1] - 20.0, (found.temperature[:, 0] - 20.0) / 4.0, rtol=1e-9)
 
 
-def surface(rng: np.random.Generator, n: int, coupling: float) -> Array:
-    """A symmetric positive influence matrix with positive entries, as conduction gives."""
-    at = rng.uniform(0, 1, (n, 2))
-    distance = np.linalg.norm(at[:, None] - at[None], axis=-1)
-    return 8.0 * (np.eye(n) + coupling * np.exp(-3 * distance) * (1 - np.eye(n)))
-
-
 @pytest.mark.parametrize("seed", range(30))
 def test_coupled_surface_balances_heat(seed: int) -> None:
     """Cold and warm starts: residual at rounding, a stable state, and none with every element colder."""
@@ -253,19 +199,6 @@ def test_rising_friction_from_cold_is_the_least_solution() -> None:
         T = 20.0 + matrix @ power(T)[0]
     found = equilibrium(power, np.full(n, 20.0), matrix, limits=(20.0, 2000.0))
     np.testing.assert_allclose(found.temperature, T, rtol=1e-10)
-
-
-def test_all_equilibria_of_a_weakly_coupled_surface() -> None:
-    """Two elements with three equilibria each give nine while the coupling is weak, four of them stable."""
-
-    def power(T: Array) -> tuple[Array, Array]:
-        grown = 1 / (1 + np.exp((100.0 - T) / 5.0))
-        return 2.0 + 20.0 * grown, 4.0 * grown * (1.0 - grown)
-
-    found = surface_equilibria(power, [20.0, 20.0], 8.0 * np.array([[1, 1e-3], [1e-3, 1]]), limits=(20.0, 300.0))
-    assert found.temperature.shape == (9, 2)
-    assert found.stable.sum() == 4
-    assert found.several
 
 
 @pytest.mark.parametrize(

@@ -1,164 +1,31 @@
-"""Forces of heated contacts and their consistent tangent, with the real element."""
+"""Forces of heated contacts, with the real element."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from helpers.heated import (
+    FALLING,
+    INFLUENCE,
+    KT,
+    LAW,
+    MU,
+    NAMES,
+    assert_difference,
+    common,
+    forces,
+    inputs,
+    model,
+    moved,
+    state,
+)
 
-from slipstick.contact.friction import FrictionContact
-from slipstick.contact.law import Motion
 from slipstick.errors import InputError
 from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import Heat, HeatedContacts, ThermalModel
+from slipstick.thermal.model import ThermalModel
 from slipstick.thermal.search import SurfaceEquilibria
-from slipstick.thermal.tangent import Power
-from slipstick.trig.harmonics import Harmonics
-
-Array = np.ndarray
-H = Harmonics(range(4))
-NAMES = ("a", "b", "c")
-N = len(NAMES)
-
-FALLING = FrictionCurve(
-    temperature=[20, 200, 400, 800, 3000],
-    mu=[0.50, 0.45, 0.38, 0.30, 0.2],
-    kt=[120.0, 110.0, 90.0, 60.0, 50.0],
-    kn=[90.0, 88.0, 80.0, 75.0, 60.0],
-    interpolation="pchip",
-)
-MU, KT, KN = (float(FALLING.at(25.0)[name].value) for name in ("mu", "kt", "kn"))
-INFLUENCE = np.array([[0.8, 0.3, 0.1], [0.3, 0.9, 0.2], [0.1, 0.2, 0.7]])
-
-
-def model(resistance: Any = INFLUENCE) -> HeatedContacts:
-    return ThermalModel(curve=FALLING, background=25.0, resistance=resistance).elements(NAMES)
-
-
-def state(seed: int) -> dict[str, Any]:
-    """A random motion with some stick, slip and separation, heating by some tens to hundreds of degrees."""
-    rng = np.random.default_rng(seed)
-    W, Y = rng.normal(0, 1, (2, N, H.size)) * np.repeat([1.0, 1.0, 0.5, 0.25], [1, 2, 2, 2])
-    return {
-        "W": W, "Y": 0.5 * Y, "omega": 1.7, "velocity": rng.choice([0.0, 1.0, -3.0], N) + 0.3 * rng.normal(size=N),
-        "kt": np.full(N, KT), "mu": np.full(N, MU), "kn": np.full(N, KN), "gap": rng.normal(-0.5, 0.3, N),
-    }  # fmt: skip
-
-
-LAW = FrictionContact(kt=KT, mu=MU, kn=KN, gap=-0.5)
-
-
-def inputs(given: dict[str, Any]) -> tuple[Motion, dict[str, Array]]:
-    """Motion and parameters of a state."""
-    drift = np.array([given["velocity"], np.zeros(N)]) / given["omega"]
-    values = {name: given[name] for name in ("kt", "mu", "kn", "gap")}
-    return Motion(H, given["omega"], (given["W"], given["Y"]), drift), values
-
-
-def forces(heated: HeatedContacts, given: dict[str, Any], start: Array | None = None) -> Heat:
-    return heated.respond(LAW, *inputs(given), start)
-
-
-def coupled(at: Heat, dpower: Array) -> list[Array]:
-    """What heat adds to ``dF_i/dq_f`` at element e, (n, L, n, L) for each port, for own coordinates q_f."""
-    by_q = at.tangent.gain[:, :, None] * dpower[None]
-    return [at.tangent.by_temperature[i][:, :, None, None] * by_q[:, None] for i in (0, 1)]
-
-
-def common(at: Heat, dpower: Array) -> Array:
-    """What heat adds to the derivative of the tangential force by one parameter common to all."""
-    return at.tangent.by_temperature[0] * at.tangent.temperature(dpower)[:, None]
-
-
-def central(function: Callable[[float], Array], h: float) -> Array:
-    """Fourth-order central difference."""
-    return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
-
-
-def moved(given: dict[str, Any], name: str, direction: Any, by: float) -> dict[str, Any]:
-    return {**given, name: given[name] + by * direction}
-
-
-def assert_difference(total: Array, function: Callable[[float], Array]) -> None:
-    """Against the finer of two steps; states may change inside a step, where the difference is first order only."""
-    scale = np.abs(total).max() + 1.0
-    errors = [np.abs(central(function, h) - total).max() / scale for h in (1e-4, 1e-5, 1e-6)]
-    assert min(errors) < 3e-6, errors
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_power_derivatives(seed: int) -> None:
-    """Each by central differences of the power at fixed parameters."""
-    given = state(seed)
-
-    def power(change: dict[str, Any]) -> Array:
-        motion, values = inputs(change)
-        return change["omega"] * LAW.respond(motion, values).work
-
-    motion, values = inputs(given)
-    found = Power(LAW, motion, LAW.respond(motion, values))
-    np.testing.assert_allclose(found.value, power(given), rtol=1e-14)
-    by = {"omega": found.omega, "velocity": found.by_velocity[0]}
-    by |= {name: found.by_parameter(name) for name in ("mu", "kt", "kn", "gap")}
-    for name, exact in by.items():
-        assert_difference(exact, lambda h, name=name: power(moved(given, name, 1.0, h)))
-    for name, exact in (("W", found.by_motion[0]), ("Y", found.by_motion[1])):
-        for k in range(H.size):
-            direction = np.eye(H.size)[k]
-            assert_difference(exact[:, k], lambda h, n=name, d=direction: power(moved(given, n, d, h)))
-
-
-@pytest.mark.parametrize("resistance", [INFLUENCE, INFLUENCE.diagonal()], ids=["coupled", "element-wise"])
-@pytest.mark.parametrize("seed", range(8))
-def test_total_tangent(seed: int, resistance: Array) -> None:
-    """Total derivatives by every element's X, Y and by omega, velocity, gap: temperature moves along."""
-    heated, given = model(resistance), state(seed)
-    at = forces(heated, given)
-    assert at.equilibrium.converged
-    assert at.equilibrium.problem() is None
-    T = at.temperature
-    assert T.max() > 30.0
-    own_forces = at.response.detail
-    for name, own_x, own_y, power in (
-        ("W", own_forces.dFx_dX, np.zeros_like(own_forces.dFx_dX), at.power.by_motion[0]),
-        ("Y", own_forces.dFx_dY, own_forces.dFy_dY, at.power.by_motion[1]),
-    ):
-        by_x, by_y = coupled(at, power)
-        for e in range(N):
-            by_x[e, :, e] += own_x[e]
-            by_y[e, :, e] += own_y[e]
-        for f in range(N):
-            for k in (0, 1, 4):
-                direction = np.zeros((N, H.size))
-                direction[f, k] = 1.0
-
-                def both(h: float, name: str = name, direction: Array = direction) -> Array:
-                    got = forces(heated, moved(given, name, direction, h), start=T)
-                    return np.stack(got.response.force)
-
-                assert_difference(np.stack([by_x[:, :, f, k], by_y[:, :, f, k]]), both)
-    own = {
-        "omega": (own_forces.dFx_dv * (-given["velocity"] / given["omega"] ** 2)[:, None], at.power.omega),
-        "velocity": (own_forces.dFx_dv / given["omega"], at.power.by_velocity[0]),
-        "gap": (own_forces.dFx_dgap, at.power.by_parameter("gap")),
-    }
-    for name, (own_x, power) in own.items():
-        assert_difference(
-            own_x + common(at, power),
-            lambda h, name=name: forces(heated, moved(given, name, 1.0, h), start=T).response.force[0],
-        )
-
-
-def test_frozen_parameters_would_be_wrong() -> None:
-    """What heat adds to the tangent is as large as the tangent itself somewhere."""
-    ratios = []
-    for seed in range(12):
-        at = forces(model(4 * INFLUENCE), state(seed))
-        added, _ = coupled(at, at.power.by_motion[0])
-        ratios.append(np.abs(added).max() / np.abs(at.response.by_motion[0, 0]).max())
-    assert max(ratios) > 0.3
 
 
 def test_temperatures_balance_the_power_of_the_forces() -> None:

@@ -14,7 +14,7 @@ FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 
 def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = False, **options: Any) -> Any:
-    """Decorator: compile with numba at the first call, kept on disk.
+    """Decorator: compile with numba at the first call, kept on disk; with NUMBA_DISABLE_JIT=1 they stay Python.
 
     Functions that make no new arrays go without reference counts (see ``uncounted``). Such functions may return arrays
     to each other, but not to one that ``allocates``.
@@ -23,7 +23,8 @@ def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = Fa
         return lambda f: compiled(f, allocates=allocates, **options)
     given: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
     dispatcher = numba.njit(**{**given, **({} if allocates else {**uncounted(), **_INNER}), **options})(function)
-    keep(dispatcher)
+    if dispatcher is not function:
+        keep(dispatcher)
     return dispatcher
 
 
