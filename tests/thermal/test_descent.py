@@ -13,7 +13,7 @@ def small(T):
 
 
 def cubic(roots):
-    """``G`` with these roots (n, 3), steep: equilibria closer than its slopes of about 1 can tell are not looked for."""
+    """``G`` with these roots (n, 3), steep: closer ones than slopes of about 1 can tell are not looked for."""
     roots = np.asarray(roots, dtype=float)
 
     def balance(T):

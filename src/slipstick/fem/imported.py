@@ -154,14 +154,7 @@ class ImportedModel:
             One sentence for each unknown set; if nothing is left to hold or to move.
         """
         names = [where] if isinstance(where, str) else where
-        if not isinstance(names, np.ndarray):
-            known = user_names(self.node_sets)
-            unknown = [name for name in names if name not in self.node_sets]
-            if unknown:
-                raise InputError(
-                    [f"fixed: there is no node set '{n}' in the model; {suggestion(n, known)}" for n in unknown]
-                )
-        nodes = names if isinstance(names, np.ndarray) else np.concatenate([self.node_sets[n] for n in names])
+        nodes = names if isinstance(names, np.ndarray) else self._named(names)
         wanted = [i for i, name in enumerate(COMPONENTS) if name in _directions(components)]
         held = np.isin(self.dof_nodes, nodes) & np.isin(self.dof_components, wanted)
         if not held.any() or held.all():
