@@ -9,7 +9,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
-from slipstick.analysis.task import response_options
+from slipstick.analysis.task import ResponseOptions, response_options
+from slipstick.balance.kinds import chosen
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
@@ -31,18 +32,22 @@ def followed_problem(given: Any) -> Problem:
 
 
 def common_arguments(
-    balance: Balance,
+    problem: Problem,
     requested: tuple[float, ...],
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
 ) -> dict[str, Any]:
-    """The fields of a ``Task`` that are asked for alike for every kind of branch."""
+    """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready."""
+    chosen_options = _options(options)
+    kind = chosen_options.jacobian if isinstance(chosen_options, ResponseOptions) else chosen
+    balance = Balance(problem, kind=kind)
     return {
+        "balance": balance,
         "requested": requested,
-        "peaks_of": _peak_dofs(balance.problem, peaks_of),
-        "options": _options(options),
+        "peaks_of": _peak_dofs(problem, peaks_of),
+        "options": chosen_options,
         "listeners": _listeners(listeners),
         "guess": None if guess is None else _guess(guess, balance),
     }
@@ -53,7 +58,7 @@ def _options(given: Any) -> ContinuationOptions:
         return given or response_options()
     if not isinstance(given, Mapping):
         raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
-    known = [field.name for field in fields(ContinuationOptions)]
+    known = [field.name for field in fields(ResponseOptions)]
     faults = [
         f"options: there is no option {shown(name)}; {suggestion(name, known)}" for name in given if name not in known
     ]
@@ -64,11 +69,19 @@ def _options(given: Any) -> ContinuationOptions:
 
 def _option(name: str, value: Any) -> Any:
     default, where = getattr(response_options(), name), f"options, {name}"
+    if callable(default):
+        return _function(where, value)
     if isinstance(default, NewtonOptions):
         return one(where, value, NewtonOptions, "NewtonOptions(...)")
     if isinstance(default, bool):
         return one(where, value, bool, "True or False")
     return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
+
+
+def _function(name: str, value: Any) -> Any:
+    if not callable(value):
+        raise wrong(name, value, "a function that makes Jacobians, as in slipstick.balance.kinds")
+    return value
 
 
 def _listeners(given: Any) -> tuple[Listener, ...]:

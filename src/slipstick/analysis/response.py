@@ -14,7 +14,6 @@ from slipstick.analysis.task import Task, response_options
 from slipstick.analysis.walking import collect, walk
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -134,7 +133,7 @@ def parameter_response(
 
 
 def parameter_task(
-    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *common: Any
+    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
 ) -> Task:
     """What ``parameter_response`` follows; its arguments in their order."""
     problem, requested = followed_problem(problem), requested_values(requested)
@@ -145,29 +144,30 @@ def parameter_task(
         raise InputError(faults)
     for end in span:
         problem.at_parameter(parameter, end)
-    balance = Balance(problem)
-    path = parameter_path(problem, parameter)
+    common = common_arguments(problem, requested, *given)
+    balance, path = common["balance"], parameter_path(problem, parameter)
     return Task(
-        problem=problem, balance=balance, system=ParameterSystem(balance, path, omega),
+        problem=problem, system=ParameterSystem(balance, path, omega),
         inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
         warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
-        **common_arguments(balance, requested, *common),
+        **common,
     )  # fmt: skip
 
 
-def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *common: Any) -> Task:
+def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> Task:
     """What ``forced_response`` follows; its arguments in their order."""
     problem, requested = followed_problem(problem), requested_values(requested)
     start, stop = two_numbers(omega, "frequency range")
     faults = range_faults(start, stop) or requested_faults(requested, start, stop)
     if faults:
         raise InputError(faults)
-    balance, inputs = Balance(problem), problem.inputs
+    common = common_arguments(problem, requested, *given)
+    balance, inputs = common["balance"], problem.inputs
     balance.anchor_if_undamped(start)
     return Task(
-        problem=problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
+        problem=problem, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
         start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
-        **common_arguments(balance, requested, *common),
+        **common,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from slipstick.analysis.course import Checkpoint
 from slipstick.analysis.events import Listener
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.kinds import Kind, chosen
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -16,12 +17,25 @@ from slipstick.solve.continuation import ContinuationOptions
 from slipstick.typing import Array
 
 
-def response_options(**given: Any) -> ContinuationOptions:
-    """Options of a response curve: steps of at most 1/120 of the range, so that figures look smooth.
+@dataclass(frozen=True, kw_only=True)
+class ResponseOptions(ContinuationOptions):
+    """Options of a response curve: those of a continuation, with steps so short that figures look smooth, and these.
 
-    Any field of ``ContinuationOptions`` can be given.
+    Parameters
+    ----------
+    jacobian
+        Makes the Jacobians of the balance (``slipstick.balance.kinds``): for a kind of one's own.
     """
-    return ContinuationOptions(**({"first_step": 1 / 300, "max_step": 1 / 120, "event_tolerance": 1e-9} | given))
+
+    first_step: float = 1 / 300
+    max_step: float = 1 / 120
+    event_tolerance: float = 1e-9
+    jacobian: Kind = chosen
+
+
+def response_options(**given: Any) -> ResponseOptions:
+    """``ResponseOptions`` with the fields given: steps of at most 1/120 of the range by default."""
+    return ResponseOptions(**given)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +53,7 @@ class Task:
     parameter: str = ""
     requested: tuple[float, ...] = ()
     peaks_of: tuple[str, ...] = ()
-    options: ContinuationOptions = field(default_factory=response_options)
+    options: ContinuationOptions = field(default_factory=ResponseOptions)
     listeners: tuple[Listener, ...] = ()
     guess: Array | None = None
     checkpoints: Sequence[Checkpoint] = ()

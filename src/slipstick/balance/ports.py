@@ -14,10 +14,13 @@ import numpy as np
 from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
+from slipstick.balance.kinds import Kind, chosen
 from slipstick.balance.problem import Problem
-from slipstick.contact.law import Motion, add_to
+from slipstick.contact.law import Motion
+from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
+from slipstick.thermal.model import Heat
 from slipstick.typing import Array, ComplexArray
 
 Forces = Sequence[Mapping[int, Array]]
@@ -36,6 +39,8 @@ class Balance:
     ----------
     problem
         The problem; its structure is projected on the contact ports and the loads once.
+    kind
+        Makes the Jacobians; by default the one that ``balance/kinds.py`` chooses.
 
     Attributes
     ----------
@@ -47,7 +52,8 @@ class Balance:
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, *, kind: Kind = chosen) -> None:
+        self.kind = kind
         self.problem, self.harmonics = problem, problem.harmonics
         self.batches, directions = problem.batches, problem.port_directions
         self.directions = problem.direction_matrix(directions)
@@ -106,19 +112,6 @@ class Balance:
             X[:, 2:] = x.reshape(self.n_ports, -1)[:, 1:]
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
 
-    def _anchored(self, k: int, own: Mapping[tuple[int, int], Array]) -> dict[tuple[int, int], Array]:
-        """Tangents of one batch less the springs ``i k``."""
-        batch, found = self.batches[k], dict(own)
-        assert self.springs is not None
-        sine, cosine = np.arange(2, self.L, 2), np.arange(1, self.L, 2)
-        for i, port in enumerate(batch.ports):
-            turned = np.zeros((batch.count, self.L, self.L))
-            members, springs = np.arange(batch.count)[port.members], self.springs[port.rows]
-            turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
-            turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
-            add_to(found, (i, i), turned)
-        return found
-
     def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:
         """Motion of batch ``k`` at unknowns (N,), that of the counter surface included."""
         batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
@@ -173,55 +166,15 @@ class Balance:
         """``A (F - P)`` (N,)."""
         return self.real(compliance.answer(self.excitation(forces, P)))
 
-    def jacobian(self, tangents: Tangents, compliance: Compliance) -> Array:
-        """``I + A dF/dX`` (N, N)."""
-        # transposed, so that what is written lies together
-        transposed = np.empty((self.n_ports, self.L, self.n_ports, self.L))
-        for k, given in enumerate(tangents):
-            own = given if self.springs is None else self._anchored(k, given)
-            filled: set[int] = set()
-            for column in self._columns_of(k, tuple(own)):
-                self._fill(transposed, k, column, own, compliance.value)
-                filled.add(column.port)
-            for j, port in enumerate(self.batches[k].ports):
-                if j not in filled and port.size:
-                    transposed[port.rows] = 0.0
-        matrix = transposed.reshape(self.size, self.size)
-        matrix.reshape(-1)[:: self.size + 1] += 1.0
-        return matrix.T
+    def jacobian(self, tangents: Tangents, compliance: Compliance, heat: Heat | None = None) -> Jacobian:
+        """``I + A dF/dX``, with what heat adds."""
+        return self.kind(self, tangents, compliance, heat)
 
-    def _columns_of(self, k: int, pairs: tuple[tuple[int, int], ...]) -> tuple[Column, ...]:
+    def columns_of(self, k: int, pairs: tuple[tuple[int, int], ...]) -> tuple[Column, ...]:
+        """Columns of the Jacobian that batch ``k`` fills with the derivatives ``pairs``."""
         if (k, pairs) not in self._columns:
             self._columns[k, pairs] = self.batches[k].columns(pairs)
         return self._columns[k, pairs]
-
-    def _fill(
-        self, out: Array, k: int, column: Column, own: Mapping[tuple[int, int], Array], value: ComplexArray
-    ) -> None:
-        """The columns of one port's motion: what all forces that feel it do to all ports."""
-        port, moved = self.batches[k].ports[column.port], None
-        for i, members, at, rows in column.terms:
-            z = self._complex_rows(own[i, column.port][members])
-            part = z[:, :, None, :] * value[rows, None, : self.n_ports, :]
-            if moved is None and len(part) == port.size:
-                moved = part
-            else:
-                if moved is None:
-                    moved = np.zeros((port.size, *part.shape[1:]), dtype=complex)
-                moved[at] += part
-        assert moved is not None
-        pairs = moved.view(float)
-        target = out[port.rows]
-        target[..., 0], target[..., 1:] = pairs[..., 0], pairs[..., 2:]
-        if not isinstance(port.rows, slice):
-            out[port.rows] = target
-
-    def _complex_rows(self, matrices: Array) -> ComplexArray:
-        """Derivatives (c, L, L) with their rows paired: (c, column, n + 1)."""
-        out = np.zeros((len(matrices), self.L, 2 * self.orders.size + 2))
-        turned = matrices.transpose(0, 2, 1)
-        out[:, :, 0], out[:, :, 2:] = turned[:, :, 0], turned[:, :, 1:]
-        return out.view(complex)
 
     def gather(self, own: Sequence[Array], shape: tuple[int, ...] = ()) -> Array:
         """Values (n, ...) by batch, in the order of the problem's elements (n_contacts, ...)."""

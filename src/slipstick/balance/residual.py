@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.heat import Heat, heat_change, heat_columns, power_rows
+from slipstick.balance.heat import Heat, heat_change
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
 from slipstick.contact.law import Response, add_to
-from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
@@ -67,11 +66,9 @@ def balanced(balance: Balance, x: Array, found: Detail, compliance: Compliance) 
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)
-    matrix = balance.jacobian([response.by_motion for response in found.responses], compliance)
-    if found.heat is not None:
-        matrix += heat_columns(balance, found.heat, compliance) @ power_rows(balance, found.heat)
+    jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.heat)
     return Balanced(
-        residual=x + balance.real(compliance.answer(G)), jacobian=DenseJacobian(matrix), G=G, compliance=compliance,
+        residual=x + balance.real(compliance.answer(G)), jacobian=jacobian, G=G, compliance=compliance,
         detail=found,
     )  # fmt: skip
 

@@ -73,10 +73,9 @@ def _linear(balance: Balance, inputs: Inputs, compliance: Compliance, state: str
     if not any_own:
         return None
     jacobian = balance.jacobian(tangents, compliance)
-    try:
-        x = np.asarray(np.linalg.solve(jacobian, -balance.moved_by(constants, inputs.P, compliance)), dtype=float)
-    except np.linalg.LinAlgError:
+    if jacobian.singular:
         return None
+    x = jacobian.solve(-balance.moved_by(constants, inputs.P, compliance))
     return x if np.all(np.isfinite(x)) else None
 
 

@@ -182,7 +182,7 @@ class FirstPoint:
         """Solve with the driven harmonics and the lowest only, then take in the others."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
-        balance = Balance(replace(self.balance.problem, harmonics=kept, told=None))
+        balance = Balance(replace(self.balance.problem, harmonics=kept, told=None), kind=self.balance.kind)
         inputs = self.inputs.map(lambda name, own: own[..., places] if name in ("load", "motion") else own)
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:

@@ -13,14 +13,14 @@ from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
-from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
 
 
 def _undefined(size: int) -> Evaluation:
     """What a system answers to an iterate that is no motion: the iteration takes a shorter step."""
-    return Evaluation(np.full(size, np.nan), DenseJacobian(np.eye(size)), np.full(size, np.nan))
+    return Evaluation(np.full(size, np.nan), UndefinedJacobian(size), np.full(size, np.nan))
 
 
 def _context(found: Detail) -> Array | None:
