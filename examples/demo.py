@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-CASES = ("oscillator/case.toml", "blade_reduced/no_rub.toml", "blade_reduced/rub.toml")
+CASES = ("oscillator/oscillator.toml", "blade_reduced/blade_reduced_no_rub.toml", "blade_reduced/blade_reduced.toml")
 SCRIPTS = (
     "oscillator/constant_velocity.py",
     "oscillator/harmonics_kept.py",

@@ -53,7 +53,7 @@ def test_the_element_alone(session):
 
 def test_the_case_file_is_the_example():
     shown = tomllib.loads(blocks("toml")[0])
-    assert shown == tomllib.loads((ROOT / "examples/oscillator/case.toml").read_text())
+    assert shown == tomllib.loads((ROOT / "examples/oscillator/oscillator.toml").read_text())
 
 
 def test_the_commands_run(tmp_path):

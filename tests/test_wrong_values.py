@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable, Iterator
 from datetime import date
 from decimal import Decimal
-from importlib.resources import files
 from itertools import chain
 from pathlib import Path
 from time import process_time
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.app.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
@@ -59,7 +59,7 @@ BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
 BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
 COARSE = BladeShape(element_size=0.05, stretch=4.0)
-CASE = (files("slipstick.app") / "templates" / "oscillator.toml").read_text(encoding="utf-8")
+CASE = example("oscillator").path.read_text(encoding="utf-8")
 
 
 def stored() -> Callable[..., ss.Branch]:

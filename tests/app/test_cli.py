@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 from slipstick.app import run as run_module
 from slipstick.app.cli import app
-from slipstick.app.init import examples
+from slipstick.app.examples import examples
 from slipstick.contact.kernel.compilation import compile_kernel
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
@@ -382,16 +382,53 @@ def test_version() -> None:
 
 
 def test_examples_are_listed_and_written(tmp_path: Path) -> None:
-    listed = told(slipstick("init"))
-    assert len(examples()) >= 4
-    for name, about in examples().items():
-        assert about
-        assert name in listed
-        result = slipstick("init", name, tmp_path / name)
-        assert result.exit_code == 0
-        checked = slipstick("check", tmp_path / name / f"{name}.toml")
-        assert checked.exit_code == 0, told(checked)
-        assert "warning" not in told(checked)
+    listed = told(slipstick("init", "--list"))
+    assert listed == told(slipstick("init"))
+    assert {"blade", "blade_reduced", "oscillator", "shaken", "lobed_casing/lobed_casing"} <= set(examples())
+    for name, example in examples().items():
+        assert any(line.strip().startswith(f"{name} ") for line in listed.splitlines())
+        assert example.about
+        assert not example.is_case or len(f"  {name:<23}{example.about}") < 80
+
+
+@pytest.mark.parametrize("name", [name for name, example in examples().items() if example.is_case])
+def test_a_written_example_is_a_case_without_warning(tmp_path: Path, name: str) -> None:
+    assert slipstick("init", name, tmp_path / name).exit_code == 0
+    checked = slipstick("check", tmp_path / name / f"{name}.toml")
+    assert checked.exit_code == 0, told(checked)
+    assert "warning" not in told(checked)
+
+
+def test_listed_examples_fit_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    for columns in (40, 80):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        lines = told(slipstick("init")).splitlines()
+        assert max(map(len, lines[1:])) <= max(columns, 54)
+
+
+def test_scripts_are_written_with_what_they_import(tmp_path: Path) -> None:
+    slipstick("init", "blade/study", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"study.py", "shrouded_blade.py", "blade_figures.py"}
+    slipstick("init", "blade_reduced/blade", tmp_path)
+    assert (tmp_path / "blade_reduced.npz").stat().st_size > 10_000
+
+
+def test_init_python(tmp_path: Path) -> None:
+    """Of an example, and of a case of one's own, whose faults are told as by check."""
+    result = slipstick("init", "blade_reduced", tmp_path, "--python")
+    assert result.exit_code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"blade_reduced.py", "blade_reduced.npz"}
+    assert f"next: python {tmp_path / 'blade_reduced.py'}" in told(result)
+    own = case(tmp_path)
+    assert slipstick("init", own, "--python").exit_code == 0
+    assert "ss.MatrixStructure(" in (tmp_path / "case.py").read_text()
+    assert slipstick("init", own, "--python").exit_code == 2
+    assert "beside the case" in told(slipstick("init", own, tmp_path / "there", "--python"))
+    wrong = case(tmp_path, GOOD.replace("mu =", "mue ="), "wrong.toml")
+    refused = slipstick("init", wrong, "--python")
+    assert refused.exit_code == 2
+    assert "did you mean 'mu'" in told(refused)
+    assert not (tmp_path / "wrong.py").exists()
 
 
 def test_examples_never_overwrite(tmp_path: Path) -> None:

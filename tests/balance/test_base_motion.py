@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.app.examples import example
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -191,9 +192,7 @@ def test_faults(given: dict[str, object], words: str) -> None:
 
 
 def test_in_a_case_file() -> None:
-    from importlib.resources import files
-
-    text = (files("slipstick.app") / "templates" / "oscillator.toml").read_text(encoding="utf-8")
+    text = example("oscillator").path.read_text(encoding="utf-8")
     load = '[[load]]\nbase = "x"\nmotion = "displacement"\namplitude = 2.0\nphase = "-90 deg"\n'
     case = ss.Case.from_text(text.replace(text[text.index("[[load]]") : text.index("[[contact]]")], load))
     (found,) = case.problem().loads

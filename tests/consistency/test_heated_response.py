@@ -142,7 +142,7 @@ def test_case_file_of_the_hot_blade() -> None:
     """The example with mu over temperature: heat balances, and the hottest contact is far above the background."""
     from slipstick.app.case import Case
 
-    case = Case.from_file(DATA.with_name("hot_rub.toml"))
+    case = Case.from_file(DATA.with_name("blade_reduced_hot_rub.toml"))
     branch = case.run()
     assert branch.outcome is Outcome.COMPLETED
     T, power = branch.dataset["temperature"].to_numpy(), branch.dataset["dissipated_power"].to_numpy()

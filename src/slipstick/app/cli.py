@@ -72,16 +72,20 @@ def check(case: CasePath) -> None:
 @app.command()
 def init(
     example: Annotated[str | None, typer.Argument(help="Name of an example; without it they are listed.")] = None,
-    folder: Annotated[Path, typer.Argument(metavar="[DIR]", help="Where to write it.")] = Path(),
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Where to write it; here by default.")] = None,
+    python: Annotated[
+        bool, typer.Option("--python", help="Write the Python script instead; EXAMPLE may be a case file of your own.")
+    ] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the examples.")] = False,
 ) -> None:
-    """Write a commented example case."""
+    """Write a commented example case, or the same as a Python script."""
     with guarded():
         from slipstick.app.init import list_examples, write_example
 
-        if example is None:
+        if example is None or listed:
             list_examples()
         else:
-            write_example(example, folder)
+            write_example(example, folder, python=python)
 
 
 @app.command("import")
