@@ -8,47 +8,19 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
+from helpers.results import LAYOUT, opened, point
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import InputError
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
-from slipstick.io.journal import Journal, journal_of, read_journal
+from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore, remove_leftovers, save_dataset
-from slipstick.results.schema import Declared, Layout
-
-LAYOUT = Layout(
-    labels={"dof": ("x", "y"), "coefficient": ("0", "c1", "s1"), "contact": ("tip",)},
-    variables={
-        "omega": Declared((), "rad/s", "principal frequency"),
-        "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
-        "power": Declared(("contact",), "force length/s", "dissipated power"),
-        "count": Declared((), "1", "count", whole=True),
-        "kind": Declared((), "1", "kind of point", texts=("start", "end")),
-    },
-    attributes={"case": "format = 1\n" + "# a long case\n" * 8000},
-)
-
-
-def point(i: int) -> dict[str, object]:
-    return {
-        "omega": float(i),
-        "displacement": np.arange(6.0).reshape(2, 3) + i,
-        "power": np.array([i / 7]),
-        "count": i,
-        "kind": "start" if i == 0 else "end",
-    }
-
-
-def opened(path: Path) -> xarray.Dataset:
-    return xarray.load_dataset(path, engine="h5netcdf")
 
 
 def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:
@@ -102,112 +74,6 @@ def test_final_attributes_are_written(tmp_path: Path) -> None:
     assert opened(tmp_path / "r.nc").attrs["outcome"] == "completed"
 
 
-def test_the_results_lag_is_in_the_journal(tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    store = ResultStore(path, LAYOUT)
-    store._cost = 1e9
-    for i in range(7):
-        store.append(point(i))
-    assert opened(path).sizes["point"] == 0
-    recovered = load_dataset(path)
-    assert recovered["omega"].values.tolist() == list(range(7))
-    assert recovered["omega"].attrs["units"] == "rad/s"
-    store.close()
-    xarray.testing.assert_identical(load_dataset(path), recovered)
-
-
-def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    store = ResultStore(path, LAYOUT)
-    for i in range(4):
-        store.append(point(i))
-    file = journal_of(path)
-    data = file.read_bytes()
-    file.write_bytes(data[:-3])
-    assert len(read_journal(file)[1]) == 3
-    file.write_bytes(data[:-9] + b"\0" + data[-8:])
-    assert len(read_journal(file)[1]) == 3
-    store.close()
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"",
-        b"nothing\n",
-        b'{"magic": "x"}\n',
-        b'{"magic": "slipstick journal 2"}\n',
-        b"[]",
-        b"[" * 10**6,
-        b'{"magic": ' + b"9" * 5000 + b"}",
-        b'{"magic": "slipstick journal 2", "labels": {"a": "'
-        + b"x" * 2000
-        + b'"}, "variables": {"v": '
-        + b'["a", "a", "a", "a", "a", "a", "a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 2", "labels": {"a": "x"}, "variables": {"v": ['
-        + b'"a", ' * 99
-        + b'"a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 2", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
-        + bytes(99),
-    ],
-)
-def test_a_foreign_journal_is_refused_with_a_sentence(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "j").write_bytes(content)
-    with pytest.raises(InputError, match="not a journal of slipstick"):
-        read_journal(tmp_path / "j")
-
-
-def journal_of_three(path: Path, layout: Layout = LAYOUT, first: int = 0) -> None:
-    """A sound journal beside ``path``, as a killed run leaves it."""
-    journal = Journal(journal_of(path), layout)
-    for i in range(first, first + 3):
-        journal.append(layout.pack(point(i)))
-    journal.close(remove=False)
-
-
-def written(path: Path, count: int, layout: Layout = LAYOUT) -> None:
-    with ResultStore(path, layout) as store:
-        for i in range(count):
-            store.append(point(i))
-
-
-OTHER_CASE = replace(LAYOUT, attributes={"case": "format = 1"})
-OTHER_DOFS = replace(LAYOUT, labels={**LAYOUT.labels, "dof": ("x", "z")})
-
-
-@pytest.mark.parametrize("count", [0, 2])
-@pytest.mark.parametrize(
-    "foreign",
-    [
-        lambda path: journal_of(path).write_bytes(b""),
-        lambda path: journal_of(path).write_bytes(os.urandom(5000)),
-        lambda path: journal_of(path).write_bytes(b"[" * 100_000),
-        lambda path: journal_of_three(path, OTHER_CASE),
-        lambda path: journal_of_three(path, OTHER_DOFS),
-    ],
-    ids=["empty", "garbage", "deep", "other case", "other dofs"],
-)
-def test_a_journal_that_is_not_its_own_neither_hides_nor_replaces_results(
-    tmp_path: Path, count: int, foreign: Callable[[Path], object]
-) -> None:
-    path = tmp_path / "r.nc"
-    written(path, count)
-    sound = load_dataset(path)
-    foreign(path)
-    with pytest.warns(SlipstickWarning, match=r"r\.nc was read without it"):
-        assert load_dataset(path).identical(sound)
-
-
-def test_a_journal_with_other_points_is_not_its_own(tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    written(path, 2)
-    journal_of_three(path, first=1)
-    with pytest.warns(SlipstickWarning, match="not the journal of these results"):
-        assert load_dataset(path)["omega"].values.tolist() == [0.0, 1.0]
-    journal_of_three(path)
-    assert load_dataset(path)["omega"].values.tolist() == [0.0, 1.0, 2.0]
-
-
 def test_results_that_cannot_be_renewed_do_not_end_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk has room for the journal but not for the results file; later it has."""
     path, tries = tmp_path / "r.nc", []
@@ -238,7 +104,7 @@ def test_leftovers_of_killed_writers_are_removed(tmp_path: Path) -> None:
 WRITER = """
 import sys, numpy as np
 sys.path.insert(0, {here!r})
-from test_store import LAYOUT, point
+from helpers.results import LAYOUT, point
 from slipstick.io.store import ResultStore
 store = ResultStore({path!r}, LAYOUT)
 for i in range(10**6):
@@ -251,7 +117,7 @@ for i in range(10**6):
 @pytest.mark.parametrize("delay", [0.0, 0.03, 0.11, 0.3])
 def test_a_killed_writer_leaves_every_completed_point(tmp_path: Path, delay: float) -> None:
     path = tmp_path / "r.nc"
-    code = WRITER.format(here=str(Path(__file__).parent), path=str(path))
+    code = WRITER.format(here=str(Path(__file__).parents[1]), path=str(path))
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
         assert child.stdout is not None
         assert child.stdout.readline() == "0\n"
@@ -324,40 +190,3 @@ def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match="No space left"):
         save_dataset(data * 2, path)
     assert opened(path)["omega"].values.tolist() == [1.0, 2.0]
-
-
-def test_what_is_no_results_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "r.nc").write_text("hello")
-    with pytest.raises(InputError, match="not a results file"):
-        load_dataset(tmp_path / "r.nc")
-    with pytest.raises(InputError, match="there is no such file"):
-        load_dataset(tmp_path / "none.nc")
-
-
-def test_texts_bare_dimensions_and_numbers_survive(tmp_path: Path) -> None:
-    data = xarray.Dataset(
-        {
-            "kind": ("point", np.array(["start", "end"])),
-            "x": (("point", "dof"), np.arange(4.0).reshape(2, 2), {"units": "m"}),
-            "n": ((), 3),
-        },
-        coords={"dof": ["a", "ä"]},
-        attrs={"seconds": 1.5, "points": 7, "title": "Größe", "none": None, "good": True},
-    )
-    save_dataset(data, tmp_path / "r.nc")
-    for read in (load_dataset(tmp_path / "r.nc"), opened(tmp_path / "r.nc")):
-        assert read["kind"].values.tolist() == ["start", "end"]
-        assert read["x"].dims == ("point", "dof")
-        assert read["x"].values.tolist() == [[0.0, 1.0], [2.0, 3.0]]
-        assert read["dof"].values.tolist() == ["a", "ä"]
-        assert int(read["n"]) == 3
-        assert read.attrs == {"seconds": 1.5, "points": 7, "title": "Größe", "good": 1}
-
-
-def test_a_claimed_size_is_refused(tmp_path: Path) -> None:
-    import h5py
-
-    with h5py.File(tmp_path / "r.nc", "w") as file:
-        file.create_dataset("x", (10**7, 10**7), dtype="f8", chunks=(100, 100))
-    with pytest.raises(InputError, match="claims 100000000000000 entries, more than the file holds"):
-        load_dataset(tmp_path / "r.nc")

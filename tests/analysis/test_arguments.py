@@ -1,0 +1,54 @@
+"""What users give to a curve: every form that is taken, and a sentence for what is none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipstick.analysis.arguments import common_arguments, followed_problem
+from slipstick.analysis.task import response_options
+from slipstick.balance.ports import Balance
+from slipstick.errors import InputError
+from slipstick.verify.cases import oscillator
+
+BALANCE = Balance(oscillator(velocity=1.0))
+GIVEN = {"requested": (), "peaks_of": None, "options": None, "listeners": (), "guess": None}
+
+
+def taken(**given):
+    return common_arguments(BALANCE, **(GIVEN | given))
+
+
+def test_every_form_is_taken():
+    assert taken()["peaks_of"] == ("x",)
+    assert taken(peaks_of="x")["peaks_of"] == taken(peaks_of=["x"])["peaks_of"] == ("x",)
+    assert taken(peaks_of=[])["peaks_of"] == ()
+    assert taken(listeners=print)["listeners"] == taken(listeners=[print])["listeners"] == (print,)
+    assert taken(options={"max_step": 0.01})["options"] == taken(options=response_options(max_step=0.01))["options"]
+    guess = np.arange(BALANCE.size, dtype=float)
+    for form in (guess, guess.tolist(), guess.reshape(BALANCE.n_ports, -1)):
+        np.testing.assert_array_equal(taken(guess=form)["guess"], guess)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"peaks_of": ["z"]}, "peaks_of: 'z' is not among the outputs"),
+        ({"options": 3}, "response_options"),
+        ({"options": {"maxstep": 0.1}}, "there is no option 'maxstep'"),
+        ({"options": {"max_step": -1.0}}, "options, max_step"),
+        ({"listeners": [3]}, "listeners"),
+        ({"guess": [1.0]}, "guess: found shape"),
+        ({"guess": "a"}, "guess"),
+    ],
+)
+def test_what_is_none(given, said):
+    with pytest.raises(InputError, match=said):
+        taken(**given)
+
+
+def test_without_contacts_there_is_nothing_to_follow():
+    with pytest.raises(InputError, match="there is no contact; the response is linear"):
+        followed_problem(replace(oscillator(velocity=1.0), contacts=()))
+    with pytest.raises(InputError, match=r"expected an ss\.Problem"):
+        followed_problem("case.toml")

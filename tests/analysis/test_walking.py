@@ -1,0 +1,44 @@
+"""The walk along a branch: a generator of points that can be stepped, stopped and collected."""
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.errors import Outcome
+from slipstick.verify.cases import oscillator
+
+
+def test_points_satisfy_the_balance_and_end_at_the_end():
+    branch = ss.forced_response(oscillator(velocity=10.0), omega=(3.0, 8.0))
+    d = branch.dataset
+    assert branch.outcome is Outcome.COMPLETED
+    assert float(d["omega"][0]) == 3.0
+    assert float(d["omega"][-1]) == pytest.approx(8.0)
+    assert float(d["residual"].max()) < 1e-9
+    assert d["kind"].to_numpy()[0] == "start"
+    assert d["kind"].to_numpy()[-1] == "end"
+
+
+def test_up_and_down_are_the_same_curve():
+    problem = oscillator(velocity=10.0)
+    wanted = [4.0, 5.5, 7.0]
+    up = ss.forced_response(problem, omega=(3.0, 8.0), requested=wanted).dataset
+    down = ss.forced_response(problem, omega=(8.0, 3.0), requested=wanted).dataset
+    for value in wanted:
+        a, b = (float(d["amplitude"][np.abs(d["omega"].to_numpy() - value).argmin(), 0]) for d in (up, down))
+        assert a == pytest.approx(b, rel=1e-8)
+
+
+def test_an_interrupted_walk_keeps_what_it_found():
+    seen = []
+
+    def stop(event):
+        seen.append(event)
+        if type(event).__name__ == "PointFound" and event.number == 5:
+            raise KeyboardInterrupt
+
+    branch = ss.forced_response(oscillator(velocity=10.0), omega=(3.0, 8.0), listeners=stop)
+    assert branch.outcome is Outcome.INTERRUPTED
+    assert branch.dataset.sizes["point"] >= 4
+    assert type(seen[-1]).__name__ == "Stopped"
+    assert "the last of" in branch.message

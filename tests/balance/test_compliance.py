@@ -1,0 +1,62 @@
+"""Receptances of one frequency: derivatives, and the anchored form has the same solutions."""
+
+import numpy as np
+import pytest
+from helpers.problems import random_problem
+
+from slipstick.balance.compliance import Compliance, lossless
+from slipstick.balance.ports import Balance
+
+BALANCE = Balance(random_problem(0))
+ORDERS = BALANCE.orders
+
+
+def at(omega, along=None):
+    return Compliance(BALANCE.receptance, ORDERS, omega, along)
+
+
+@pytest.mark.parametrize("springs", [None, np.linspace(1.0, 3.0, BALANCE.n_ports)], ids=["plain", "anchored"])
+def test_slope_is_the_derivative_by_omega(springs):
+    def made(omega):
+        found = at(omega)
+        if springs is not None:
+            found.anchor(springs)
+        return found
+
+    h = 1e-4
+    difference = (made(6.0 + h).value - made(6.0 - h).value) / (2 * h)
+    np.testing.assert_allclose(made(6.0).slope, difference, atol=1e-6 * np.abs(difference).max())
+
+
+def test_the_zero_harmonic_is_static_and_real():
+    found = at(6.0)
+    np.testing.assert_array_equal(found.value[:, :, 0], BALANCE.receptance.static.T)
+    np.testing.assert_array_equal(found.slope[:, :, 0], 0.0)
+
+
+def test_answer_and_reach_are_sums_over_columns():
+    found, rng = at(6.0), np.random.default_rng(0)
+    columns, _, n = found.value.shape
+    G = rng.normal(size=(columns, n)) + 1j * rng.normal(size=(columns, n))
+    np.testing.assert_allclose(found.answer(G), np.einsum("crn,cn->rn", found.value, G), atol=1e-14)
+    np.testing.assert_allclose(found.answer(G[:2]), np.einsum("crn,cn->rn", found.value[:2], G[:2]), atol=1e-14)
+    np.testing.assert_allclose(found.rate(G), np.einsum("crn,cn->rn", found.slope, G), atol=1e-14)
+    sizes = rng.uniform(size=columns)
+    np.testing.assert_allclose(found.reach(sizes), np.einsum("crn,c->rn", np.abs(found.value), sizes), atol=1e-14)
+
+
+def test_the_anchored_form_has_the_same_solutions():
+    """``x = -A f`` holds where ``x + B (f - i k x) = 0`` does, written with conjugates as the balance sums."""
+    plain, anchored, rng = at(6.0), at(6.0), np.random.default_rng(1)
+    p = BALANCE.n_ports
+    springs = rng.uniform(1.0, 30.0, p)
+    anchored.anchor(springs)
+    f = rng.normal(size=(p, ORDERS.size + 1)) + 1j * rng.normal(size=(p, ORDERS.size + 1))
+    x = -plain.answer(f)
+    residual = x + anchored.answer(f + 1j * springs[:, None] * x)
+    np.testing.assert_allclose(residual[:, 1:], 0.0, atol=1e-13)
+
+
+def test_what_counts_as_lossless():
+    value = np.array([1.0 + 0j, 1.0 - 1e-6j, 1.0 - 1e-3j, -2.0 + 0j, 0j])
+    assert lossless(value, 1e-5).tolist() == [True, True, False, True, True]

@@ -1,0 +1,60 @@
+"""Ports: motion handed out and forces gathered are adjoint, and a Jacobian is what its parts say."""
+
+import numpy as np
+import pytest
+from helpers.problems import random_problem
+
+from slipstick.balance.ports import Balance
+
+BALANCE = Balance(random_problem(0))
+RNG = np.random.default_rng(0)
+
+
+def test_motion_is_the_unknowns_and_that_of_the_counter_surface():
+    x, given = RNG.normal(size=BALANCE.size), BALANCE.problem.inputs.batches[0]
+    motion = BALANCE.motion(0, x, 6.0, given)
+    still = BALANCE.motion(0, 0 * x, 6.0, given)
+    spread = BALANCE.spread(x)[0]
+    for i in range(2):
+        np.testing.assert_allclose(motion.Q[i] - still.Q[i], spread.get(i, 0.0), atol=1e-14)
+        np.testing.assert_array_equal(still.Q[i], given.motion[i])
+    np.testing.assert_allclose(motion.drift * 6.0, given.velocity)
+
+
+def test_handing_out_and_gathering_are_adjoint():
+    x = RNG.normal(size=BALANCE.size)
+    count, L = BALANCE.n_contacts, BALANCE.L
+    forces = [{i: RNG.normal(size=(count, L)) for i in range(2)}]
+    moved = BALANCE.spread(x)[0]
+    power = sum(float(np.sum(forces[0][i] * moved[i])) for i in moved)
+    assert power == pytest.approx(float(BALANCE.real(BALANCE.excitation(forces)) @ x))
+
+
+def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents():
+    compliance = BALANCE.compliance(6.0)
+    count, L = BALANCE.n_contacts, BALANCE.L
+    tangents = [{key: RNG.normal(size=(count, L, L)) for key in ((0, 0), (0, 1), (1, 1), (1, 0))}]
+    found = BALANCE.jacobian(tangents, compliance)
+    for _ in range(5):
+        dx = RNG.normal(size=BALANCE.size)
+        moved = BALANCE.spread(dx)[0]
+        forces = {}
+        for (i, j), tangent in tangents[0].items():
+            part = np.einsum("cij,cj->ci", tangent, moved[j])
+            forces[i] = forces.get(i, 0.0) + part
+        answer = BALANCE.real(compliance.answer(BALANCE.excitation([forces])))
+        np.testing.assert_allclose(found @ dx, dx + answer, atol=1e-12)
+
+
+def test_gathering_is_in_the_order_of_the_problem():
+    own = [np.arange(batch.count) + 10.0 for batch in BALANCE.batches]
+    gathered = BALANCE.gather(own)
+    for batch, value in zip(BALANCE.batches, own, strict=True):
+        np.testing.assert_array_equal(gathered[batch.elements], value)
+
+
+def test_springs_are_put_where_there_is_no_damping():
+    assert BALANCE.springs is None
+    damped = Balance(random_problem(1))
+    damped.anchor_if_undamped(6.0)
+    assert damped.springs is None
