@@ -11,12 +11,13 @@ from slipstick.balance.ports import Balance
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator
 
-BALANCE = Balance(oscillator(velocity=1.0))
+PROBLEM = oscillator(velocity=1.0)
+BALANCE = Balance(PROBLEM)
 GIVEN = {"requested": (), "peaks_of": None, "options": None, "listeners": (), "guess": None}
 
 
 def taken(**given):
-    return common_arguments(BALANCE, **(GIVEN | given))
+    return common_arguments(PROBLEM, **(GIVEN | given))
 
 
 def test_every_form_is_taken():
