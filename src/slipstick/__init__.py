@@ -45,6 +45,9 @@ _PUBLIC = {
     "SlipstickWarning": "slipstick.errors",
 }
 
+_ROOMS = ("plots",)
+"""Rooms that are reached by their name, as ``ss.plots.compare(...)``."""
+
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
@@ -82,10 +85,12 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
 
 
 def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f"slipstick.{name}")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'slipstick' has no attribute '{name}'")
     return getattr(import_module(_PUBLIC[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_PUBLIC])
+    return sorted([*globals(), *_PUBLIC, *_ROOMS])

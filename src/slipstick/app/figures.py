@@ -19,43 +19,33 @@ if TYPE_CHECKING:
 def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
     """Draw everything that says something about the results; the files written."""
     dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
+    top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
     drawings: dict[str, Callable[[], Any]] = {
         "response": lambda: plots.response(data, dof, references=_references(case)),
         "mean": lambda: plots.mean(data, dof),
+        "phase": lambda: plots.phase(data, dof),
+        "spectrum": lambda: plots.spectrum(data, top, dof),
+        "history": lambda: plots.history(data, top, dof),
     }
-    titles = dict.fromkeys(drawings, dof)
     if data.sizes["contact"]:
-        added, of = _contact_drawings(data, dof)
-        drawings |= added
-        titles |= of
-    paths = []
-    for name, draw in drawings.items():
-        ax = draw()
-        about = f" ({titles[name]})" if titles.get(name) else ""
-        ax.get_figure().suptitle(f"{case.title}{about}", parse_math=False, fontsize="medium")
-        paths += plots.save_figure(ax, folder / name)
-    return paths
+        drawings |= _contact_drawings(data, top)
+    return [path for name, draw in drawings.items() for path in plots.save_figure(draw(), folder / name)]
 
 
-def _contact_drawings(data: xarray.Dataset, dof: str) -> tuple[dict[str, Callable[[], Any]], dict[str, str]]:
-    """What shows the contacts, and what to add to the titles; loops and states are those at the largest amplitude."""
-    from slipstick.results.branch import Branch
-
-    contact, branch = _busiest(data), Branch.from_dataset(data)
-    top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
-    where = f"at {plots.abscissa_text(data, top)}"
+def _contact_drawings(data: xarray.Dataset, top: int) -> dict[str, Callable[[], Any]]:
+    """What shows the contacts; loops and states are those at the point ``top``, of the largest amplitude."""
+    contact = _busiest(data)
     drawings: dict[str, Callable[[], Any]] = {
         "power": lambda: plots.power(data),
         "fractions": lambda: plots.fractions(data, contact),
-        "loop": lambda: branch.plot.loop(top, contact),
-        "states": lambda: branch.plot.states(top),
+        "loop": lambda: plots.loops(data, top, contact)[0],
+        "states": lambda: plots.states(data, top),
     }
     if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
         drawings["friction"] = lambda: plots.friction(data, contact)
     if "temperature" in data and data["temperature"].notnull().any():
         drawings["temperature"] = lambda: plots.temperature(data, contact)
-    titles = dict.fromkeys(drawings, contact)
-    return drawings, titles | {"power": "", "loop": f"{contact}, {where}", "states": where}
+    return drawings
 
 
 def _busiest(data: xarray.Dataset) -> str:

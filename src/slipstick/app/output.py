@@ -11,7 +11,10 @@ from slipstick.io.lock import FolderLock
 from slipstick.io.store import remove_leftovers
 
 RESULTS = "results.nc"
-FIGURES = ("response", "mean", "power", "fractions", "friction", "temperature", "loop", "states")
+FIGURES = (
+    *("response", "mean", "phase", "spectrum", "history"),
+    *("power", "fractions", "friction", "temperature", "loop", "states"),
+)
 _OWN = (RESULTS, RESULTS + ".journal", *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
 
 

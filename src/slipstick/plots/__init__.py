@@ -7,15 +7,19 @@ from typing import Any
 
 _PUBLIC = {
     "response": "slipstick.plots.curves",
+    "phase": "slipstick.plots.curves",
     "mean": "slipstick.plots.curves",
     "power": "slipstick.plots.curves",
-    "fractions": "slipstick.plots.curves",
     "friction": "slipstick.plots.curves",
     "temperature": "slipstick.plots.curves",
+    "fractions": "slipstick.plots.shares",
     "loop": "slipstick.plots.points",
+    "loops": "slipstick.plots.points",
     "states": "slipstick.plots.points",
     "history": "slipstick.plots.points",
-    "abscissa_text": "slipstick.plots.style",
+    "spectrum": "slipstick.plots.points",
+    "compare": "slipstick.plots.comparison",
+    "abscissa_text": "slipstick.plots.quantities",
     "save_figure": "slipstick.plots.style",
 }
 

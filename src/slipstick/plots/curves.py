@@ -1,32 +1,58 @@
-"""Curves over the followed quantity: amplitude, zero harmonic, dissipated power, state fractions, friction."""
+"""Curves over the followed quantity: amplitude, phase, zero harmonic, dissipated power, friction, temperature.
+
+All take a branch or its dataset, a list of them, or ``{label: branch}`` to be overlaid; one name of a dof or contact,
+or several; and return Axes. Common arguments:
+
+``ax``
+    Axes to draw into; by default those of a new figure, which is given the title of the results.
+``label``
+    Name of a single branch in the legend.
+``frequency``
+    "Hz", "kHz", "rpm" or "rad/s": the unit of a frequency axis, by default the one the range of the case is written in.
+
+They raise InputError for names and units that are not there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.plots.style import GREY, STATE_COLOURS, abscissa, datasets, quantity, styled
+from slipstick.faults import whole
+from slipstick.plots.quantities import (
+    ROUNDING,
+    abscissa,
+    chosen,
+    datasets,
+    held_text,
+    parted,
+    quantity,
+    title_of,
+    values_of,
+)
+from slipstick.plots.style import GREY, PEAK, legend, over_decades, styled, titled
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-ROUNDING = 1e-11
-"""Smaller than this beside the largest motion, a mean is what rounding left of zero."""
+Names = str | Sequence[str] | None
 
 
 def response(
     branches: Any,
-    dof: str | None = None,
+    dof: Names = None,
     *,
+    references: Mapping[str, Any] | None = None,
+    peaks: bool = True,
+    log: bool | None = None,
     ax: Axes | None = None,
     label: str | None = None,
-    references: Any = None,
-    peaks: bool = True,
-    log: bool = False,
+    frequency: str | None = None,
 ) -> Axes:
     """Amplitude (0-to-peak, without the zero harmonic) over frequency or the followed parameter.
 
@@ -35,149 +61,234 @@ def response(
     branches
         A branch or dataset, a list of them, or ``{label: branch}`` to be overlaid.
     dof
-        Name of the dof; by default the first.
-    ax
-        Axes to draw into; by default those of a new figure.
-    label
-        Name of a single branch in the legend.
+        Name of the dof, or several; by default the first.
     references
         Linear responses (without contact, fully stuck) drawn thin and grey: ``{label: dataset}``.
     peaks
         Whether located peaks are marked.
     log
-        Logarithmic amplitude.
+        Logarithmic amplitude; by default where a new figure holds more than two decades.
+    ax, label, frequency
+        As above.
 
     Returns
     -------
     Axes
-        One line for each branch, labelled with its name.
+        One line for each branch and dof, labelled with their names.
     """
-    ax = _lines(branches, "amplitude", {"dof": dof}, ax, label)
+    curves = _Curves(branches, ax, label, frequency)
+    ax = curves.draw("amplitude", "dof", dof)
     if peaks:
-        for _, dataset in datasets(branches):
-            _mark_peaks(ax, dataset, dof)
-    limits = ax.get_ylim()
-    for (name, dataset), line in zip(datasets(references or {}), (":", (0, (4, 2))) * 20, strict=False):
-        x, y = dataset[abscissa(dataset)].to_numpy(), _select(dataset, "amplitude", {"dof": dof})
+        for _, dataset in curves.found:
+            _mark_peaks(ax, curves, dataset, dof)
+    limits, drawn = ax.get_ylim(), [np.asarray(line.get_ydata()) for line in ax.lines]
+    for (name, dataset), line in zip(datasets(references) if references else (), _THIN * 20, strict=False):
+        y = values_of(dataset, "amplitude", "dof", chosen(dataset, "dof", dof)[0])
+        x = curves.abscissa.values(dataset)
         ax.plot(x, y, color=GREY, linewidth=0.9, linestyle=line, label=name or "linear", zorder=1)
-    if log:
-        ax.set_yscale("log")
-    elif references:
-        ax.set_ylim(0.0, limits[1])
-    _legend(ax)
+    if log or (log is None and curves.new and over_decades(drawn)):
+        ax.set_yscale("log", nonpositive="mask")
+        low = min(float(y[y > 0].min(initial=limits[1])) for y in drawn)
+        limits = (0.7 * low, limits[1] * (limits[1] / low) ** 0.05)
+    if references:
+        ax.set_ylim(limits if ax.get_yscale() == "log" else (0.0, limits[1]))
+    curves.legend()
     return ax
 
 
-def mean(branches: Any, dof: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
-    """Zero harmonic (mean position) over frequency or the followed parameter; arguments as in :func:`response`.
+_THIN = (":", (0, (4, 2)))
+
+
+def phase(
+    branches: Any,
+    dof: Names = None,
+    *,
+    harmonic: int = 1,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
+) -> Axes:
+    """Phase of a harmonic of the motion, degrees: of ``amplitude * cos(harmonic tau + phase)``, as loads are given.
+
+    It goes on without jumps along a branch; where the harmonic is nothing but rounding there is none.
+    """
+    curves = _Curves(branches, ax, label, frequency)
+    order = whole("harmonic", harmonic, 1)
+    values = {id(d): {n: _phase(d, n, order) for n in chosen(d, "dof", dof)} for _, d in curves.found}
+    ax = curves.draw_values(f"Phase of harmonic {order} [deg]", "dof", dof, values)
+    curves.legend()
+    return ax
+
+
+def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
+    names = [str(name) for name in dataset["coefficient"].to_numpy()]
+    if f"c{order}" not in names:
+        raise InputError(f"harmonic: found {order}; the results hold {', '.join(n[1:] for n in names if n[0] == 'c')}")
+    X = dataset["displacement"].isel(dof=[str(n) for n in dataset["dof"].to_numpy()].index(dof)).to_numpy()
+    z = X[:, names.index(f"c{order}")] - 1j * X[:, names.index(f"s{order}")]
+    known = abs(z) > ROUNDING * float(abs(dataset["displacement"]).max())
+    angle = np.where(known, np.angle(z), np.nan)
+    parts = dataset["part"].to_numpy() if "part" in dataset else np.zeros(len(z))
+    for part in np.unique(parts):
+        own = known & (parts == part)
+        angle[own] = np.unwrap(angle[own])
+    return np.degrees(angle)
+
+
+def mean(
+    branches: Any, dof: Names = None, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
+) -> Axes:
+    """Zero harmonic (mean position) over frequency or the followed parameter.
 
     A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
     """
-    ax = _lines(branches, "mean", {"dof": dof}, ax, label)
+    curves = _Curves(branches, ax, label, frequency)
+    ax = curves.draw("mean", "dof", dof)
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
-    _legend(ax)
+    curves.legend()
     return ax
 
 
-def power(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
-    """Dissipated power over frequency: of one contact, or of all together."""
-    ax = _lines(branches, "dissipated_power", {"contact": contact}, ax, label, total=contact is None)
-    _legend(ax)
-    return ax
-
-
-def friction(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
-    """Friction coefficient over frequency, of one contact (by default the first)."""
-    ax = _lines(branches, "friction_coefficient", {"contact": contact}, ax, label)
-    _legend(ax)
-    return ax
-
-
-def temperature(branches: Any, contact: str | None = None, *, ax: Axes | None = None, label: str | None = None) -> Axes:
-    """Contact temperature over frequency, of one contact (by default the first); only where friction heats contacts."""
-    if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in datasets(branches)):
-        raise InputError("there is no temperature in these results: the contacts are not heated")
-    ax = _lines(branches, "temperature", {"contact": contact}, ax, label)
-    _legend(ax)
-    return ax
-
-
-def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """Parts of the period in stick, slip and separation, stacked to 1, for one contact (by default the first)."""
-    ((_, dataset),) = list(datasets(branch))
-    names = ("stick_fraction", "slip_fraction", "separation_fraction")
-    shares = [_select(dataset, name, {"contact": contact}) for name in names]
-    x, *shares = _parted(dataset, dataset[abscissa(dataset)].to_numpy(), *shares)
-    ax = styled(ax, quantity(dataset, abscissa(dataset)), "Fraction of the period")
-    colours = [STATE_COLOURS[key] for key in ("stick", "slip+", "separation")]
-    labels = [name.removesuffix("_fraction") for name in names]
-    ax.stackplot(x, np.array(shares), labels=labels, colors=colours, alpha=0.85)
-    ax.set_ylim(0.0, 1.0)
-    ax.margins(x=0.0)
-    ax.legend(frameon=True, framealpha=0.9, loc="best", fontsize="small")
-    return ax
-
-
-def _lines(
+def power(
     branches: Any,
-    name: str,
-    where: Mapping[str, str | None],
-    ax: Axes | None,
-    label: str | None,
+    contact: Names = None,
     *,
-    total: bool = False,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
 ) -> Axes:
-    pairs = list(datasets(branches))
-    if not pairs:
-        raise InputError("nothing to draw: no branch was given")
-    first = pairs[0][1]
-    ax = styled(ax, quantity(first, abscissa(first)), quantity(first, name))
-    for own, dataset in pairs:
-        values = dataset[name].sum("contact").to_numpy() if total else _select(dataset, name, where)
-        ax.plot(*_parted(dataset, dataset[abscissa(dataset)].to_numpy(), values), linewidth=1.6, label=own or label)
-        if values.size and np.ptp(values) < 1e-6 * np.abs(values).max():
-            ax.set_ylim(*np.sort(values[0] * np.array([0.8, 1.2])))  # rounding is not to be magnified
+    """Dissipated power: of one contact, of several, or of all together."""
+    curves = _Curves(branches, ax, label, frequency)
+    ax = curves.draw("dissipated_power", "contact", contact) if contact is not None else _total_power(curves)
+    curves.legend()
     return ax
 
 
-def _parted(dataset: xarray.Dataset, *series: np.ndarray) -> list[np.ndarray]:
-    """Series (point,) with a nan between the parts of a branch: no line is drawn from one to the other."""
-    if "part" not in dataset:
-        return list(series)
-    at = np.flatnonzero(np.diff(dataset["part"].to_numpy())) + 1
-    return [np.insert(values.astype(float), at, np.nan) for values in series]
+def _total_power(curves: _Curves) -> Axes:
+    def total(dataset: xarray.Dataset) -> np.ndarray:
+        names = chosen(dataset, "contact", [str(name) for name in dataset["contact"].to_numpy()])
+        return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
+
+    values = {id(dataset): {"": total(dataset)} for _, dataset in curves.found}
+    return curves.draw_values(quantity(curves.first, "dissipated_power"), "contact", "", values)
 
 
-def _select(dataset: xarray.Dataset, name: str, where: Mapping[str, str | None]) -> np.ndarray:
-    """The values (point,) of a variable for a named dof or contact; the first where no name is given."""
-    values = _without_rounding(dataset) if name == "mean" else dataset[name]
-    for dim, label in where.items():
-        known = [str(v) for v in dataset[dim].to_numpy()]
-        if label is not None and label not in known:
-            raise InputError(f"there is no {dim} '{label}' in the results; there are {', '.join(known)}")
-        values = values.isel({dim: known.index(label) if label is not None else 0})
-    return values.to_numpy()
+def friction(
+    branches: Any,
+    contact: Names = None,
+    *,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
+) -> Axes:
+    """Friction coefficient of one contact (by default the first), or of several."""
+    curves = _Curves(branches, ax, label, frequency)
+    ax = curves.draw("friction_coefficient", "contact", contact)
+    curves.legend()
+    return ax
 
 
-def _without_rounding(dataset: xarray.Dataset) -> xarray.DataArray:
-    """The mean, with zero where it is nothing beside the largest motion of any dof."""
-    mean = dataset["mean"]
-    size = max(float(abs(dataset[name]).max()) for name in ("amplitude", "mean"))
-    return mean.where(~(abs(mean) <= ROUNDING * size), 0.0)
+def temperature(
+    branches: Any,
+    contact: Names = None,
+    *,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
+) -> Axes:
+    """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts."""
+    curves = _Curves(branches, ax, label, frequency)
+    if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.found):
+        raise InputError("there is no temperature in these results: the contacts are not heated")
+    ax = curves.draw("temperature", "contact", contact)
+    curves.legend()
+    return ax
 
 
-def _mark_peaks(ax: Axes, dataset: xarray.Dataset, dof: str | None) -> None:
+@dataclass
+class _Curves:
+    """Branches and the axes their curves go into."""
+
+    branches: Any
+    ax: Axes | None = None
+    label: str | None = None
+    frequency: str | None = None
+    found: list[tuple[str | None, xarray.Dataset]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.found = datasets(self.branches)
+        self.new = self.ax is None
+        self.abscissa = abscissa(self.first, self.frequency)
+        for _, dataset in self.found[1:]:
+            other = abscissa(dataset, self.frequency)
+            if (other.name, other.label) != (self.abscissa.name, abscissa(self.first, self.frequency).label):
+                raise InputError(f"branches over {self.abscissa.label} and over {other.label} do not fit in one figure")
+
+    @property
+    def first(self) -> xarray.Dataset:
+        return self.found[0][1]
+
+    def draw(self, name: str, dim: str, given: Names) -> Axes:
+        """A variable of named dofs or contacts."""
+        labels = {quantity(d, name) for _, d in self.found if name in d}
+        if len(labels) > 1:
+            raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
+        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, given)} for _, d in self.found}
+        return self.draw_values(labels.pop(), dim, given, values)
+
+    def draw_values(self, y_label: str, dim: str, given: Names, values: Mapping[int, Mapping[str, np.ndarray]]) -> Axes:
+        """Values (point,) by the id of their dataset and by name."""
+        ax = styled(self.ax, self.abscissa.label, y_label)
+        for own, dataset in self.found:
+            for name, series in values[id(dataset)].items():
+                x, y = parted(dataset, self.abscissa.values(dataset), series)
+                label, marker = self._label(own, name, len(values[id(dataset)])), "o" if len(x) == 1 else None
+                ax.plot(x, y, linewidth=1.6, marker=marker, label=label)
+        every = np.concatenate([series for own in values.values() for series in own.values()])
+        if self.new:
+            _limits(ax, every)
+            self._scale(ax)
+            alone = {name for own in values.values() for name in own}
+            about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
+            titled(ax.figure, title_of(self.found), *about)  # type: ignore[arg-type]
+        self.ax = ax
+        return ax
+
+    def legend(self) -> None:
+        """Names of the curves; a single one that only the title could name needs none."""
+        assert self.ax is not None
+        legend(self.ax, least=2 if self.new and self.label is None and self.found[0][0] is None else 1)
+
+    def _label(self, own: str | None, name: str, names: int) -> str:
+        """A branch by its label, else a curve by its dof or contact."""
+        branch = own or self.label or ""
+        return ", ".join(part for part in (branch, name) if part) if names > 1 or not branch else branch
+
+    def _scale(self, ax: Axes) -> None:
+        """A range over decades has a logarithmic axis."""
+        x = [self.abscissa.values(dataset) for _, dataset in self.found]
+        if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
+            ax.set_xscale("log")
+
+
+def _limits(ax: Axes, values: np.ndarray) -> None:
+    """Rounding is not to be magnified."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        ax.text(0.5, 0.5, "no values", transform=ax.transAxes, ha="center", color=GREY)
+    elif not known.any():
+        ax.set_ylim(-0.05, 1.0)
+    elif known.size and np.ptp(known) < 1e-6 * np.abs(known).max():
+        ax.set_ylim(*np.sort(known[0] * np.array([0.8, 1.2])))
+
+
+def _mark_peaks(ax: Axes, curves: _Curves, dataset: xarray.Dataset, dof: Names) -> None:
     if "kind" not in dataset:
         return
-    names = [str(name) for name in dataset["dof"].to_numpy()]
-    own = dataset["peak_dof"].to_numpy() == (names.index(dof) if dof is not None else 0)
-    at = np.flatnonzero((dataset["kind"].to_numpy() == "peak") & own)
-    x, y = dataset[abscissa(dataset)].to_numpy()[at], _select(dataset, "amplitude", {"dof": dof})[at]
-    ax.plot(x, y, "o", color="black", markersize=3.5, markerfacecolor="white", linestyle="none", label="_peaks")
-
-
-def _legend(ax: Axes) -> None:
-    handles, labels = ax.get_legend_handles_labels()
-    named: Iterable[str] = [label for label in labels if label and not label.startswith("_")]
-    if named:
-        ax.legend(handles, labels, frameon=False, fontsize="small")
+    known = [str(name) for name in dataset["dof"].to_numpy()]
+    x = curves.abscissa.values(dataset)
+    for name in chosen(dataset, "dof", dof):
+        at = np.flatnonzero((dataset["kind"].to_numpy() == "peak") & (dataset["peak_dof"] == known.index(name)))
+        y = values_of(dataset, "amplitude", "dof", name)
+        if at.size:
+            ax.plot(x[at], y[at], "o", color="black", ms=3.5, markerfacecolor="white", linestyle="none", label=PEAK)

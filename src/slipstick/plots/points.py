@@ -1,4 +1,9 @@
-"""One point of a branch: hysteresis loops and the states over a period."""
+"""One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
+
+All take a branch (or its dataset) and the number of a point, and return Axes: those given as ``ax``, else those of a
+new figure, which has the title of the results and tells where the point lies. They raise InputError for points and
+names that are not there.
+"""
 
 from __future__ import annotations
 
@@ -6,92 +11,140 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from slipstick.plots.style import COLOURS, GREY, STATE_COLOURS, styled
+from slipstick.errors import InputError
+from slipstick.faults import shown, whole
+from slipstick.plots.quantities import abscissa, chosen, dataset_of, title_of, units_of, with_unit
+from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
+from slipstick.results.branch import Branch
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-Interval = tuple[float, float, str]
+Names = str | Sequence[str] | None
+
+MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
+"""What a loop is drawn over: its key in ``Branch.loop`` and its name."""
+
+_LEAST = 1e-8
+"""Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
 
 
 def loop(
-    motion: ArrayLike,
-    force: ArrayLike,
+    branch: Any,
+    point: int,
+    contact: Names = None,
     *,
+    over: str = "vibration",
+    limit: bool = False,
     ax: Axes | None = None,
     label: str | None = None,
-    color: str | None = None,
-    limit: ArrayLike | None = None,
 ) -> Axes:
-    """Hysteresis loop: friction force over the vibration of the contact.
+    """Hysteresis loop: friction force over the vibration x of the contact, or over its sliding motion x + u.
+
+    The area under the curve over x + u is the energy dissipated in a period; with a constant rubbing velocity that
+    curve does not close, it goes on by velocity x period. Over x alone the area is the work taken from the structure.
 
     Parameters
     ----------
-    motion, force
-        Relative tangential motion (length) and friction force over one period, (n,); the loop is closed here.
-    ax, label, color
-        Axes to draw into (by default new ones), name in the legend, colour.
+    branch, point, contact
+        A contact at a point, or several contacts; by default the first.
+    over
+        "vibration" or "sliding".
     limit
-        Friction limit mu fy over the period (n,), drawn thin with both signs.
+        Whether the friction limit mu fy is drawn, thin and dotted, with both signs.
+    ax, label
+        Axes to draw into, and name of a single loop in the legend.
 
     Returns
     -------
     Axes
-        The first line added is the loop.
+        One line for each contact.
     """
-    ax = styled(ax, "Tangential motion x [length]", "Friction force $f_x$ [force]")
-    x, f = _closed(motion), _closed(force)
-    (line,) = ax.plot(x, f, linewidth=1.6, label=label, linestyle="-")
-    if color:
-        line.set_color(color)
-    if limit is not None:
-        b = _closed(limit)
-        for sign in (1.0, -1.0):
-            ax.plot(x, sign * b, color=line.get_color(), linewidth=0.7, linestyle=":")
-    if label:
-        ax.legend(frameon=False, fontsize="small")
+    if over not in MOTIONS:
+        raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
+    found, dataset, new = _branch(branch), dataset_of(branch), ax is None
+    names, (key, text) = chosen(dataset, "contact", contact), MOTIONS[over]
+    unit = units_of(dataset)
+    force = with_unit("Friction force", unit.label("force"))
+    ax = styled(ax, with_unit(text, unit.label("length")), force)
+    for name in names:
+        period = found.loop(point, name)
+        (line,) = ax.plot(period[key], period["friction"], linewidth=1.6, label=label if len(names) == 1 else name)
+        if not np.ptp(period[key]) and not np.ptp(period["friction"]):
+            line.set_marker("o")  # at rest: a loop without extent
+        for sign in (1.0, -1.0) if limit else ():
+            ax.plot(period[key], sign * period["limit"], color=line.get_color(), linewidth=0.7, linestyle=":")
+    if new:
+        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+    if not new or label is not None or len(names) > 1:
+        legend(ax)
     return ax
 
 
-def _closed(values: ArrayLike) -> np.ndarray:
-    array = np.asarray(values, dtype=float)
-    return np.append(array, array[:1])
+def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
+    """The loop over the vibration x and, beside it, over the sliding motion x + u, whose area is the energy dissipated.
 
-
-def states(intervals: Mapping[str, Sequence[Interval]], *, ax: Axes | None = None) -> Axes:
-    """States of contacts over one period, a bar for each contact.
-
-    Parameters
-    ----------
-    intervals
-        For each contact a list of (start, end, "stick" | "slip+" | "slip-" | "separation"), in rad; an interval that
-        ends beyond 2 pi is wrapped round.
-    ax
-        Axes to draw into; by default those of a new figure, high enough for the contacts.
-
-    Returns
-    -------
-    Axes
-        One patch for each interval (two for a wrapped one), contacts from top to bottom.
+    Arguments as in :func:`loop`; always a new figure.
     """
-    if ax is None:
-        from slipstick.plots.style import new_axes
+    dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
+    left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
+    for ax, over in ((left, "vibration"), (right, "sliding")):
+        loop(branch, point, names, over=over, limit=limit, ax=ax)
+    right.set_ylabel("")
+    if len(names) == 1:
+        _shade(right, dataset, point, names[0])
+    elif left.get_legend() is not None:
+        left.get_legend().remove()
+    _titled(left, dataset, point, *names[: 1 if len(names) == 1 else 0])
+    return left, right
 
-        ax = new_axes(height=1.4 + 0.35 * len(intervals))
-    ax = styled(ax, r"Phase $\tau = \omega t$ [rad]", "")
+
+def _shade(ax: Axes, dataset: Any, point: int, contact: str) -> None:
+    """The area of a loop over the sliding motion, and how much it is."""
+    at = dataset.isel(point=point)
+    power = float(at["dissipated_power"].sel(contact=contact))
+    unit = units_of(dataset).after("force length")
+    energy = f"{2 * np.pi * power / float(at['omega']):.4g}{unit}"
+    w, force = (np.asarray(values) for values in ax.lines[0].get_data())
+    if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
+        w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])
+    ax.fill(w, force, alpha=0.12, color=ax.lines[0].get_color(), linewidth=0)
+    ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
+
+
+def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> Axes:
+    """States of contacts over one period, a bar for each contact (all by default), from top to bottom."""
+    found, dataset, new = _branch(branch), dataset_of(branch), ax is None
+    names = chosen(dataset, "contact", contact or [str(name) for name in dataset["contact"].to_numpy()])
+    intervals = found.states(point)
+    ax = draw_states({name: intervals[name] for name in names}, ax)
+    if new:
+        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+    return ax
+
+
+def draw_states(intervals: Mapping[str, Sequence[tuple[float, float, str]]], ax: Axes | None = None) -> Axes:
+    """Intervals (start, end, state) in rad, by contact; one that ends beyond 2 pi is wrapped round: two patches."""
+    ax = styled(ax, "Phase τ = ω t", "", height=1.5 + 0.3 * len(intervals))
     ax.grid(False)
     shown: dict[str, Any] = {}
     for row, spans in enumerate(intervals.values()):
         for start, end, name in (piece for span in spans for piece in _wrapped(*span)):
             bars = ax.barh(row, end - start, left=start, height=0.7, color=STATE_COLOURS.get(name, GREY), linewidth=0)
             shown.setdefault(name, bars)
-    _finish_states(ax, list(intervals), shown)
+    ax.set_yticks(range(len(intervals)), labels=short(list(intervals), 24), parse_math=False)
+    ax.set_ylim(len(intervals) - 0.5, -0.5)
+    _period_axis(ax)
+    order = [name for name in STATE_COLOURS if name in shown]
+    handles = [shown[name] for name in order]
+    ax.legend(handles, order, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, fontsize="small")
     return ax
 
 
-def _wrapped(start: float, end: float, name: str) -> list[Interval]:
+def _wrapped(start: float, end: float, name: str) -> list[tuple[float, float, str]]:
     period = 2 * np.pi
     shift = np.floor(start / period) * period
     start, end = start - shift, end - shift
@@ -100,27 +153,107 @@ def _wrapped(start: float, end: float, name: str) -> list[Interval]:
     return [(start, period, name), (0.0, end - period, name)]
 
 
-def _finish_states(ax: Axes, names: list[str], shown: Mapping[str, Any]) -> None:
-    ax.set_yticks(range(len(names)), labels=names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
+def _period_axis(ax: Axes) -> None:
     ax.set_xlim(0.0, 2 * np.pi)
     ax.set_xticks(np.arange(5) * np.pi / 2, labels=["0", "π/2", "π", "3π/2", "2π"])
-    order = [name for name in STATE_COLOURS if name in shown]
-    ax.legend(
-        [shown[name] for name in order],
-        order,
-        ncols=4,
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        frameon=False,
-        fontsize="small",
-    )
 
 
-def history(tau: ArrayLike, values: Mapping[str, ArrayLike], *, ax: Axes | None = None, y_label: str = "") -> Axes:
-    """Several quantities over one period, (n,) each, against the phase (n,)."""
-    ax = styled(ax, r"Phase $\tau = \omega t$ [rad]", y_label)
-    for (label, series), colour in zip(values.items(), COLOURS * len(values), strict=False):
-        ax.plot(tau, series, label=label, color=colour, linewidth=1.4)
-    ax.legend(frameon=False, fontsize="small")
+def history(
+    branch: Any, point: int, dof: Names = None, *, contact: Names = None, limit: bool = True, ax: Axes | None = None
+) -> Axes:
+    """One period in time: the motion of dofs (by default the first), or the friction force of contacts.
+
+    The force is that of the states themselves, not the truncated series; ``limit`` draws its bounds, dotted, for one
+    contact.
+    """
+    dataset, new = dataset_of(branch), ax is None
+    names, y_label = _names(dataset, dof, contact)
+    ax = styled(ax, "Phase τ = ω t", y_label)
+    tau = np.linspace(0.0, 2 * np.pi, 721)
+    for name in names:
+        period = _branch(branch).loop(point, name) if contact is not None else {}
+        series = (
+            period["friction"] if period else _branch(branch).harmonics.H_minus(tau) @ _motion(dataset, point, name)
+        )
+        alone = period and new and len(names) == 1  # the title has its name
+        (line,) = ax.plot(tau, series, linewidth=1.6, label="friction force" if alone else name)
+        for sign in (1.0, -1.0) if limit and period and len(names) == 1 else ():
+            text = "friction limit" if sign > 0 else None
+            ax.plot(tau, sign * period["limit"], color=line.get_color(), linewidth=0.8, linestyle=":", label=text)
+    _period_axis(ax)
+    if new:
+        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+    legend(ax, least=2 if new else 1)
     return ax
+
+
+def spectrum(
+    branch: Any,
+    point: int,
+    dof: Names = None,
+    *,
+    contact: Names = None,
+    log: bool | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Harmonic content: a bar for each harmonic of the motion of dofs (the first), or of the friction of contacts.
+
+    Its height is the amplitude ``sqrt(c^2 + s^2)``, of harmonic 0 the size of the mean; on a logarithmic scale where
+    they span decades, unless ``log`` says otherwise.
+    """
+    dataset, new, orders = dataset_of(branch), ax is None, _branch(branch).harmonics.orders
+    names, text = _names(dataset, dof, contact)
+    of, y_label = _motion if contact is None else _force, f"Amplitude of the {text[0].lower()}{text[1:]}"
+    sizes = {name: _sizes(of(dataset, point, name)) for name in names}
+    ax = styled(ax, "Harmonic of the principal frequency", y_label)
+    width = 0.8 / len(names)
+    for k, (name, values) in enumerate(sizes.items()):
+        places = np.arange(len(orders)) + (k + 0.5) * width - 0.4
+        ax.bar(places, values, width=0.94 * width, label=name)
+    largest = max(float(values.max()) for values in sizes.values())
+    shown = [values[values > _LEAST * largest] for values in sizes.values()]
+    if not largest:
+        ax.set_ylim(0.0, 1.0)
+    elif log or (log is None and over_decades(shown)):
+        ax.set_yscale("log")
+        ax.set_ylim(0.5 * min(float(v.min(initial=largest)) for v in shown), 2.0 * largest)
+    every = max(1, -(-len(orders) // 16))
+    ax.set_xticks(range(0, len(orders), every), labels=[str(m) for m in orders[::every]])
+    ax.grid(False, axis="x")
+    if new:
+        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+    if len(names) > 1:
+        legend(ax)
+    return ax
+
+
+def _sizes(X: Array) -> Array:
+    return np.concatenate([np.abs(X[:1]), np.hypot(X[1::2], X[2::2])])
+
+
+def _names(dataset: Any, dof: Names, contact: Names) -> tuple[list[str], str]:
+    """Dofs or contacts, and what is drawn of them."""
+    if dof is not None and contact is not None:
+        raise InputError("both dof and contact are given; their motion and force do not fit in one figure")
+    unit = units_of(dataset)
+    if contact is not None:
+        return chosen(dataset, "contact", contact), with_unit("Friction force", unit.label("force"))
+    return chosen(dataset, "dof", dof), with_unit("Motion", unit.label("length"))
+
+
+def _motion(dataset: Any, point: int, dof: str) -> Array:
+    count = dataset.sizes["point"]
+    return np.asarray(dataset["displacement"].isel(point=whole("point", point, -count, count - 1)).sel(dof=dof))
+
+
+def _force(dataset: Any, point: int, contact: str) -> Array:
+    return np.asarray(_branch(dataset).point(point, friction=True)["friction_force"].sel(contact=contact))
+
+
+def _branch(branch: Any) -> Branch:
+    return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
+
+
+def _titled(ax: Axes, dataset: Any, point: int, *about: str) -> None:
+    figure: Figure = ax.figure  # type: ignore[assignment]
+    titled(figure, title_of([(None, dataset)]), *about, f"at {abscissa(dataset).text(dataset, point)}")

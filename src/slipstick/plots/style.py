@@ -1,41 +1,58 @@
-"""Look of the figures: sizes, colours told apart by colour-blind readers, labels with units. No pyplot."""
+"""Look of the figures: sizes, colours told apart by colour-blind readers, titles and legends that fit. No pyplot."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from textwrap import wrap
+from typing import TYPE_CHECKING
 
+import numpy as np
 from cycler import cycler
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's palette."""
-DASHES = ("-", "--", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), "-")
+DASHES = ("-", "--", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)))
+"""One fewer than colours, so that 42 curves have each a pair of their own."""
 STATE_COLOURS = {"stick": "#0072B2", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
 GREY = "#666666"
+PEAK = "peak"
+"""Name of the markers in legends, where it stands last."""
+
+_TITLE_LINES = 2
+_LETTERS_PER_INCH = 12.0
+_LONGEST_NAME = 36
+_MOST_INSIDE = 7
+"""With more entries a legend stands beside the axes."""
+DECADES = 100.0
+"""From this ratio of the largest to the smallest value a scale is logarithmic."""
 
 
-def new_axes(width: float = 6.4, height: float = 4.0) -> Axes:
-    """Axes of a figure of its own, not known to pyplot."""
+def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
+    """A figure not known to pyplot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    return figure.add_subplot()
+    return figure
 
 
-def styled(ax: Axes | None, x_label: str, y_label: str) -> Axes:
+def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> Axes:
     """The given or new axes with labels, a light grid and the palette."""
-    ax = new_axes() if ax is None else ax
+    ax = new_figure(height=height).add_subplot() if ax is None else ax
     if not ax.lines:
-        ax.set_prop_cycle(cycler(color=COLOURS) + cycler(linestyle=DASHES))
-    ax.set_xlabel(x_label)
-    ax.set_ylabel(y_label)
+        count = len(COLOURS) * len(DASHES)
+        pairs = cycler(color=[COLOURS[i % len(COLOURS)] for i in range(count)])
+        ax.set_prop_cycle(pairs + cycler(linestyle=[DASHES[i % len(DASHES)] for i in range(count)]))
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.get_major_formatter().set_powerlimits((-3, 5))  # type: ignore[attr-defined]
+    ax.set_xlabel(x_label, parse_math=False)
+    ax.set_ylabel(y_label, parse_math=False)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -43,43 +60,58 @@ def styled(ax: Axes | None, x_label: str, y_label: str) -> Axes:
     return ax
 
 
-def datasets(branches: Any) -> Iterator[tuple[str | None, xarray.Dataset]]:
-    """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
-    if hasattr(branches, "data_vars") or hasattr(branches, "dataset"):
-        yield None, _dataset(branches)
+def titled(figure: Figure | None, *texts: str) -> None:
+    """Title of a whole figure, in as many lines as it needs: the first text, the others in brackets."""
+    assert figure is not None
+    head, *rest = texts
+    about = ", ".join(text for text in rest if text)
+    text = (f"{head} ({about})" if about else head) if head else about
+    width = int(_LETTERS_PER_INCH * figure.get_figwidth())
+    pieces = [text] if len(text) <= width or not head else [head, f"({about})" if about else ""]
+    lines = [line for piece in pieces for line in wrap(piece, width, max_lines=_TITLE_LINES, placeholder=" ...")]
+    if lines:
+        figure.suptitle("\n".join(lines), parse_math=False, fontsize="medium")
+
+
+def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
+    """Names that fit: without their middle, or where they would then be alike, the part in which they differ.
+
+    >>> short(["a", "a contact of the shroud of blade 17, upper edge"], 24)
+    ['a', 'a contact of ...pper edge']
+    >>> short([f"a contact of the shroud of blade {i}, upper edge" for i in (1, 2)], 24)
+    ['... blade 1, upper ed...', '... blade 2, upper ed...']
+    """
+    cut = [n if len(n) <= most else f"{n[: most // 2 + 1]}...{n[len(n) - most // 2 + 3 :]}" for n in names]
+    if len(set(cut)) == len(set(names)):
+        return cut
+    differs = next(k for k in range(max(map(len, names))) if len({n[k : k + 1] for n in names}) > 1)
+    start = max(0, differs - most // 3 + 1)
+    return [f"...{n[start : start + most - 6]}..." if len(n) > most else n for n in names]
+
+
+def legend(ax: Axes, *, least: int = 1) -> None:
+    """Legend of at least so many names, once each, markers last; beside the axes where it is long."""
+    found = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    found = {name: handle for name, handle in found.items() if name and not name.startswith("_")}
+    if PEAK in found:
+        found[PEAK] = found.pop(PEAK)
+    if len(found) < max(least, 1):
         return
-    pairs: Iterable[tuple[str | None, Any]]
-    pairs = branches.items() if isinstance(branches, Mapping) else ((None, b) for b in branches)
-    for label, branch in pairs:
-        yield label, _dataset(branch)
+    many = len(found) > _MOST_INSIDE
+    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
+    made = ax.legend(
+        list(found.values()), short(list(found)), frameon=True, framealpha=0.85, edgecolor="none",
+        fontsize="small", **place,
+    )  # fmt: skip
+    for text in made.get_texts():
+        text.set_parse_math(False)
 
 
-def _dataset(branch: Any) -> xarray.Dataset:
-    dataset: xarray.Dataset = getattr(branch, "dataset", branch)
-    return dataset
-
-
-def quantity(dataset: xarray.Dataset, name: str) -> str:
-    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
-    attributes = dataset[name].attrs
-    text = str(attributes.get("long_name", name.replace("_", " "))).split(" (")[0]
-    units = str(attributes.get("units", ""))
-    if name != "parameter":  # that is the user's own name
-        text = text[:1].upper() + text[1:]
-    return f"{text} [{units}]" if units not in ("", "1") else text
-
-
-def abscissa(dataset: xarray.Dataset) -> str:
-    """What the branch follows: ``omega``, or the parameter where the frequency stands still."""
-    name = dataset.attrs.get("parameter", "")
-    return "parameter" if name and "parameter" in dataset else "omega"
-
-
-def abscissa_text(dataset: xarray.Dataset, point: int) -> str:
-    """The followed quantity at a point, with its unit: "4.26 rad/s"."""
-    values = dataset[abscissa(dataset)]
-    units = str(values.attrs.get("units", ""))
-    return f"{float(values[point]):.5g}" + (f" {units}" if units not in ("", "1") else "")
+def over_decades(values: Iterable[np.ndarray]) -> bool:
+    """Whether positive values span so much that a linear scale shows only the largest."""
+    known = np.concatenate([np.zeros(0), *(np.asarray(v, dtype=float).ravel() for v in values)])
+    known = known[np.isfinite(known) & (known > 0.0)]
+    return bool(known.size) and bool(known.max() >= DECADES * known.min())
 
 
 def save_figure(ax: Axes, stem: str | Path, *, formats: Iterable[str] = ("png", "svg")) -> list[Path]:

@@ -5,6 +5,7 @@ The one file of this room that may know those rooms, and only inside its functio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,8 @@ import numpy as np
 from slipstick.balance.reduction import worst_error
 from slipstick.results.branch import PARAMETERS
 from slipstick.typing import Array
+
+Names = str | Sequence[str] | None
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,51 +88,56 @@ class BranchPlots:
     def __init__(self, branch: Branch) -> None:
         self._branch = branch
 
-    def response(self, dof: str | None = None, **options: Any) -> Axes:
+    def response(self, dof: Names = None, **options: Any) -> Axes:
         """Amplitude over the followed quantity."""
-        from slipstick import plots
+        return _plots().response(self._branch, dof, **options)
 
-        return plots.response(self._branch, dof, **options)
+    def phase(self, dof: Names = None, **options: Any) -> Axes:
+        """Phase of a harmonic."""
+        return _plots().phase(self._branch, dof, **options)
 
-    def mean(self, dof: str | None = None, **options: Any) -> Axes:
+    def mean(self, dof: Names = None, **options: Any) -> Axes:
         """Zero harmonic."""
-        from slipstick import plots
+        return _plots().mean(self._branch, dof, **options)
 
-        return plots.mean(self._branch, dof, **options)
+    def power(self, contact: Names = None, **options: Any) -> Axes:
+        """Dissipated power, of contacts or all together."""
+        return _plots().power(self._branch, contact, **options)
 
-    def power(self, contact: str | None = None, **options: Any) -> Axes:
-        """Dissipated power, of one contact or all together."""
-        from slipstick import plots
-
-        return plots.power(self._branch, contact, **options)
-
-    def friction(self, contact: str | None = None, **options: Any) -> Axes:
+    def friction(self, contact: Names = None, **options: Any) -> Axes:
         """Friction coefficient."""
-        from slipstick import plots
+        return _plots().friction(self._branch, contact, **options)
 
-        return plots.friction(self._branch, contact, **options)
-
-    def temperature(self, contact: str | None = None, **options: Any) -> Axes:
+    def temperature(self, contact: Names = None, **options: Any) -> Axes:
         """Contact temperature, where friction heats the contacts."""
-        from slipstick import plots
-
-        return plots.temperature(self._branch, contact, **options)
+        return _plots().temperature(self._branch, contact, **options)
 
     def fractions(self, contact: str | None = None, **options: Any) -> Axes:
         """Parts of the period in stick, slip and separation."""
-        from slipstick import plots
+        return _plots().fractions(self._branch, contact, **options)
 
-        return plots.fractions(self._branch, contact, **options)
+    def loop(self, point: int, contact: Names = None, **options: Any) -> Axes:
+        """Hysteresis loop of a contact at a point: friction force over its vibration, or over="sliding"."""
+        return _plots().loop(self._branch, point, contact, **options)
 
-    def loop(self, point: int, contact: str | None = None, **options: Any) -> Axes:
-        """Hysteresis loop of a contact at a point: friction force over its vibration."""
-        from slipstick import plots
+    def loops(self, point: int, contact: Names = None, **options: Any) -> tuple[Axes, Axes]:
+        """The loop over the vibration and that over the sliding motion, side by side."""
+        return _plots().loops(self._branch, point, contact, **options)
 
-        period = self._branch.loop(point, contact)
-        return plots.loop(period["motion"], period["friction"], **options)
+    def states(self, point: int, contact: Names = None, **options: Any) -> Axes:
+        """States of contacts over a period."""
+        return _plots().states(self._branch, point, contact, **options)
 
-    def states(self, point: int, **options: Any) -> Axes:
-        """States of all contacts over a period."""
-        from slipstick import plots
+    def history(self, point: int, dof: Names = None, **options: Any) -> Axes:
+        """Motion of dofs over a period, or the friction force of ``contact=``."""
+        return _plots().history(self._branch, point, dof, **options)
 
-        return plots.states(self._branch.states(point), **options)
+    def spectrum(self, point: int, dof: Names = None, **options: Any) -> Axes:
+        """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
+        return _plots().spectrum(self._branch, point, dof, **options)
+
+
+def _plots() -> Any:
+    from slipstick import plots
+
+    return plots

@@ -1,0 +1,169 @@
+"""What figures take from results: datasets by label, values of named dofs and contacts, labels with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.faults import shown, suggestion
+from slipstick.units import Units, after_number
+
+if TYPE_CHECKING:
+    import xarray
+
+ROUNDING = 1e-11
+"""Smaller than this beside what it is made of, a value is what rounding left of zero."""
+
+
+def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
+    """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
+    if _is_one(branches):
+        return [(None, dataset_of(branches))]
+    pairs: Iterable[tuple[str | None, Any]] = ()
+    if isinstance(branches, Mapping):
+        pairs = ((str(label), branch) for label, branch in branches.items())
+    elif isinstance(branches, Iterable) and not isinstance(branches, str):
+        pairs = ((None, branch) for branch in branches)
+    found = [(label, dataset_of(branch)) for label, branch in pairs]
+    if not found:
+        raise InputError(f"nothing to draw: found {shown(branches)}; expected a branch, or several")
+    return found
+
+
+def _is_one(branch: Any) -> bool:
+    return hasattr(branch, "data_vars") or hasattr(branch, "dataset")
+
+
+def dataset_of(branch: Any) -> xarray.Dataset:
+    """The dataset of a branch, or the one given; InputError for anything else."""
+    if not _is_one(branch):
+        raise InputError(f"nothing to draw: found {shown(branch)}; expected a branch, or several")
+    dataset: xarray.Dataset = getattr(branch, "dataset", branch)
+    if "omega" not in dataset:
+        raise InputError("nothing to draw: the dataset is not that of a branch, it has no omega")
+    return dataset
+
+
+def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None) -> list[str]:
+    """Names along a dimension: one, several, or the first; InputError for one that is not there."""
+    known = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.coords else []
+    names = known[:1] if given is None else [given] if isinstance(given, str) else list(given)
+    for name in names:
+        if name not in known:
+            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+    if not names:
+        raise InputError(f"there is no {dim} in the results to draw")
+    return names
+
+
+def values_of(dataset: xarray.Dataset, name: str, dim: str, label: str) -> np.ndarray:
+    """A variable (point,) of a named dof or contact, with zero where it is nothing but rounding."""
+    if name not in dataset:
+        raise InputError(f"there is no {name.replace('_', ' ')} in these results")
+    values = dataset[name]
+    values = values.where(~(abs(values) <= ROUNDING * _size(dataset, name)), 0.0)
+    return values.isel({dim: [str(n) for n in dataset[dim].to_numpy()].index(label)}).to_numpy()
+
+
+def _size(dataset: xarray.Dataset, name: str) -> float:
+    """What a value is measured by: the largest motion of any dof; the largest power of a force over a motion."""
+    if name in ("amplitude", "mean"):
+        return max(_largest(dataset[other]) for other in ("amplitude", "mean") if other in dataset)
+    parts = ("omega", "friction_force", "contact_tangential")
+    if name == "dissipated_power" and all(part in dataset for part in parts):
+        return float(np.prod([_largest(dataset[part]) for part in parts]))
+    return 0.0
+
+
+def _largest(values: xarray.DataArray) -> float:
+    size = abs(values).max()
+    return float(size) if np.isfinite(size) else 0.0
+
+
+def quantity(dataset: xarray.Dataset, name: str) -> str:
+    """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
+    attributes = dataset[name].attrs
+    text = str(attributes.get("long_name", name.replace("_", " "))).split(" (")[0]
+    if name != "parameter":  # that is the user's own name
+        text = text[:1].upper() + text[1:]
+    return with_unit(text, str(attributes.get("units", "")))
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A label with its unit in brackets."""
+    return f"{text} [{unit}]" if unit not in ("", "1") else text
+
+
+def units_of(dataset: xarray.Dataset) -> Units:
+    """The names of the units of results."""
+    return Units.of_results(dataset.attrs)
+
+
+def title_of(found: Sequence[tuple[str | None, xarray.Dataset]]) -> str:
+    """The title that all of them share."""
+    titles = {str(dataset.attrs.get("title", "")) for _, dataset in found}
+    return titles.pop() if len(titles) == 1 else ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Abscissa:
+    """What a branch follows, in the unit it is drawn in."""
+
+    name: str
+    """Of the variable: ``omega``, or ``parameter`` where the frequency stands still."""
+    label: str
+    unit: str
+    factor: float = 1.0
+
+    def values(self, dataset: xarray.Dataset) -> np.ndarray:
+        """Over the points."""
+        return np.asarray(dataset[self.name].to_numpy() / self.factor)
+
+    def text(self, dataset: xarray.Dataset, point: int) -> str:
+        """At a point, "4.26 rad/s" or "damper.velocity = 10 mm/s"."""
+        text = f"{self.values(dataset)[point]:.5g}{after_number(self.unit)}"
+        return text if self.name == "omega" else f"{dataset.attrs['parameter']} = {text}"
+
+
+def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
+    """What a branch follows; a frequency in the unit given, else in that of its case's range.
+
+    Raises InputError for a unit that is none, and for one given where a parameter is followed.
+    """
+    parameter = str(dataset.attrs.get("parameter", ""))
+    if parameter and "parameter" in dataset:
+        if frequency is not None:
+            raise InputError(f"frequency: the branch follows {parameter}; leave the unit of a frequency out")
+        unit = str(dataset["parameter"].attrs.get("units", ""))
+        return Abscissa(name="parameter", label=quantity(dataset, "parameter"), unit=unit)
+    return frequency_axis(dataset, frequency)
+
+
+def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
+    """The frequency in the unit given, else in that of the range of its case; InputError for a unit that is none."""
+    units = units_of(dataset)
+    unit = frequency if frequency is not None else str(dataset.attrs.get("frequency_unit", units.angular))
+    label = with_unit(quantity(dataset, "omega").split(" [")[0], unit)
+    return Abscissa(name="omega", label=label, unit=unit, factor=units.frequency_factor(unit))
+
+
+def held_text(dataset: xarray.Dataset) -> str:
+    """The frequency at which a parameter was followed, "at 5 rad/s"; nothing where the frequency itself was."""
+    followed = abscissa(dataset).name == "parameter" and dataset.sizes["point"] > 0
+    return f"at {frequency_axis(dataset).text(dataset, 0)}" if followed else ""
+
+
+def abscissa_text(dataset: xarray.Dataset, point: int, frequency: str | None = None) -> str:
+    """The followed quantity at a point, with its unit: "4.26 rad/s"."""
+    return abscissa(dataset, frequency).text(dataset, point)
+
+
+def parted(dataset: xarray.Dataset, *series: np.ndarray) -> Iterator[np.ndarray]:
+    """Series (point,) with a nan between the parts of a branch: no line is drawn from one to the other."""
+    parts = dataset["part"].to_numpy() if "part" in dataset else np.zeros(0)
+    at = np.flatnonzero(np.diff(parts)) + 1
+    yield from (np.insert(values.astype(float), at, np.nan) for values in series)

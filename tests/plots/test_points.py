@@ -1,0 +1,167 @@
+"""Loops, states, histories and harmonics of a point are those of the element, drawn as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.figures import branch, drawn, named, title
+
+import slipstick as ss
+from slipstick import plots
+from slipstick.errors import InputError
+from slipstick.plots.points import draw_states
+from slipstick.results.measures import friction_force
+
+
+def energy(b: ss.Branch, point: int, contact: str) -> float:
+    """The integral of the friction force over the sliding motion, from the closed form of the element.
+
+    Gauss' rule within each state, where the force is smooth: exact to rounding.
+    """
+    d = b.dataset.isel(point=point).sel(contact=contact)
+    h, states = b.harmonics, b.states(point)[contact]
+    X = d["contact_tangential"].to_numpy()
+    W, Y = X + d["rubbing_motion"].to_numpy(), d["contact_normal"].to_numpy()
+    v = float(d["rubbing_velocity"] / d["omega"])
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    mean, total = float(b.contact_forces(point).Fx[list(b.states(point)).index(contact), 0]), 0.0
+    numbers = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+    for start, end, _ in states:
+        tau = 0.5 * (start + end) + 0.5 * (end - start) * nodes
+        given = {key: float(d[name]) for key, name in numbers.items()}
+        force = friction_force(h, states, tau, W=W, Y=Y, v=v, mean=mean, **given)
+        speed = v + h.H_minus(tau) @ h.derivative(W)
+        total += 0.5 * (end - start) * float(weights @ (force * speed))
+    return total
+
+
+@pytest.mark.parametrize("velocity", [0.0, 5.0])
+def test_the_area_of_the_loop_over_the_sliding_motion_is_the_energy(velocity: float) -> None:
+    b = branch(velocity)
+    for point in (0, b.at(6.9)):
+        d = b.dataset.isel(point=point)
+        for contact in ("c0", "c1", "c2"):
+            dissipated = 2 * np.pi * float(d["dissipated_power"].sel(contact=contact)) / float(d["omega"])
+            scale = 2 * np.pi * 60.0 * abs(float(d["amplitude"].max()))
+            assert energy(b, point, contact) == pytest.approx(dissipated, rel=1e-9, abs=1e-9 * scale)
+            w, f = drawn(b.plot.loop(point, contact, over="sliding").lines[0])
+            area = float(np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(w)))
+            assert area == pytest.approx(dissipated, rel=1e-3, abs=1e-4 * scale)
+
+
+@pytest.mark.parametrize("velocity", [0.0, 5.0])
+def test_a_loop_over_the_vibration_and_one_over_the_sliding_motion(velocity: float) -> None:
+    b, point = branch(velocity), branch(velocity).at(6.9)
+    left, right = b.plot.loops(point, "c1", limit=True)
+    period = b.loop(point, "c1")
+    np.testing.assert_array_equal(drawn(left.lines[0]), (period["motion"], period["friction"]))
+    np.testing.assert_array_equal(drawn(right.lines[0]), (period["total"], period["friction"]))
+    np.testing.assert_array_equal(drawn(left.lines[2])[1], -period["limit"])
+    closes = drawn(right.lines[0])[0][[0, -1]]
+    advanced = 2 * np.pi * velocity / float(b.dataset["omega"][point])
+    assert closes[1] - closes[0] == pytest.approx(advanced, abs=1e-9)
+    assert (left.get_xlabel(), right.get_xlabel()) == ("Vibration x [mm]", "Sliding motion x + u [mm]")
+    assert (left.get_ylabel(), right.get_ylabel()) == ("Friction force [N]", "")
+    d = b.dataset.isel(point=point).sel(contact="c1")
+    size = 2 * np.pi * float(d["dissipated_power"]) / float(d["omega"])
+    assert right.get_title() == f"area = energy dissipated a period = {size:.4g} N mm"
+    assert title(left) == f"Chain (c1, at {float(d['omega']):.5g} rad/s)"
+    assert len(right.patches) == 1
+
+
+def test_loops_of_several_contacts_have_names() -> None:
+    left, right = branch().plot.loops(3, ["c0", "c2"])
+    assert (named(left), named(right)) == ([], ["c0", "c2"])
+    assert len(left.lines) == len(right.lines) == 2
+    assert named(branch().plot.loop(3, "c0", label="v = 0")) == ["v = 0"]
+    ax = branch().plot.loop(3, "c0", label="v = 0")
+    branch(5.0).plot.loop(3, "c0", label="v = 5", ax=ax)
+    assert named(ax) == ["v = 0", "v = 5"]
+
+
+def test_states_are_wrapped_round_the_period() -> None:
+    intervals = {
+        "tip": [(0.5, 2.0, "stick"), (2.0, 5.0, "slip+"), (5.0, 0.5 + 2 * np.pi, "separation")],
+        "root": [(0.0, 2 * np.pi, "slip-")],
+    }
+    ax = draw_states(intervals)
+    boxes = sorted((p.get_y() + p.get_height() / 2, p.get_x(), p.get_width()) for p in ax.patches)
+    expected = [(0, 0.0, 0.5), (0, 0.5, 1.5), (0, 2.0, 3.0), (0, 5.0, 2 * np.pi - 5.0), (1, 0.0, 2 * np.pi)]
+    np.testing.assert_allclose(boxes, expected, atol=1e-12)
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["tip", "root"]
+    assert named(ax) == ["stick", "slip+", "slip-", "separation"]
+
+
+def test_states_of_a_point() -> None:
+    point = branch().at(6.9)
+    ax = branch().plot.states(point)
+    whole = [sum(p.get_width() for p in ax.patches if round(p.get_y() + 0.35) == row) for row in range(3)]
+    np.testing.assert_allclose(whole, 2 * np.pi, rtol=1e-12)
+    assert [t.get_text() for t in ax.get_yticklabels()] == ["c0", "c1", "c2"]
+    assert title(ax) == f"Chain (at {float(branch().dataset['omega'][point]):.5g} rad/s)"
+    assert [t.get_text() for t in branch().plot.states(point, "c2").get_yticklabels()] == ["c2"]
+
+
+def test_a_history_is_the_motion_in_time() -> None:
+    b, point = branch(), branch().at(6.9)
+    ax = b.plot.history(point, ["x0", "x2"])
+    for line, dof in zip(ax.lines, ("x0", "x2"), strict=True):
+        tau, motion = drawn(line)
+        X = b.dataset["displacement"].isel(point=point).sel(dof=dof).to_numpy()
+        np.testing.assert_allclose(motion, b.harmonics.H_minus(tau) @ X, rtol=1e-14)
+        amplitude = float(b.dataset["amplitude"].isel(point=point).sel(dof=dof))
+        assert np.abs(motion - X[0]).max() == pytest.approx(amplitude, rel=1e-4)
+    assert (ax.get_ylabel(), named(ax)) == ("Motion [mm]", ["x0", "x2"])
+    force = b.plot.history(point, contact="c1")
+    np.testing.assert_array_equal(drawn(force.lines[0])[1], b.loop(point, "c1")["friction"])
+    assert (force.get_ylabel(), named(force)) == ("Friction force [N]", ["friction force", "friction limit"])
+    assert len(b.plot.history(point, contact=["c0", "c1"]).lines) == 2
+    with pytest.raises(InputError, match="both dof and contact are given"):
+        b.plot.history(point, "x0", contact="c1")
+
+
+def test_a_spectrum_has_a_bar_for_each_harmonic() -> None:
+    b, point = branch(5.0), branch(5.0).at(6.9)
+    X = b.dataset["displacement"].isel(point=point).sel(dof="x1").to_numpy()
+    ax = b.plot.spectrum(point, "x1")
+    expected = [abs(X[0]), *np.hypot(X[1::2], X[2::2])]
+    assert [bar.get_height() for bar in ax.patches] == expected
+    assert (ax.get_yscale(), ax.get_ylabel()) == ("log", "Amplitude of the motion [mm]")
+    assert [t.get_text() for t in ax.get_xticklabels()] == ["0", "1", "2", "3", "4", "5"]
+    assert b.plot.spectrum(point, "x1", log=False).get_yscale() == "linear"
+    F = b.dataset["friction_force"].isel(point=point).to_numpy()
+    ax = b.plot.spectrum(point, contact=["c0", "c2"])
+    assert ax.get_ylabel() == "Amplitude of the friction force [N]"
+    assert named(ax) == ["c0", "c2"]
+    assert ax.patches[6].get_height() == abs(F[2, 0])
+
+
+def test_nothing_that_moves_can_be_drawn() -> None:
+    d = branch().dataset.isel(point=slice(0, 1)).copy(deep=True)
+    for name in ("displacement", "contact_tangential", "friction_force", "rubbing_motion"):
+        d[name].values[:] = 0.0
+    assert plots.loops(d, 0)[0].lines[0].get_marker() == "o"
+    assert plots.spectrum(d, 0).get_ylim() == (0.0, 1.0)
+    assert not drawn(plots.history(d, 0).lines[0])[1].any()
+
+
+def test_linear_results_have_motion_and_no_loops() -> None:
+    linear = ss.linear_response(branch().problem, omega=[5.0, 6.0])
+    assert len(plots.history(linear, 1, "x1").lines) == 1
+    assert len(plots.spectrum(linear, 1, "x1").patches) == 6
+    with pytest.raises(InputError, match="there is no contact in the results to draw"):
+        plots.loop(linear, 0)
+
+
+@pytest.mark.parametrize("draw", [plots.loop, plots.loops, plots.states, plots.history, plots.spectrum])
+def test_points_that_are_not_there(draw: object) -> None:
+    for point in (10**6, -(10**6), "a", 1.5, None):
+        with pytest.raises(InputError, match="point: found"):
+            draw(branch(), point)  # type: ignore[operator]
+    with pytest.raises(InputError, match="nothing to draw"):
+        draw(3, 0)  # type: ignore[operator]
+
+
+def test_loops_over_something_else() -> None:
+    with pytest.raises(InputError, match="over: found 'u'; expected 'vibration' or 'sliding'"):
+        plots.loop(branch(), 0, over="u")

@@ -1,0 +1,65 @@
+"""Titles and legends that fit, files, and no pyplot."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from helpers.figures import branch, dataset, named, title
+
+from slipstick import plots
+from slipstick.plots.style import COLOURS, DASHES, new_figure, styled, titled
+
+
+def test_long_titles_are_broken_into_lines() -> None:
+    figure = new_figure()
+    titled(figure, "word " * 60, "a dof", "at 3 Hz")
+    lines = figure.get_suptitle().splitlines()
+    assert len(lines) == 3
+    assert lines[1].endswith("...")
+    assert lines[2] == "(a dof, at 3 Hz)"
+    figure.canvas.draw()
+    box = figure._suptitle.get_window_extent()
+    assert box.x0 > 0
+    assert box.x1 < figure.bbox.width
+    titled(figure, "", "x")
+    assert figure.get_suptitle() == "x"
+
+
+def test_long_legends_stand_beside_the_axes_with_names_that_differ() -> None:
+    names = [f"a contact of the shroud of blade {k}, upper edge of the pad" for k in range(12)]
+    ax = plots.response({name: dataset() for name in names}, peaks=False)
+    assert len(set(named(ax))) == 12
+    assert max(map(len, named(ax))) <= 36
+    ax.figure.canvas.draw()
+    assert ax.get_legend().get_window_extent().x0 > ax.get_window_extent().x1
+    assert ax.get_legend().get_window_extent().x1 < ax.figure.bbox.width
+
+
+def test_every_curve_has_a_look_of_its_own() -> None:
+    ax = styled(None, "x", "y")
+    lines = [ax.plot([0, 1], [0, k])[0] for k in range(len(COLOURS) * len(DASHES))]
+    assert len({(line.get_color(), str(line._unscaled_dash_pattern)) for line in lines}) == len(lines)
+
+
+def test_figures_are_written_as_png_and_svg(tmp_path: Path) -> None:
+    paths = plots.save_figure(plots.response(dataset()), tmp_path / "v1.5")
+    assert [p.name for p in paths] == ["v1.5.png", "v1.5.svg"]
+    assert paths[0].read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in paths[1].read_bytes()[:1000]
+    assert len(plots.save_figure(branch().plot.loops(3)[0], tmp_path / "b", formats=["svg"])) == 1
+
+
+def test_pyplot_and_matplotlib_stay_out_until_a_figure_is_drawn() -> None:
+    code = (
+        "import sys, slipstick as ss; p = ss.plots; assert 'matplotlib' not in sys.modules; "
+        "from slipstick.plots.points import draw_states; draw_states({'a': [(0.0, 1.0, 'stick')]}); "
+        "assert 'matplotlib' in sys.modules; assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_titles_name_what_is_alone() -> None:
+    assert title(plots.response(branch(), ["x0", "x1"])) == "Chain"
+    assert title(plots.response(branch(), "x1")) == "Chain (x1)"
