@@ -51,6 +51,7 @@ _ROOMS = ("plots",)
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick import plots as plots
     from slipstick.analysis.response import forced_response as forced_response
     from slipstick.analysis.response import linear_response as linear_response
     from slipstick.analysis.response import parameter_response as parameter_response

@@ -69,7 +69,8 @@ def test_run_writes_results_figures_and_the_case(tmp_path: Path) -> None:
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 0, result.output
     names = {p.name for p in (tmp_path / "out").iterdir()}
-    figures = {f"{n}.{e}" for n in ("response", "mean", "power", "fractions", "loop", "states") for e in ("png", "svg")}
+    drawn = ("response", "phase", "mean", "power", "fractions", "loop", "states", "history", "spectrum")
+    figures = {f"{name}.{ending}" for name in drawn for ending in ("png", "svg")}
     assert names == {"results.nc", "case.toml", *figures}
     assert (tmp_path / "out" / "case.toml").read_text() == GOOD
     data = xarray.load_dataset(tmp_path / "out" / "results.nc", engine="h5netcdf")

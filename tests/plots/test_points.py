@@ -120,6 +120,16 @@ def test_a_history_is_the_motion_in_time() -> None:
         b.plot.history(point, "x0", contact="c1")
 
 
+def test_motion_relative_to_a_support_says_so() -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    load = ss.Load(base={"x": 1.0}, motion="displacement", amplitude=1.0)
+    problem = ss.Problem(structure, loads=[load], harmonics=[0, 1, 2], units={"length": "mm"})
+    data = ss.linear_response(problem, omega=[5.0, 6.0]).dataset
+    assert plots.response(data).get_ylabel() == "Amplitude, relative to the moving support [mm]"
+    assert plots.history(data, 0).get_ylabel() == "Motion, relative to the moving support [mm]"
+    assert plots.spectrum(data, 0).get_ylabel() == "Amplitude of the motion, relative to the moving support [mm]"
+
+
 def test_a_spectrum_has_a_bar_for_each_harmonic() -> None:
     b, point = branch(5.0), branch(5.0).at(6.9)
     X = b.dataset["displacement"].isel(point=point).sel(dof="x1").to_numpy()

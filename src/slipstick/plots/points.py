@@ -14,7 +14,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import shown, whole
-from slipstick.plots.quantities import abscissa, chosen, dataset_of, title_of, units_of, with_unit
+from slipstick.plots.quantities import abscissa, chosen, dataset_of, motion_label, title_of, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.branch import Branch
 from slipstick.typing import Array
@@ -235,10 +235,9 @@ def _names(dataset: Any, dof: Names, contact: Names) -> tuple[list[str], str]:
     """Dofs or contacts, and what is drawn of them."""
     if dof is not None and contact is not None:
         raise InputError("both dof and contact are given; their motion and force do not fit in one figure")
-    unit = units_of(dataset)
     if contact is not None:
-        return chosen(dataset, "contact", contact), with_unit("Friction force", unit.label("force"))
-    return chosen(dataset, "dof", dof), with_unit("Motion", unit.label("length"))
+        return chosen(dataset, "contact", contact), with_unit("Friction force", units_of(dataset).label("force"))
+    return chosen(dataset, "dof", dof), motion_label(dataset)
 
 
 def _motion(dataset: Any, point: int, dof: str) -> Array:

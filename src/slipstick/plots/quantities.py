@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -87,7 +88,7 @@ def _largest(values: xarray.DataArray) -> float:
 def quantity(dataset: xarray.Dataset, name: str) -> str:
     """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
     attributes = dataset[name].attrs
-    text = str(attributes.get("long_name", name.replace("_", " "))).split(" (")[0]
+    text = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
     if name != "parameter":  # that is the user's own name
         text = text[:1].upper() + text[1:]
     return with_unit(text, str(attributes.get("units", "")))
@@ -96,6 +97,12 @@ def quantity(dataset: xarray.Dataset, name: str) -> str:
 def with_unit(text: str, unit: str) -> str:
     """A label with its unit in brackets."""
     return f"{text} [{unit}]" if unit not in ("", "1") else text
+
+
+def motion_label(dataset: xarray.Dataset) -> str:
+    """Label of the motion of dofs: it says where it is relative to a support that moves."""
+    relative = str(dataset.attrs.get("coordinates_of_motion", ""))
+    return with_unit(", ".join(part for part in ("Motion", relative) if part), units_of(dataset).label("length"))
 
 
 def units_of(dataset: xarray.Dataset) -> Units:
