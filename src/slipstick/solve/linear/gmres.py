@@ -41,7 +41,8 @@ def gmres(apply: Callable[[Array], Array], right: Array, *, tolerance: float, mo
     size = float(np.linalg.norm(right))
     most = min(most, right.size)
     if not 0.0 < size < np.inf:
-        return Solved(x=right * 0.0, residual=0.0, products=0, hessenberg=np.empty((0, 0)))
+        x = np.full(right.shape, 0.0 if size == 0.0 else np.nan)
+        return Solved(x=x, residual=0.0, products=0, hessenberg=np.empty((0, 0)))
     basis = np.empty((most + 1, right.size))
     basis[0] = right / size
     H, R, rest = np.zeros((most + 1, most)), np.zeros((most + 1, most)), np.zeros(most + 1)

@@ -1,0 +1,81 @@
+"""Receptances of one frequency between thousands of ports: modes and residuals, never written out entry by entry."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.structure.receptance import Factors
+from slipstick.typing import Array, ComplexArray
+
+
+class FactoredCompliance:
+    """``conj(A)`` and its derivative as a ``Compliance`` has them, applied by their factors.
+
+    Attributes
+    ----------
+    factors
+        Of the receptance; order 0 is the static one.
+    n_rows
+        Ports, which are the first columns too.
+    """
+
+    __slots__ = ("factors", "n_rows")
+
+    def __init__(self, factors: Factors) -> None:
+        self.factors, self.n_rows = factors, len(factors.left)
+
+    def answer(self, G: ComplexArray) -> ComplexArray:
+        """``conj(A) G`` (n_rows, n + 1) of the first columns' numbers ``G`` (any, n + 1)."""
+        return self._sum(G, self.factors.weight, self.factors.part_weight)
+
+    def rate(self, G: ComplexArray) -> ComplexArray:
+        """The same of the derivative."""
+        return self._sum(G, self.factors.slope, self.factors.part_slope)
+
+    def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> ComplexArray:
+        f, count = self.factors, len(G)
+        pairs = np.ascontiguousarray(G).view(float)  # real matrices times real numbers: half the work
+        modal = (f.right[:count].T @ pairs).view(complex) * weight.conj().T
+        out: ComplexArray = (f.left @ modal.view(float)).view(complex)
+        for part, own in zip(f.parts, part_weight, strict=True):
+            if own.any():
+                out += (part[:, :count] @ pairs).view(complex) * own.conj()
+        return out
+
+    def transposed(self, Z: ComplexArray) -> ComplexArray:
+        """``A^T Z`` (n_rows, n + 1) between ports: the transpose of ``answer`` in real coefficients."""
+        f, n = self.factors, self.n_rows
+        pairs = np.ascontiguousarray(Z).view(float)
+        out: ComplexArray = (f.right[:n] @ ((f.left.T @ pairs).view(complex) * f.weight.T).view(float)).view(complex)
+        for part, own in zip(f.parts, f.part_weight, strict=True):
+            out += (part[:, :n].T @ pairs).view(complex) * own
+        return out
+
+    def reach(self, forces: Array) -> Array:
+        """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,), or more."""
+        return self.reach_by_order(np.repeat(forces[:, None], len(self.factors.weight), axis=1))
+
+    def reach_by_order(self, forces: Array) -> Array:
+        """``|A| forces`` of sizes (any, n + 1) that differ from order to order."""
+        f, count = self.factors, len(forces)
+        out = np.abs(f.left) @ (np.abs(f.weight).T * (np.abs(f.right[:count]).T @ forces))
+        for part, own in zip(f.parts, f.part_weight, strict=True):
+            out += (np.abs(part[:, :count]) @ forces) * np.abs(own)
+        return np.asarray(out)
+
+    def local(self, rows: Array, apart: Array) -> ComplexArray:
+        """``conj(A)`` between the ports of each element alone, (n, p, p, n + 1).
+
+        Without the modes ``apart`` (n + 1, n_modes), true where left out. ``rows`` (n, p) are port numbers, -1 for a
+        port that an element does not have: zero.
+        """
+        f, here = self.factors, rows >= 0
+        left, right = f.left[rows] * here[:, :, None], f.right[rows] * here[:, :, None]
+        weight = np.where(apart, 0.0, f.weight).conj()
+        both = left[:, :, None, :] * right[:, None, :, :]
+        n, p = rows.shape
+        found = (both.reshape(n * p * p, -1) @ weight.T).reshape(n, p, p, -1)
+        for part, own in zip(f.parts, f.part_weight, strict=True):
+            entries = part[rows[:, :, None], rows[:, None, :]] * (here[:, :, None] & here[:, None, :])
+            found += entries[..., None] * own.conj()
+        return found

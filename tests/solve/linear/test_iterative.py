@@ -1,0 +1,95 @@
+"""Jacobians known by their products against dense ones, with a preconditioner that is only near."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.linear.iterative import IterativeJacobian
+from slipstick.solve.linear.jacobian import Jacobian
+
+
+class Near(IterativeJacobian):
+    """A matrix, preconditioned by itself changed in a few directions."""
+
+    def __init__(self, A, rank=3, seed=0):
+        rng = np.random.default_rng(seed)
+        n = len(A)
+        self.A = A
+        self.P = A @ (np.eye(n) + rng.standard_normal((n, rank)) @ rng.standard_normal((rank, n)) / n)
+
+    @property
+    def size(self):
+        return len(self.A)
+
+    def multiply(self, x, *, transposed=False):
+        return (self.A.T if transposed else self.A) @ x
+
+    def precondition(self, x, *, transposed=False):
+        return np.linalg.solve(self.P.T if transposed else self.P, x)
+
+    @property
+    def preconditioner_sign(self):
+        return int(np.linalg.slogdet(self.P)[0])
+
+    def bound(self, x):
+        return np.abs(self.A) @ np.abs(x)
+
+
+@pytest.fixture(params=range(6))
+def both(request):
+    A = np.random.default_rng(request.param).standard_normal((12, 12))
+    return Near(A, seed=request.param), DenseJacobian(A)
+
+
+def test_is_a_jacobian(both):
+    assert isinstance(both[0], Jacobian)
+    assert isinstance(both[0].bordered(np.ones(12), np.ones(13)), Jacobian)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_the_same_answers_as_a_dense_one(both, transposed):
+    rng = np.random.default_rng(1)
+    column, row = rng.standard_normal(12), rng.standard_normal(13)
+    for iterative, dense in (both, tuple(J.bordered(column, row) for J in both)):
+        n = dense.size
+        for right in (rng.standard_normal(n), rng.standard_normal((n, 2))):
+            expected = dense.solve(right, transposed=transposed)
+            np.testing.assert_allclose(iterative.solve(right, transposed=transposed), expected, atol=1e-7)
+            np.testing.assert_allclose(
+                iterative.multiply(right, transposed=transposed), dense.multiply(right, transposed=transposed),
+                atol=1e-13,
+            )  # fmt: skip
+        np.testing.assert_allclose(iterative.bound(right[:, 0]), dense.bound(right[:, 0]))
+        assert iterative.size == dense.size
+        assert not iterative.singular
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_sign_of_the_determinant(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((12, 12))
+    column, row = rng.standard_normal(12), rng.standard_normal(13)
+    assert Near(A, seed=seed).sign() == DenseJacobian(A).sign()
+    assert Near(A, seed=seed).bordered(column, row).sign() == DenseJacobian(A).bordered(column, row).sign()
+
+
+def test_bordered_solves_where_the_jacobian_is_singular():
+    rng = np.random.default_rng(5)
+    U, s, V = np.linalg.svd(rng.standard_normal((12, 12)))
+    s[-1] = 0.0
+    A = U @ np.diag(s) @ V
+    J = Near(A)
+    J.P = A + 0.1 * np.outer(U[:, -1], V[-1])
+    column, row = rng.standard_normal(12), rng.standard_normal(13)
+    right = rng.standard_normal(13)
+    expected = DenseJacobian(A).bordered(column, row).solve(right)
+    np.testing.assert_allclose(J.bordered(column, row).solve(right), expected, atol=1e-7)
+
+
+def test_a_preconditioner_of_no_use_gives_nan_and_no_wrong_number():
+    A = np.roll(np.eye(400), 1, axis=0)
+    J = Near(A)
+    J.P = np.eye(400)
+    assert np.all(np.isnan(J.solve(np.eye(400)[0])))
