@@ -63,7 +63,7 @@ class FactoredCompliance:
             out += (np.abs(part[:, :count]) @ forces) * np.abs(own)
         return np.asarray(out)
 
-    def local(self, rows: Array, apart: Array) -> ComplexArray:
+    def local(self, rows: IntArray, apart: NDArray[np.bool_]) -> ComplexArray:
         """``conj(A)`` between the ports of each element alone, (n, p, p, n + 1).
 
         Without the modes ``apart`` (n + 1, n_modes), true where left out. ``rows`` (n, p) are port numbers, -1 for a

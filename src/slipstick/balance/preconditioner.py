@@ -1,0 +1,168 @@
+"""What stands for the Jacobian of many contacts while it is solved.
+
+``P = D + U W``: ``D = I + A_own dF/dX`` of the single elements, as blocks, and, exactly, the modes that carry most from
+one element to another: ``U`` their motion at the ports, ``W`` what moves them (inverted by Woodbury's formula).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
+
+from slipstick.balance.elements import Elements
+from slipstick.balance.factored import FactoredCompliance
+from slipstick.typing import Array, ComplexArray
+
+MOST_APART = 264
+"""Coefficients of modes that are held exactly: 24 modes with the harmonics 0 to 5."""
+
+_MATTERS = 0.03
+"""A mode with less gain through all contacts is left out: it hardly moves an eigenvalue from 1."""
+
+
+class _Apart(NamedTuple):
+    """Modes held exactly at one coefficient of the motion: where they stand among all of them, and their shapes."""
+
+    coefficient: int
+    at: slice
+    left: Array
+    right: Array
+
+
+class Preconditioner:
+    """Made once for a Jacobian; numpy's LinAlgError where it is singular.
+
+    Parameters
+    ----------
+    elements
+        Tangents of all batches.
+    """
+
+    def __init__(self, elements: Sequence[Elements], compliance: FactoredCompliance) -> None:
+        self._elements = elements
+        apart = _modes_apart(elements, compliance)
+        self._set_apart(apart, compliance)
+        self._inverse, self._moved, sign = [], [], 1
+        for own in elements:
+            D = _answered(compliance.local(own.rows, apart), own.own)
+            sign *= int(np.prod(np.linalg.slogdet(D)[0]))
+            self._inverse.append(np.linalg.inv(D))
+            self._moved.append(self._along_modes(own, self._inverse[-1]))
+        C = self._weighted(self._modal([o.own @ m for o, m in zip(elements, self._moved, strict=True)]))
+        C.reshape(-1)[:: len(C) + 1] += 1.0
+        self._lu = lu_factor(C, check_finite=False)
+        swaps = np.count_nonzero(self._lu[1] != np.arange(len(C)))
+        negative = np.count_nonzero(self._lu[0].diagonal() < 0.0)
+        self.sign = 0 if np.any(self._lu[0].diagonal() == 0.0) else sign * (-1) ** (swaps + negative)
+
+    def _set_apart(self, apart: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
+        """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""
+        f, n = compliance.factors, compliance.n_rows
+        self._apart: list[_Apart] = []
+        self._weights: list[tuple[tuple[slice, ...], ComplexArray]] = []
+        end = 0
+        for order, chosen in enumerate(apart):
+            count, places = int(np.count_nonzero(chosen)), []
+            left, right = (np.ascontiguousarray(shapes[:, chosen]) for shapes in (f.left, f.right[:n]))
+            for coefficient in (2 * order - 1, 2 * order) if order else (0,):
+                places.append(slice(end, end + count))
+                self._apart.append(_Apart(coefficient, places[-1], left, right))
+                end += count
+            self._weights.append((tuple(places), f.weight[order, chosen].conj()))
+        self._size = end
+
+    def _along_modes(self, own: Elements, inverse: Array) -> Array:
+        """``D^-1 U`` (n, p L, q) of the elements."""
+        n, p, L = own.shape
+        columns = inverse.reshape(n, p * L, p, L)
+        out = np.empty((n, p * L, self._size))
+        for coefficient, at, left, _ in self._apart:
+            out[:, :, at] = columns[:, :, :, coefficient] @ own.at_ports(left)
+        return out
+
+    def _modal(self, forces: Sequence[Array]) -> Array:
+        """Forces (n, p L, k) of the elements on the modes set apart, (q, k)."""
+        total = np.zeros((self._size, forces[0].shape[2] if forces else 1))
+        for own, given in zip(self._elements, forces, strict=True):
+            n, p, L = own.shape
+            F = given.reshape(n, p, L, -1)
+            for coefficient, at, _, right in self._apart:
+                shapes = own.at_ports(right).reshape(n * p, -1)
+                total[at] += shapes.T @ F[:, :, coefficient].reshape(n * p, -1)
+        return total
+
+    def _weighted(self, f: Array, *, transposed: bool = False) -> Array:
+        """What modal forces (q, ...) move the modes by, or with the transpose."""
+        out = np.empty_like(f)
+        for places, weight in self._weights:
+            w = weight.reshape(-1, *(1,) * (f.ndim - 1))
+            if len(places) == 1:
+                out[places[0]] = w.real * f[places[0]]
+            else:
+                cosine, sine = places
+                z = (w.conj() if transposed else w) * (f[cosine] + 1j * f[sine])
+                out[cosine], out[sine] = z.real, z.imag
+        return out
+
+    def solve(self, X: Array) -> Array:
+        """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row of no meaning."""
+        out, forces, moved = np.zeros_like(X), np.zeros_like(X), []
+        for own, inverse in zip(self._elements, self._inverse, strict=True):
+            moved.append((inverse @ own.gather(X)[:, :, None])[:, :, 0])
+            own.scatter((own.own @ moved[-1][:, :, None])[:, :, 0], forces)
+        f = np.empty(self._size)
+        for coefficient, at, _, right in self._apart:
+            f[at] = forces[:-1, coefficient] @ right
+        a = lu_solve(self._lu, self._weighted(f), check_finite=False)
+        for own, along, y in zip(self._elements, self._moved, moved, strict=True):
+            own.scatter(y - along @ a, out)
+        return out
+
+    def solve_transposed(self, X: Array) -> Array:
+        """``P^-T X = D^-T (X - W^T C^-T U^T D^-T X)``, ``C = I + W D^-1 U``."""
+        out, forces = np.zeros_like(X), np.zeros_like(X)
+        t = np.zeros(self._size)
+        for own, along in zip(self._elements, self._moved, strict=True):
+            t += own.gather(X).ravel() @ along.reshape(-1, self._size)
+        g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
+        for coefficient, at, _, right in self._apart:
+            forces[:-1, coefficient] = right @ g[at]
+        for own, inverse in zip(self._elements, self._inverse, strict=True):
+            pulled = (own.own.transpose(0, 2, 1) @ own.gather(forces)[:, :, None])[:, :, 0]
+            own.scatter((inverse.transpose(0, 2, 1) @ (own.gather(X) - pulled)[:, :, None])[:, :, 0], out)
+        return out
+
+
+def _modes_apart(elements: Sequence[Elements], compliance: FactoredCompliance) -> NDArray[np.bool_]:
+    """Which modes of which orders carry most between the ports, (n + 1, n_modes)."""
+    f, n = compliance.factors, compliance.n_rows
+    stiffness = np.zeros(n + 1)
+    for own in elements:
+        stiffness[own.rows] = own.stiffness()
+    through = np.einsum("rm,rm,r->m", np.abs(f.left), np.abs(f.right[:n]), stiffness[:-1])
+    gain = np.abs(f.weight) * through
+    likeliest = np.argsort(-gain, axis=None, kind="stable")
+    places = np.where(likeliest >= gain.shape[1], 2, 1)  # harmonic 0 has no sine
+    chosen = likeliest[(np.cumsum(places) <= MOST_APART) & (gain.ravel()[likeliest] > _MATTERS)]
+    apart = np.zeros(gain.shape, dtype=bool)
+    apart.reshape(-1)[chosen] = True
+    return apart
+
+
+def _answered(local: ComplexArray, tangent: Array) -> Array:
+    """``I + A_own dF/dX`` (n, p L, p L) of single elements."""
+    n, p, _, orders = local.shape
+    L = 2 * orders - 1
+    F = tangent.reshape(n, p, L, p * L)
+    out = np.empty((n, p, L, p * L))
+    out[:, :, 0] = local[..., 0].real @ F[:, :, 0]
+    z = (F[:, :, 1::2] + 1j * F[:, :, 2::2]).transpose(0, 2, 1, 3)
+    moved = (local[..., 1:].transpose(0, 3, 1, 2) @ z).transpose(0, 2, 1, 3)
+    out[:, :, 1::2], out[:, :, 2::2] = moved.real, moved.imag
+    whole = out.reshape(n, p * L, p * L)
+    whole[:, np.arange(p * L), np.arange(p * L)] += 1.0
+    return whole
