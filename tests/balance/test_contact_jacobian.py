@@ -1,0 +1,145 @@
+"""The Jacobian that is never written out against the one that is, for every mixture of contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.balance.contact_jacobian import ContactJacobian
+from slipstick.balance.factored import FactoredCompliance
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import balanced, detail
+from slipstick.solve.linear.jacobian import Jacobian
+
+OMEGA = 7.3
+
+
+def structure(n, modes=9, *, loss=0.01, second=True, seed=0):
+    """Random modes with residuals that a larger model of the same kind would leave."""
+    rng = np.random.default_rng(seed)
+    omega, shapes = np.sort(rng.uniform(2.0, 60.0, modes)), rng.standard_normal((n, modes))
+    rest = rng.standard_normal((n, n))
+    rest = rest @ rest.T / n
+    return ss.ModalStructure(
+        omega=omega,
+        mode_shapes=shapes,
+        static_compliance=(shapes / omega**2) @ shapes.T + 1e-3 * rest,
+        second_residual=1e-6 * rest if second else None,
+        loss_factor=loss,
+        damping_ratio=0.01,
+        dofs=[f"d{i}" for i in range(n)],
+    )
+
+
+def grid(n, *, v=0.3):
+    """n friction contacts with both ports."""
+    law = ss.FrictionContact(kt=30.0, mu=0.4, kn=50.0, normal_load=1.0)
+    return [
+        ss.ContactPair(
+            name=f"c{i}", contact=law, tangential=f"d{2 * i}", normal=f"d{2 * i + 1}",
+            rubbing=ss.RubbingMotion(velocity=v),
+        )
+        for i in range(n)
+    ]  # fmt: skip
+
+
+def mixture():
+    """Contacts with and without a normal port, a law sampled in time, a port along two dofs."""
+    pairs = grid(3)
+    pairs.append(ss.ContactPair(name="flat", contact=ss.FrictionContact(kt=20.0, mu=0.3, normal_load=2.0), tangential="d6"))
+    cubic = ss.SampledLaw(force=lambda x, velocity, k: k * x**3, parameters={"k": 4.0}, ports=("x",))
+    pairs.append(ss.ContactPair(name="spring", contact=cubic, ports={"x": {"d7": 0.6, "d8": 0.8}}))
+    return pairs
+
+
+def heated(n):
+    """Contacts whose friction falls with their heat, each heated by all."""
+    pairs = grid(n, v=2.0)
+    curve = ss.FrictionCurve(temperature=[20.0, 400.0], mu=[0.5, 0.2])
+    R = 3.0 * np.eye(n) + 0.5
+    thermal = ss.ThermalModel(curve=curve, background=20.0, resistance=R)
+    return pairs, thermal
+
+
+CASES = {
+    "two ports": lambda: (grid(4), None),
+    "mixture": lambda: (mixture(), None),
+    "heated": lambda: heated(4),
+}
+
+
+@pytest.fixture(params=CASES)
+def both(request):
+    pairs, thermal = CASES[request.param]()
+    return jacobians(pairs, thermal)
+
+
+def jacobians(pairs, thermal=None, **options):
+    problem = ss.Problem(
+        structure(9, **options), contacts=pairs, loads=[ss.Load(dof="d1", harmonic=1, cos=3.0)],
+        harmonics=ss.Harmonics([0, 1, 2, 5]), thermal=thermal,
+    )  # fmt: skip
+    balance = Balance(problem)
+    x = np.random.default_rng(2).standard_normal(balance.size) * 0.1
+    found = detail(balance, x, OMEGA, problem.inputs)
+    dense = balanced(balance, x, found, balance.compliance(OMEGA)).jacobian
+    compliance = FactoredCompliance(balance.receptance.factors(balance.orders, OMEGA))
+    return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance, found.heat)
+
+
+def test_is_a_jacobian(both):
+    assert isinstance(both[1], Jacobian)
+
+
+@pytest.mark.parametrize("transposed", [False, True])
+def test_products_and_solutions(both, transposed):
+    dense, own = both
+    for v in (np.random.default_rng(3).standard_normal((own.size, 2)), np.eye(own.size)[5]):
+        expected = dense.multiply(v, transposed=transposed)
+        np.testing.assert_allclose(own.multiply(v, transposed=transposed), expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(
+            own.solve(v, transposed=transposed), dense.solve(v, transposed=transposed), rtol=0, atol=1e-7
+        )
+
+
+def test_determinants_keep_their_sign(both):
+    dense, own = both
+    rng = np.random.default_rng(4)
+    column, row = rng.standard_normal(own.size), rng.standard_normal(own.size + 1)
+    for border in (row, -row):
+        assert own.bordered(column, border).sign() == dense.bordered(column, border).sign()
+    assert own.sign() == dense.sign()
+
+
+def test_the_bound_is_one_and_not_far(both):
+    dense, own = both
+    v = np.random.default_rng(5).standard_normal(own.size)
+    ratio = own.bound(v) / dense.bound(v)
+    assert ratio.min() >= 1.0 - 1e-12
+    assert ratio.max() < 50.0
+
+
+@pytest.mark.parametrize("options", [{"loss": 0.0}, {"second": False}, {"loss": np.linspace(0.0, 0.02, 9)}])
+def test_every_kind_of_damping_and_residual(options):
+    dense, own = jacobians(grid(4), **options)
+    v = np.random.default_rng(6).standard_normal(own.size)
+    np.testing.assert_allclose(own.multiply(v), dense.multiply(v), rtol=0, atol=1e-12)
+
+
+def test_products_do_not_grow_with_the_number_of_contacts():
+    products = []
+    for n in (4, 40):
+        pairs = grid(n)
+        problem = ss.Problem(
+            structure(2 * n, modes=20), contacts=pairs, loads=[ss.Load(dof="d1", harmonic=1, cos=3.0)],
+            harmonics=ss.Harmonics(range(4)),
+        )  # fmt: skip
+        balance = Balance(problem)
+        x = np.random.default_rng(2).standard_normal(balance.size) * 0.1
+        found = detail(balance, x, OMEGA, problem.inputs)
+        compliance = FactoredCompliance(balance.receptance.factors(balance.orders, OMEGA))
+        own = ContactJacobian(balance, [r.by_motion for r in found.responses], compliance)
+        own.solve(x)
+        products.append(own.products)
+    assert products[1] <= 2 * products[0]
