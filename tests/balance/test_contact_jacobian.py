@@ -47,7 +47,9 @@ def grid(n, *, v=0.3):
 def mixture():
     """Contacts with and without a normal port, a law sampled in time, a port along two dofs."""
     pairs = grid(3)
-    pairs.append(ss.ContactPair(name="flat", contact=ss.FrictionContact(kt=20.0, mu=0.3, normal_load=2.0), tangential="d6"))
+    pairs.append(
+        ss.ContactPair(name="flat", contact=ss.FrictionContact(kt=20.0, mu=0.3, normal_load=2.0), tangential="d6")
+    )
     cubic = ss.SampledLaw(force=lambda x, velocity, k: k * x**3, parameters={"k": 4.0}, ports=("x",))
     pairs.append(ss.ContactPair(name="spring", contact=cubic, ports={"x": {"d7": 0.6, "d8": 0.8}}))
     return pairs

@@ -7,6 +7,7 @@ from scipy.sparse.linalg import splu
 
 import slipstick as ss
 from slipstick.balance.dense import dense_jacobian
+from slipstick.balance.kinds import WrittenOut
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError
@@ -55,8 +56,14 @@ def permutation_sign(p):
     return sign
 
 
-def sparse_kind(*arguments):
-    return SparseJacobian(dense_jacobian(*arguments).matrix)
+class SparseKind(WrittenOut):
+    name = "sparse"
+
+    def jacobian(self, *arguments):
+        return SparseJacobian(dense_jacobian(*arguments).matrix)
+
+
+sparse_kind = SparseKind()
 
 
 def problem(heated=False, undamped=False):

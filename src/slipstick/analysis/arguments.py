@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
 from slipstick.analysis.task import ResponseOptions, response_options
-from slipstick.balance.kinds import chosen
+from slipstick.balance.kinds import KINDS, Kind
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
@@ -41,8 +41,8 @@ def common_arguments(
 ) -> dict[str, Any]:
     """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready."""
     chosen_options = _options(options)
-    kind = chosen_options.jacobian if isinstance(chosen_options, ResponseOptions) else chosen
-    balance = Balance(problem, kind=kind)
+    asked = chosen_options.jacobian if isinstance(chosen_options, ResponseOptions) else "auto"
+    balance = Balance(problem, kind=asked)
     return {
         "balance": balance,
         "requested": requested,
@@ -69,8 +69,8 @@ def _options(given: Any) -> ContinuationOptions:
 
 def _option(name: str, value: Any) -> Any:
     default, where = getattr(response_options(), name), f"options, {name}"
-    if callable(default):
-        return _function(where, value)
+    if name == "jacobian":
+        return _jacobian(where, value)
     if isinstance(default, NewtonOptions):
         return one(where, value, NewtonOptions, "NewtonOptions(...)")
     if isinstance(default, bool):
@@ -78,10 +78,10 @@ def _option(name: str, value: Any) -> Any:
     return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
 
 
-def _function(name: str, value: Any) -> Any:
-    if not callable(value):
-        raise wrong(name, value, "a function that makes Jacobians, as in slipstick.balance.kinds")
-    return value
+def _jacobian(name: str, value: Any) -> Kind | str:
+    if isinstance(value, Kind) or (isinstance(value, str) and value in ("auto", *KINDS)):
+        return value
+    raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
 
 
 def _listeners(given: Any) -> tuple[Listener, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 from slipstick.analysis.course import Checkpoint
 from slipstick.analysis.events import Listener
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.kinds import Kind, chosen
+from slipstick.balance.kinds import Kind
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -24,13 +24,15 @@ class ResponseOptions(ContinuationOptions):
     Parameters
     ----------
     jacobian
-        Makes the Jacobians of the balance (``slipstick.balance.kinds``): for a kind of one's own.
+        In which form Jacobians are made: "dense", all entries, factorised; "iterative", products alone, for hundreds of
+        contacts on a structure known by its modes; "auto", which of the two costs less. Or a kind of one's own, see
+        ``slipstick.balance.kinds``.
     """
 
     first_step: float = 1 / 300
     max_step: float = 1 / 120
     event_tolerance: float = 1e-9
-    jacobian: Kind = chosen
+    jacobian: Kind | str = "auto"
 
 
 def response_options(**given: Any) -> ResponseOptions:

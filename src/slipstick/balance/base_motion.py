@@ -7,8 +7,8 @@ receptance from that column, with its derivative, so that nothing else need know
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slipstick.balance.loads import Load
 from slipstick.faults import suggestion
 from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -140,6 +141,17 @@ class BaseReceptance:
         """Derivative by a parameter of the structure."""
         found: ComplexArray = self._plain.by_parameter(name, orders, omega) * self._factor(orders, omega)[0]
         return found
+
+    @property
+    def factors(self) -> Callable[..., Factors] | None:
+        """As of the receptance of forces, if it is known by its modes."""
+        return self._with_columns if hasattr(self._plain, "factors") else None
+
+    def _with_columns(self, orders: Array, omega: float, along: Mapping[str, float] | None = None) -> Factors:
+        m = np.append(0.0, orders)
+        factor, rate = _factors(self._motions, m * omega)
+        slope = np.zeros_like(rate) if along else m[:, None] * rate
+        return replace(self._plain.factors(orders, omega, along), columns=factor.T, columns_slope=slope.T)
 
     def _factor(self, orders: Array, omega: float | Array) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         w = np.asarray(omega, dtype=float)[..., None] * np.asarray(orders, dtype=float)

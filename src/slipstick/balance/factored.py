@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
@@ -26,11 +27,17 @@ class FactoredCompliance:
 
     def answer(self, G: ComplexArray) -> ComplexArray:
         """``conj(A) G`` (n_rows, n + 1) of the first columns' numbers ``G`` (any, n + 1)."""
-        return self._sum(G, self.factors.weight, self.factors.part_weight)
+        f = self.factors
+        given = G if f.columns is None else G * f.columns[: len(G)]
+        return self._sum(given, f.weight, f.part_weight)
 
     def rate(self, G: ComplexArray) -> ComplexArray:
         """The same of the derivative."""
-        return self._sum(G, self.factors.slope, self.factors.part_slope)
+        f = self.factors
+        if f.columns is None or f.columns_slope is None:
+            return self._sum(G, f.slope, f.part_slope)
+        own = self._sum(G * f.columns[: len(G)], f.slope, f.part_slope)
+        return own + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
 
     def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> ComplexArray:
         f, count = self.factors, len(G)
@@ -63,7 +70,7 @@ class FactoredCompliance:
             out += (np.abs(part[:, :count]) @ forces) * np.abs(own)
         return np.asarray(out)
 
-    def local(self, rows: IntArray, apart: NDArray[np.bool_]) -> ComplexArray:
+    def local(self, rows: NDArray[np.intp], apart: NDArray[np.bool_]) -> ComplexArray:
         """``conj(A)`` between the ports of each element alone, (n, p, p, n + 1).
 
         Without the modes ``apart`` (n + 1, n_modes), true where left out. ``rows`` (n, p) are port numbers, -1 for a
@@ -78,4 +85,4 @@ class FactoredCompliance:
         for part, own in zip(f.parts, f.part_weight, strict=True):
             entries = part[rows[:, :, None], rows[:, None, :]] * (here[:, :, None] & here[:, None, :])
             found += entries[..., None] * own.conj()
-        return found
+        return np.asarray(found, dtype=complex)

@@ -18,6 +18,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.compliance import Compliance
+    from slipstick.balance.kinds import AnyCompliance
     from slipstick.balance.ports import Balance
 
 
@@ -36,7 +37,7 @@ def heat_columns(balance: Balance, heat: Heat, compliance: Compliance) -> Array:
     return np.asarray(by_temperature.T @ heat.tangent.gain, dtype=float)
 
 
-def heated(balance: Balance, heat: Heat, dpower: Array, compliance: Compliance) -> Array:
+def heated(balance: Balance, heat: Heat, dpower: Array, compliance: AnyCompliance) -> Array:
     """Change (N,) of the residual for a change (n,) of the heated contacts' powers at fixed temperatures."""
     dT = heat.tangent.gain @ dpower
     forces: list[dict[int, Array]] = [{} for _ in balance.batches]

@@ -1,22 +1,100 @@
-"""The one place that chooses in which form the Jacobian of the balance is made."""
+"""In which form the Jacobian of the balance is made, and the receptances it is made of: the one place that chooses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.dense import dense_jacobian
+from slipstick.balance.factored import FactoredCompliance
+from slipstick.errors import InputError
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.structure.protocol import Receptance
 from slipstick.thermal.model import Heat
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance, Tangents
 
-Kind = Callable[[Any, Any, Compliance, "Heat | None"], Jacobian]
-"""Makes ``I + A dF/dX``, with what heat adds, of a ``Balance``, tangents by batch, the compliance, and heat if any."""
+WRITTEN_OUT_UP_TO = 500
+"""Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""
+
+AnyCompliance = Compliance | FactoredCompliance
 
 
-def chosen(balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None = None) -> Jacobian:
-    """Of the kind that costs least: the dense one, as yet the only one."""
-    return dense_jacobian(balance, tangents, compliance, heat)
+@runtime_checkable
+class Kind(Protocol):
+    """Makes Jacobians, and what they are made of."""
+
+    @property
+    def name(self) -> str:
+        """What results call it."""
+        ...
+
+    def compliance(
+        self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None
+    ) -> AnyCompliance:
+        """Receptances at the harmonics of ``omega``, and their derivative by omega or along structural parameters."""
+        ...
+
+    def jacobian(
+        self, balance: Balance, tangents: Tangents, compliance: AnyCompliance, heat: Heat | None = None
+    ) -> Jacobian:
+        """``I + A dF/dX`` of tangents by batch, with what heat adds."""
+        ...
+
+
+class WrittenOut:
+    """All entries, factorised: for few contacts, and for structures known by their receptances alone."""
+
+    name = "dense"
+
+    def compliance(
+        self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None
+    ) -> AnyCompliance:
+        """With all entries."""
+        return Compliance(receptance, orders, omega, along)
+
+    def jacobian(self, balance: Balance, tangents: Tangents, compliance: Any, heat: Heat | None = None) -> Jacobian:
+        """With all entries."""
+        return dense_jacobian(balance, tangents, compliance, heat)
+
+
+class Products:
+    """Products alone, solved by GMRES: for many contacts on a structure known by its modes."""
+
+    name = "iterative"
+
+    def compliance(
+        self, receptance: Any, orders: Array, omega: float, along: Mapping[str, float] | None
+    ) -> AnyCompliance:
+        """By its modes."""
+        return FactoredCompliance(receptance.factors(orders, omega, along))
+
+    def jacobian(self, balance: Balance, tangents: Tangents, compliance: Any, heat: Heat | None = None) -> Jacobian:
+        """By its products."""
+        return ContactJacobian(balance, tangents, compliance, heat)
+
+
+KINDS: Mapping[str, Kind] = {kind.name: kind for kind in (WrittenOut(), Products())}
+
+
+def kind_of(asked: Kind | str, receptance: Receptance, unknowns: int) -> Kind:
+    """The kind asked for; with "auto" the one that costs least.
+
+    Raises
+    ------
+    InputError
+        If modes are needed and the structure is not known by them.
+    """
+    modal = getattr(receptance, "factors", None) is not None
+    if asked == "iterative" and not modal:
+        raise InputError(
+            'options, jacobian: found "iterative", but the structure is not known by its modes; give "dense", or the '
+            "structure as modes (ss.ModalStructure, ss.reduce)"
+        )
+    if asked == "auto":
+        asked = "iterative" if modal and unknowns > WRITTEN_OUT_UP_TO else "dense"
+    return KINDS[asked] if isinstance(asked, str) else asked

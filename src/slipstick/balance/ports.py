@@ -14,7 +14,7 @@ import numpy as np
 from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
-from slipstick.balance.kinds import Kind, chosen
+from slipstick.balance.kinds import AnyCompliance, Kind, kind_of
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
 from slipstick.solve.linear.jacobian import Jacobian
@@ -40,7 +40,7 @@ class Balance:
     problem
         The problem; its structure is projected on the contact ports and the loads once.
     kind
-        Makes the Jacobians; by default the one that ``balance/kinds.py`` chooses.
+        Makes the Jacobians; "dense", "iterative", or "auto": the one that ``balance/kinds.py`` chooses.
 
     Attributes
     ----------
@@ -52,8 +52,7 @@ class Balance:
         ``k`` of ``anchor_if_undamped`` (n_ports,), or None.
     """
 
-    def __init__(self, problem: Problem, *, kind: Kind = chosen) -> None:
-        self.kind = kind
+    def __init__(self, problem: Problem, *, kind: Kind | str = "auto") -> None:
         self.problem, self.harmonics = problem, problem.harmonics
         self.batches, directions = problem.batches, problem.port_directions
         self.directions = problem.direction_matrix(directions)
@@ -63,6 +62,7 @@ class Balance:
         self.L = self.harmonics.size
         self.size = self.n_ports * self.L
         self.receptance = self.rows_to(self.directions)
+        self.kind = kind_of(kind, self.receptance, self.size)
         self.springs: Array | None = None
         self.heated = problem.heated
         self._columns: dict[tuple[int, tuple[tuple[int, int], ...]], tuple[Column, ...]] = {}
@@ -82,6 +82,8 @@ class Balance:
         ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
         smoothly through the resonances at which an undamped ``A`` is infinite.
         """
+        if self.kind.name == "iterative":
+            return
         own = np.arange(self.n_ports)
         value = self.receptance.at(self.orders, omega)[0][:, own, own]
         if np.any(np.all(lossless(value, _UNDAMPED), axis=0)):
@@ -95,13 +97,14 @@ class Balance:
         along: Mapping[str, float] | None = None,
         *,
         anchored: bool = True,
-    ) -> Compliance:
+    ) -> AnyCompliance:
         """Receptances at the harmonics of ``omega``, between ports and from loads to ports: ``B``, or plainly ``A``.
 
         ``structure`` holds parameters of the structure that are not its own, ``along`` a direction in them.
         """
-        compliance = Compliance(adjusted(self.receptance, structure or {}), self.orders, omega, along)
-        if anchored and self.springs is not None:
+        receptance = adjusted(self.receptance, structure or {})
+        compliance = self.kind.compliance(receptance, self.orders, omega, along)
+        if anchored and self.springs is not None and isinstance(compliance, Compliance):
             compliance.anchor(self.springs)
         return compliance
 
@@ -162,13 +165,13 @@ class Balance:
         out[:, 0], out[:, 1:] = pairs[:, 0], pairs[:, 2:]
         return out.reshape(-1)
 
-    def moved_by(self, forces: Forces, P: Array, compliance: Compliance) -> Array:
+    def moved_by(self, forces: Forces, P: Array, compliance: AnyCompliance) -> Array:
         """``A (F - P)`` (N,)."""
         return self.real(compliance.answer(self.excitation(forces, P)))
 
-    def jacobian(self, tangents: Tangents, compliance: Compliance, heat: Heat | None = None) -> Jacobian:
+    def jacobian(self, tangents: Tangents, compliance: AnyCompliance, heat: Heat | None = None) -> Jacobian:
         """``I + A dF/dX``, with what heat adds."""
-        return self.kind(self, tangents, compliance, heat)
+        return self.kind.jacobian(self, tangents, compliance, heat)
 
     def columns_of(self, k: int, pairs: tuple[tuple[int, int], ...]) -> tuple[Column, ...]:
         """Columns of the Jacobian that batch ``k`` fills with the derivatives ``pairs``."""

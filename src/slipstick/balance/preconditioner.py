@@ -50,14 +50,15 @@ class Preconditioner:
         for own in elements:
             D = _answered(compliance.local(own.rows, apart), own.own)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
-            self._inverse.append(np.linalg.inv(D))
-            self._moved.append(self._along_modes(own, self._inverse[-1]))
+            inverse = np.asarray(np.linalg.inv(D), dtype=float)
+            self._inverse.append(inverse)
+            self._moved.append(self._along_modes(own, inverse))
         C = self._weighted(self._modal([o.own @ m for o, m in zip(elements, self._moved, strict=True)]))
         C.reshape(-1)[:: len(C) + 1] += 1.0
         self._lu = lu_factor(C, check_finite=False)
         swaps = np.count_nonzero(self._lu[1] != np.arange(len(C)))
         negative = np.count_nonzero(self._lu[0].diagonal() < 0.0)
-        self.sign = 0 if np.any(self._lu[0].diagonal() == 0.0) else sign * (-1) ** (swaps + negative)
+        self.sign: int = 0 if np.any(self._lu[0].diagonal() == 0.0) else (-sign if (swaps + negative) % 2 else sign)
 
     def _set_apart(self, apart: NDArray[np.bool_], compliance: FactoredCompliance) -> None:
         """Order by order: the cosines of its modes, then their sines; harmonic 0 has one coefficient."""

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import Heat, heat_change
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
 from slipstick.contact.law import Response, add_to
@@ -41,7 +41,7 @@ class Balanced:
     residual: Array
     jacobian: Jacobian
     G: ComplexArray
-    compliance: Compliance
+    compliance: AnyCompliance
     detail: Detail
 
 
@@ -62,7 +62,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, temperature
     return Detail(responses=tuple(responses), inputs=inputs, omega=omega, heat=heat)
 
 
-def balanced(balance: Balance, x: Array, found: Detail, compliance: Compliance) -> Balanced:
+def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyCompliance) -> Balanced:
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance
 from slipstick.contact import traits
 from slipstick.contact.law import add_to
@@ -54,14 +54,14 @@ def _norm(x: Array) -> float:
     return float(np.linalg.norm(x))
 
 
-def linear_motions(balance: Balance, inputs: Inputs, compliance: Compliance) -> dict[str, Array]:
+def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance) -> dict[str, Array]:
     """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
     names = dict.fromkeys(name for batch in balance.batches for name in traits.linear_states(batch.law))
     found = {name: _linear(balance, inputs, compliance, name) for name in names}
     return {name: x for name, x in found.items() if x is not None}
 
 
-def _linear(balance: Balance, inputs: Inputs, compliance: Compliance, state: str) -> Array | None:
+def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, state: str) -> Array | None:
     """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the counter surface's motion."""
     unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
     for batch, given in zip(balance.batches, inputs.batches, strict=True):

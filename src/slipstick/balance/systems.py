@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import heated, power_along, warm_direction
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
@@ -103,7 +103,7 @@ class ParameterSystem:
         dpower = None if found.heat is None else rate * power_along(found.heat, direction)
         return force_rates(self.balance, found, dx, own, dpower), rate * direction.P
 
-    def _compliance(self, inputs: Inputs, direction: Inputs) -> Compliance:
+    def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):
             return self._own
         return self.balance.compliance(self.omega, inputs.structure, direction.structure)

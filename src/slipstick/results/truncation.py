@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.balance.factored import FactoredCompliance
 from slipstick.contact.law import Motion
 from slipstick.results.measures import largest_deviation
 from slipstick.structure.dynamic import adjusted
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from slipstick.results.record import Outputs, Point
 
 Structures = Sequence[Mapping[str, float]]
+
+_MANY = 100_000
+"""Entries of a receptance from which on it is applied by its modes."""
 
 WARNED = 1e-2
 """From here on results are warned of."""
@@ -123,6 +127,8 @@ def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structu
 def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Array:
     """The same of one structure, in slices of limited memory."""
     n = orders.size
+    if receptance.static.size > _MANY and getattr(receptance, "factors", None) is not None:
+        return _moved_by_modes(receptance, orders, G, omega)
     out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * n))
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
@@ -132,4 +138,15 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
         answer = (A @ hat)[..., 0].transpose(0, 2, 1)
         out[first : first + slices, :, 1::2] = -answer.real
         out[first : first + slices, :, 2::2] = answer.imag
+    return out
+
+
+def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> Array:
+    """The same without a receptance between all ports, which would be large."""
+    out = np.zeros((len(G), receptance.static.shape[0], 1 + 2 * orders.size))
+    for i, w in enumerate(omega):
+        own = np.zeros((G.shape[1], 1 + orders.size), dtype=complex)
+        own[:, 1:] = G[i, :, 0::2] + 1j * G[i, :, 1::2]
+        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(own)[:, 1:]
+        out[i, :, 1::2], out[i, :, 2::2] = -answer.real, -answer.imag
     return out

@@ -50,6 +50,8 @@ class Factors:
         Real matrices (n_rows, n_columns).
     part_weight, part_slope
         Complex (n_parts, k).
+    columns, columns_slope
+        Factors (n_columns, k) on the columns where they depend on the frequency, and their derivative by omega.
     """
 
     left: Array
@@ -59,6 +61,8 @@ class Factors:
     parts: tuple[Array, ...]
     part_weight: ComplexArray
     part_slope: ComplexArray
+    columns: Array | None = None
+    columns_slope: Array | None = None
 
 
 class ModalReceptance:
