@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache
 from typing import Any
+
+import numpy as np
 
 from slipstick.analysis.course import Course
 from slipstick.analysis.events import PointFound, Started, Stopped
@@ -15,6 +17,7 @@ from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
+from slipstick.balance.ports import Balance
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome, TimeIsUp
@@ -25,6 +28,9 @@ from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_dataset
 from slipstick.solve.continuation import Step
 from slipstick.typing import Array
+
+_KEPT = 5_000_000
+"""Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
 
 
 @cache
@@ -183,13 +189,26 @@ def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
     )  # fmt: skip
 
 
+def _in_slices(points: Iterable[Point], balance: Balance) -> Iterator[list[Point]]:
+    """Points in lists that are recorded together: their derivatives are let go with them. At least one list."""
+    most, waiting, first = max(1, _KEPT // (balance.n_contacts * balance.L**2)), [], True
+    for point in points:
+        waiting.append(point)
+        if len(waiting) == most:
+            yield waiting
+            waiting, first = [], False
+    if waiting or first:
+        yield waiting
+
+
 def collect(task: Task) -> Branch:
     """The branch of a task."""
     told: dict[type, Any] = {}
     task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
-    points = list(walk(task))
+    slices = [told[Started].recorder.values(points) for points in _in_slices(walk(task), task.balance)]
     recorder, end = told[Started].recorder, told[Stopped]
-    values, attributes = recorder.values(points), dict(end.attributes)
+    attributes = dict(end.attributes)
+    values = {name: np.concatenate([part[name] for part in slices]) for name in recorder.layout.variables}
     problem, followed = task.problem, task.parameter or "omega"
     if sentences := result_warnings(followed, values, problem.elements, problem.units.angular):
         warn(sentences)

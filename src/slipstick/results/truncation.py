@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Structures = Sequence[Mapping[str, float]]
 
-_MANY = 100_000
+_MANY = 1000
 """Entries of a receptance from which on it is applied by its modes."""
 
 WARNED = 1e-2
