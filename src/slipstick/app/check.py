@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipstick.app.answers import Answer, case_answer
 from slipstick.app.case import Case
 from slipstick.app.full_model import show_full_model
 from slipstick.app.guard import complain, say
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
 _LISTED = 10
 
 
-def check_case(path: Path) -> None:
+def check_case(path: Path, answer: Answer) -> None:
     """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults."""
     case = Case.from_file(path, say)
     problem = case.problem()
-    warn(case)
+    answer |= case_answer(case)
+    answer["warnings"] = warn(case)
     say(f"{case.title} ({path})")
     _structure(case, problem)
     _reduction(case, problem)
@@ -34,7 +36,7 @@ def check_case(path: Path) -> None:
     _request(case, problem)
     _contacts(problem)
     if case.parameter is None:
-        _linear_limits(case, problem)
+        answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
 
 
@@ -117,8 +119,9 @@ def _told(pair: ContactPair, k: int) -> list[str]:
     return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
 
 
-def _linear_limits(case: Case, problem: Problem) -> None:
+def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
+    found = []
     for label, data in linear_references(problem, case.omega):
         grid = data["omega"].to_numpy()
         for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
@@ -126,6 +129,8 @@ def _linear_limits(case: Case, problem: Problem) -> None:
             at = int(np.argmax(values))
             size = f"{values[at]:.4g}{problem.units.after('length')}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
+            found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+    return found
 
 
 def _cosines(cosines: Mapping[str, float] | None) -> str:

@@ -9,19 +9,24 @@ from typing import Annotated
 
 import typer
 
+from slipstick.app.answers import answering
+from slipstick.app.completion import case_files, example_names, results_files
 from slipstick.app.guard import guarded
+from slipstick.errors import InputError
 
 app = typer.Typer(
     name="slipstick",
     help="Steady vibration of structures that stick, slip, separate and rub.",
     epilog="Exit codes: 0 done, 1 stopped early with what was found saved, 2 bad input.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-CasePath = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.", show_default=False)]
+AsJson = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output.")]
+CasePath = Annotated[
+    Path, typer.Argument(metavar="CASE.toml", help="The case file.", show_default=False, autocompletion=case_files)
+]
 
 
 def _version(wanted: bool) -> None:
@@ -52,26 +57,29 @@ def run(
     ] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compute a case: results.nc and figures, written point by point."""
-    with guarded():
+    with answering(as_json) as answer:
         from slipstick.app.run import run_case
 
-        raise typer.Exit(run_case(case, output, force=force, figures=figures, quiet=quiet))
+        raise typer.Exit(run_case(case, output, force=force, figures=figures, quiet=quiet, answer=answer))
 
 
 @app.command()
-def check(case: CasePath) -> None:
+def check(case: CasePath, as_json: AsJson = False) -> None:
     """Everything run would refuse or warn of, and the modes of the structure."""
-    with guarded():
+    with answering(as_json) as answer:
         from slipstick.app.check import check_case
 
-        check_case(case)
+        check_case(case, answer)
 
 
 @app.command()
 def init(
-    example: Annotated[str | None, typer.Argument(help="Name of an example; without it they are listed.")] = None,
+    example: Annotated[
+        str | None, typer.Argument(help="Name of an example; without it they are listed.", autocompletion=example_names)
+    ] = None,
     folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Where to write it; here by default.")] = None,
     python: Annotated[
         bool, typer.Option("--python", help="Write the Python script instead; EXAMPLE may be a case file of your own.")
@@ -134,23 +142,47 @@ def import_(
 
 
 @app.command()
-def info() -> None:
+def info(as_json: AsJson = False) -> None:
     """Versions, platform, threads, and whether the contact kernel is compiled."""
-    with guarded():
+    with answering(as_json) as answer:
         from slipstick.app.info import show_info
 
-        show_info()
+        show_info(answer)
 
 
 @app.command()
 def verify(
-    only: Annotated[str | None, typer.Option("--only", help="Only the rows whose name contains this.")] = None,
+    results: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RESULTS]", help="A results file, or its folder, to check in time.", autocompletion=results_files
+        ),
+    ] = None,
+    point: Annotated[
+        list[int] | None, typer.Option("--point", help="Number of a point, repeatable; else the highest peaks.")
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", help='Take the point nearest to this value, such as "50 Hz".')
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="Largest relative difference that agrees.", min=0.0)] = 0.01,
+    only: Annotated[
+        str | None, typer.Option("--only", help="Without RESULTS: only the rows whose name contains this.")
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Hold this installation against closed forms, published numbers and time integration."""
-    with guarded():
-        from slipstick.app.verify import show_verification
+    """Hold this installation, or points of RESULTS, against time integration and what is known."""
+    with answering(as_json) as answer:
+        if results is None:
+            if point or at:
+                raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
+            from slipstick.app.verify import show_verification
 
-        raise typer.Exit(show_verification(only))
+            raise typer.Exit(show_verification(only, answer))
+        if only is not None:
+            raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
+        from slipstick.app.in_time import verify_results
+
+        raise typer.Exit(verify_results(results, point or (), at or (), tolerance, answer))
 
 
 def main() -> None:
@@ -161,4 +193,4 @@ def main() -> None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         elif hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
-    app()
+    app(prog_name="slipstick")

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import slipstick
-from slipstick.app.sentences import suggestion
 from slipstick.errors import InputError
 
 
@@ -50,6 +49,8 @@ def examples() -> dict[str, Example]:
 def example(name: str) -> Example:
     """The example of a name; InputError with a suggestion where there is none."""
     known = examples()
+    from slipstick.app.sentences import suggestion
+
     wanted = name.removesuffix(".toml").removesuffix(".py")
     if wanted not in known:
         raise InputError(f"there is no example '{name}'; {suggestion(wanted, list(known))}")

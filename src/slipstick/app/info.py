@@ -6,6 +6,7 @@ import os
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
+from slipstick.app.answers import Answer
 from slipstick.app.guard import say
 
 _PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic", "typer", "rich", "matplotlib")
@@ -24,11 +25,14 @@ def versions() -> dict[str, str]:
     return found
 
 
-def show_info() -> None:
+def show_info(answer: Answer) -> None:
     """Print what a bug report needs."""
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
     from slipstick.trig.compile_cache import cache_folder
 
+    answer["versions"] = versions()
+    answer |= {"platform": platform.platform(), "processors": usable_cpus()}
+    answer["kernel"] = {"compiled": is_compiled(), "cache": cache_folder()}
     for name, number in versions().items():
         say(f"{name:<12} {number}")
     say(f"{'platform':<12} {platform.platform()}")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.app.answers import Answer, case_answer, files_in, results_answer
 from slipstick.app.body import silent
 from slipstick.app.case import Case
 from slipstick.app.check import warn
@@ -26,6 +27,7 @@ from slipstick.app.output import OutputFolder
 from slipstick.app.prepare import prepare_kernel
 from slipstick.app.progress import Progress, duration, progress
 from slipstick.errors import InputError, Outcome
+from slipstick.io.loading import load_dataset
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
@@ -35,8 +37,11 @@ if TYPE_CHECKING:
     from slipstick.results.record import Recorder
 
 
-def run_case(path: Path, output: Path | None, *, force: bool = False, figures: bool = True, quiet: bool = False) -> int:
-    """Compute a case into a folder; the exit code.
+def run_case(
+    path: Path, output: Path | None, *, force: bool = False, figures: bool = True, quiet: bool = False,
+    answer: Answer | None = None,
+) -> int:  # fmt: skip
+    """Compute a case into a folder; the exit code. What is found goes to ``answer`` too.
 
     Raises
     ------
@@ -55,7 +60,10 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, figures: b
     try:
         run = _Run(case, folder, tell, told)
         run.compute(quiet=quiet)
-        return run.finish(figures=figures)
+        code = run.finish(figures=figures)
+        if answer is not None:
+            answer |= run.answer
+        return code
     except BaseException:
         folder.abandon()
         raise
@@ -124,6 +132,16 @@ class _Run:
             self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
 
     @property
+    def answer(self) -> Answer:
+        """What a program is told of the run."""
+        data = load_dataset(self.folder.results) if len(self.store) else None
+        found = [] if data is None else warnings_of(data)
+        ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
+        said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
+        results = {"points": 0, "peaks": []} if data is None else results_answer(data)
+        return {**case_answer(self.case), **ended, **said, **results, **files_in(self.folder.work)}
+
+    @property
     def complete(self) -> bool:
         """Whether all that was asked for is there."""
         return self.outcome.ok and not self.failures
@@ -159,7 +177,6 @@ class _Run:
 
     def _draw(self) -> None:
         from slipstick.app.figures import draw_figures
-        from slipstick.io.loading import load_dataset
 
         try:
             draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
@@ -169,8 +186,6 @@ class _Run:
             self.failures.append(f"figures: {internal_sentence(error)}")
 
     def _summary(self, found: int) -> None:
-        from slipstick.io.loading import load_dataset
-
         if found:
             data = load_dataset(self.folder.results)
             iterations = int(data["newton_iterations"].sum())

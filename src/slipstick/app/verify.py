@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from slipstick.app.answers import Answer
 from slipstick.app.guard import DONE, STOPPED, say
 from slipstick.app.prepare import prepare_kernel
 from slipstick.errors import InputError
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from slipstick.verify.table import Row
 
 
-def show_verification(only: str | None) -> int:
+def show_verification(only: str | None, answer: Answer) -> int:
     """Run the checks and print their table; 1 if any fails.
 
     Raises
@@ -38,6 +39,7 @@ def show_verification(only: str | None) -> int:
         raise InputError(f"no check is called '{only}'; run 'slipstick verify' without --only to see their names")
     print_rows(rows)
     failed = [row for row in rows if not row.ok]
+    answer["checks"] = [{**row._asdict(), "ok": row.ok} for row in rows]
     say(f"{len(rows) - len(failed)} of {len(rows)} checks hold")
     for row in failed:
         say(f"failed: {row.name} {row.what}: expected {row.expected}, found {row.found} ({row.verdict})")
