@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.course import Course
-from slipstick.analysis.events import PointFound, Started, Stopped
+from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
@@ -150,7 +150,7 @@ def _placed(task: Task, outcome: Outcome, message: str, parts: list[Part]) -> st
     return f"{message}; the last of {parts[0].points} points is at {last[0]:.6g}{unit}"
 
 
-def _tell(task: Task, event: Any) -> None:
+def _tell(task: Task, event: Event) -> None:
     for listener in task.listeners:
         listener(event)
 

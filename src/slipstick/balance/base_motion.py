@@ -7,7 +7,7 @@ receptance from that column, with its derivative, so that nothing else need know
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +34,7 @@ class LoadColumns:
 
     vectors: Array
     shapes: tuple[str, ...]
-    places: tuple[tuple[Any, ...], ...]
+    places: tuple[tuple[Hashable, ...], ...]
     """``Load.place`` of each."""
     motions: tuple[str | None, ...]
     """What is given of a support, or None for a force."""
@@ -59,8 +59,8 @@ class LoadColumns:
 
 def load_columns(problem: Problem) -> LoadColumns:
     """What the loads of a problem act on."""
-    vectors: dict[tuple[Any, ...], tuple[Array, str | None]] = {}
-    shapes: dict[tuple[Any, ...], tuple[str, str | None]] = {}
+    vectors: dict[tuple[Hashable, ...], tuple[Array, str | None]] = {}
+    shapes: dict[tuple[Hashable, ...], tuple[str, str | None]] = {}
     for load in problem.loads:
         shape = load.shape if load.base is None else base_shape(load, problem.structure)
         if shape is not None and load.dof is None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +85,7 @@ class Batch:
 
 def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Direction]]:
     """Batches of the contacts, and the direction of every port of the balance: batch by batch, port by port."""
-    kinds: dict[Any, list[tuple[int, int]]] = {}
+    kinds: dict[Hashable, list[tuple[int, int]]] = {}
     members = [(p, k) for p, pair in enumerate(pairs) for k in range(len(pair))]
     for p, k in members:
         kinds.setdefault(kind(pairs[p].contact), []).append((p, k))
@@ -105,7 +105,7 @@ def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Di
     return tuple(batches), directions
 
 
-def places(indices: NDArray[Any]) -> Places:
+def places(indices: NDArray[np.intp]) -> Places:
     """A slice where the indices follow one another, so that arrays are viewed and not copied."""
     if indices.size == 0:
         return slice(0, 0)

@@ -19,6 +19,7 @@ from slipstick.faults import listed, number, suggestion, wrong
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
 
 
@@ -131,7 +132,7 @@ def _contact_faults(pair: ContactPair, dofs: Sequence[str]) -> Iterator[str]:
                 yield f"{where}: found {dict(cosines)}, which has no direction; expected a cosine other than zero"
 
 
-def _load_faults(load: Any, problem: Problem, order: int) -> Iterator[str]:
+def _load_faults(load: Load, problem: Problem, order: int) -> Iterator[str]:
     structure = problem.structure
     if sum(given is not None for given in (load.dof, load.shape, load.base)) != 1:
         also = "" if load.base is None else f" and base = {load.base!r}"

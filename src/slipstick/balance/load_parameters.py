@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipstick.balance.base_motion import UNITS
 from slipstick.balance.inputs import Inputs
@@ -67,7 +67,7 @@ class LoadPart:
 
 def load_parts(problem: Problem) -> list[LoadPart]:
     """The loads of a problem by target and harmonic."""
-    found: dict[tuple[Any, ...], LoadPart] = {}
+    found: dict[tuple[Hashable, ...], LoadPart] = {}
     names = _names(problem)
     for i, load in enumerate(problem.loads):
         key = (*load.place, load.harmonic)
@@ -76,7 +76,7 @@ def load_parts(problem: Problem) -> list[LoadPart]:
     return list(found.values())
 
 
-def _names(problem: Problem) -> dict[tuple[Any, ...], str]:
+def _names(problem: Problem) -> dict[tuple[Hashable, ...], str]:
     """Name of each target; several motions of supports that are called the same are numbered: "base 1", "base 2"."""
     found = {load.place: load.target for load in problem.loads}
     bases = [load.place for load in problem.loads if load.base is not None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from math import atan2, cos, hypot, sin
 from typing import Any
@@ -107,7 +107,7 @@ class Load:
         return str(self.dof if self.dof is not None else self.shape)
 
     @property
-    def place(self) -> tuple[Any, ...]:
+    def place(self) -> tuple[Hashable, ...]:
         """What it acts on; equal for loads that add up."""
         pattern = tuple(sorted(self.base.items())) if isinstance(self.base, Mapping) else self.base
         return self.dof, self.shape, pattern, self.motion

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from slipstick.balance.heat import Heat, heat_change
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import Given, Inputs
 from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.contact import traits
@@ -133,7 +133,7 @@ def by_inputs(found: Detail, direction: Inputs) -> list[dict[int, Array]]:
     return slopes
 
 
-def _terms(response: Response, along: Any, omega: float) -> Any:
+def _terms(response: Response, along: Given, omega: float) -> Iterator[tuple[int, Array]]:
     for name, rate in along.values.items():
         if rate.any():
             for i, tangent in response.by_parameter(name).items():

@@ -6,7 +6,7 @@ For forces without memory or kinks a sampled period is enough; derivatives are e
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
@@ -18,7 +18,7 @@ from slipstick.contact.law import ByPort, Motion, Response, add_to
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import AnyArray, Array
 
 _SIZES = (1e-6, 1e-3, 1.0)
 _TRIED = [np.array([-1.3, -0.4, 0.7, 1.1]), np.array([0.9, -0.8, 0.5, -1.2]), np.array([0.6, 1.4, -0.3, -0.9])]
@@ -90,7 +90,7 @@ class SampledLaw:
                 return
 
     @property
-    def kind(self) -> tuple[Any, ...]:
+    def kind(self) -> tuple[Hashable, ...]:
         """Laws with the same function are computed together."""
         return self.force, self.ports, self.samples
 
@@ -141,7 +141,7 @@ def _ports(given: Any) -> tuple[str, ...]:
 def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: Mapping[str, float]) -> bool:
     """Whether complex steps give the slope that differences do, along one direction in motion and velocity."""
 
-    def at(step: complex) -> list[Any]:
+    def at(step: complex) -> list[AnyArray]:
         moved, speed = ([value * (1.0 + step) for value in given] for given in (q, rate))
         one = len(q) == 1
         found = law.force(moved[0] if one else tuple(moved), speed[0] if one else tuple(speed), **values)
@@ -181,7 +181,7 @@ class _Sampled:
         # velocity in time: omega times the derivative by phase, the drift included
         self.rate = [X @ self.slope.T + d[:, None] for X, d in zip(motion.Q, motion.drift, strict=True)]
 
-    def force(self, q: list[Any], rate: list[Any], values: Mapping[str, Any]) -> list[Any]:
+    def force(self, q: list[AnyArray], rate: list[AnyArray], values: Mapping[str, Array]) -> list[AnyArray]:
         """Forces in time at each port, (n, times)."""
         velocity = [self.omega * r for r in rate]
         if len(q) == 1:
@@ -203,7 +203,7 @@ class _Sampled:
             raise InputError(f"law force: returned {shown(found)}; expected arrays of numbers")
         return arrays
 
-    def slopes(self, q: list[Any], rate: list[Any], values: Mapping[str, Any]) -> list[Array]:
+    def slopes(self, q: list[AnyArray], rate: list[AnyArray], values: Mapping[str, Array]) -> list[Array]:
         """Derivatives in time at each port, from arguments with one imaginary step among them."""
         return [np.ascontiguousarray(np.imag(f)) / _STEP for f in self.force(q, rate, values)]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Hashable, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.contact.law import Motion, add_to
+from slipstick.contact.law import Law, Motion, Response, add_to
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -32,33 +32,33 @@ class Variable(NamedTuple):
     long_name: str
 
 
-def optional_ports(law: Any) -> tuple[str, ...]:
+def optional_ports(law: Law) -> tuple[str, ...]:
     """Ports that a contact may go without; none by default."""
     return tuple(getattr(law, "optional_ports", ()))
 
 
-def dissipating(law: Any) -> tuple[int, ...]:
+def dissipating(law: Law) -> tuple[int, ...]:
     """Ports whose force does work over a period; all by default."""
     return tuple(getattr(law, "dissipating", range(len(law.ports))))
 
 
-def factors(law: Any) -> Mapping[str, str]:
+def factors(law: Law) -> Mapping[str, str]:
     """Names of factors on one parameter of all contacts, such as "friction" on mu."""
     return dict(getattr(law, "factors", {}))
 
 
-def units(law: Any, parameter: str) -> str:
+def units(law: Law, parameter: str) -> str:
     """Units of a parameter; "1" where the law does not tell."""
     return str(getattr(law, "units", {}).get(parameter, "1"))
 
 
-def variables(law: Any) -> Mapping[str, Variable]:
+def variables(law: Law) -> Mapping[str, Variable]:
     """Results variables; by default the parameters under their own names."""
     own = {name: Variable(name, (), units(law, name), f"parameter {name}") for name in law.values}
     return dict(getattr(law, "variables", own))
 
 
-def derived(law: Any, name: str, values: Mapping[str, Array]) -> tuple[str, ArrayLike] | None:
+def derived(law: Law, name: str, values: Mapping[str, Array]) -> tuple[str, ArrayLike] | None:
     """``(parameter, factor)`` where ``name`` stands for ``parameter = factor * name``, else None."""
     if name in law.values:
         return name, 1.0
@@ -66,12 +66,12 @@ def derived(law: Any, name: str, values: Mapping[str, Array]) -> tuple[str, Arra
     return own(name, values) if own is not None else None
 
 
-def linear_states(law: Any) -> tuple[str, ...]:
+def linear_states(law: Law) -> tuple[str, ...]:
     """States for which ``linear`` gives a first guess, the likeliest first."""
     return tuple(getattr(law, "linear_states", ("stuck", "free")))
 
 
-def linear(law: Any, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
+def linear(law: Law, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
     """The law held in one state; by default nothing ("free"), or the tangent at rest ("stuck")."""
     own = getattr(law, "linear", None)
     if own is not None:
@@ -80,7 +80,7 @@ def linear(law: Any, state: str, values: Mapping[str, Array], drift: Array) -> L
     return Linear({}, {}) if state == "free" else (_at_rest(law, values, drift) if state == "stuck" else None)
 
 
-def _at_rest(law: Any, values: Mapping[str, Array], drift: Array) -> Linear:
+def _at_rest(law: Law, values: Mapping[str, Array], drift: Array) -> Linear:
     n, p = drift.shape[1], len(law.ports)
     still = Motion(Harmonics([0]), 1.0, tuple(np.zeros((n, 1)) for _ in range(p)), np.zeros((p, n)))
     response = law.respond(still, values)
@@ -90,13 +90,13 @@ def _at_rest(law: Any, values: Mapping[str, Array], drift: Array) -> Linear:
     )
 
 
-def ramps(law: Any, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
+def ramps(law: Law, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
     """Label, parameter and starting fraction of the ramps towards a first point; by default each parameter from 0."""
     own = getattr(law, "ramps", None)
     return own(values) if own is not None else ((f"{name} ramp", name, 0.0) for name in law.values)
 
 
-def size(law: Any, values: Mapping[str, Array]) -> Array:
+def size(law: Law, values: Mapping[str, Array]) -> Array:
     """Typical motion set by the law itself, (n,); zero where it has none."""
     own = getattr(law, "size", None)
     if own is not None:
@@ -105,17 +105,17 @@ def size(law: Any, values: Mapping[str, Array]) -> Array:
     return np.zeros(1)
 
 
-def kind(law: Any) -> Any:
+def kind(law: Law) -> Hashable:
     """Laws of equal kind are computed together, as one batch; by default each law is its own."""
     return getattr(law, "kind", id(law))
 
 
-def force_names(law: Any) -> tuple[str, ...]:
+def force_names(law: Law) -> tuple[str, ...]:
     """Names of the forces along the ports; by default those of the ports."""
     return tuple(getattr(law, "force_names", law.ports))
 
 
-def springs(law: Any, response: Any) -> Mapping[int, Array]:
+def springs(law: Law, response: Response) -> Mapping[int, Array]:
     """Stiffness (n,) with which the force at each port answers, as far as it acts: what its rounding is judged by."""
     own = getattr(law, "springs", None)
     if own is not None:
@@ -128,19 +128,19 @@ def springs(law: Any, response: Any) -> Mapping[int, Array]:
     return total
 
 
-def kinked(law: Any, values: Mapping[str, Array]) -> NDArray[np.bool_]:
+def kinked(law: Law, values: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Which of n elements have friction that acts, (n,) of bool: their forces have kinks and many harmonics."""
     own = getattr(law, "kinked", None)
     count = len(next(iter(values.values()), ()))
     return np.zeros(count, dtype=bool) if own is None else np.asarray(own(values), dtype=bool)
 
 
-def stiffness_names(law: Any) -> Mapping[int, str]:
+def stiffness_names(law: Law) -> Mapping[int, str]:
     """The parameter that is a stiffness along a port, by port."""
     return dict(getattr(law, "stiffness_names", {}))
 
 
-def warnings(law: Any, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
+def warnings(law: Law, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
     """What looks wrong in one contact with these ports, whose counter surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
     return iter(()) if own is None else own(values, ports, approach)

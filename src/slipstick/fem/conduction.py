@@ -15,7 +15,7 @@ from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -84,7 +84,7 @@ def _require_sink(matrix: csr_array, held: NDArray[np.bool_]) -> None:
 
 
 def influence_matrix(
-    matrix: csr_array, weights: Any, *, fixed: IntArray | None = None, solve: LinearSolver = default_solver
+    matrix: csr_array, weights: Matrix, *, fixed: IntArray | None = None, solve: LinearSolver = default_solver
 ) -> Array:
     """Temperature rise of each patch by one unit of heat into each, (n_contacts, n_contacts), K/W, symmetric.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.symmetry import asymmetry
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -50,14 +50,14 @@ class Nodes:
 class RawModel:
     """Matrices as stored (full or one half), by name "K", "M", "C", with the map where the files have one."""
 
-    matrices: Mapping[str, Any]
+    matrices: Mapping[str, Matrix]
     dof_map: DofMap | None = None
     nodes: Nodes = field(default_factory=Nodes)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
 
-def full_symmetric(matrix: Any, name: str) -> csr_array:
+def full_symmetric(matrix: Matrix, name: str) -> csr_array:
     """Both halves of a symmetric matrix of which one half, the other, or both are stored.
 
     Raises

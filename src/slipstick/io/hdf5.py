@@ -8,10 +8,16 @@ from contextlib import contextmanager
 from math import prod
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from slipstick.typing import AnyArray
+
+if TYPE_CHECKING:
+    import h5py
+
 
 CHECKED = ("v108", "v110")
 """Versions of the format whose headers have check sums, so that damage is found."""
@@ -24,7 +30,7 @@ _HEAP_OBJECT = struct.Struct("<H6xQ")
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
+def opened(path: Path) -> Iterator[h5py.File]:
     """The file for reading, once no damage is in it on which the library would loop for ever.
 
     Raises
@@ -54,7 +60,7 @@ def _require_sound_heap(data: mmap, at: int) -> None:
         at += size if index == 0 else _HEAP_OBJECT.size + -(-size // 8) * 8
 
 
-def own_node(group: Any, name: str) -> Any:
+def own_node(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
     """The group or data set ``name`` of a group; raises ValueError where a link leads to it from elsewhere."""
     import h5py
 
@@ -63,7 +69,7 @@ def own_node(group: Any, name: str) -> Any:
     return group[name]
 
 
-def require_own(data: Any) -> None:
+def require_own(data: h5py.Dataset) -> None:
     """Raises ValueError for a data set that is stored elsewhere or claims more numbers than are stored."""
     import h5py
 
@@ -76,7 +82,7 @@ def require_own(data: Any) -> None:
         raise ValueError(f"'{name}' claims {prod(data.shape)} entries, more than the file holds")
 
 
-def texts(data: Any, file_size: int) -> NDArray[np.str_]:
+def texts(data: h5py.Dataset, file_size: int) -> NDArray[np.str_]:
     """The texts of a data set, read in blocks: in a damaged file many entries may name one and the same long text."""
     flat: list[str] = []
     block, total = max(1, _TEXT_BLOCK // max(file_size, 1)), 0
@@ -88,7 +94,7 @@ def texts(data: Any, file_size: int) -> NDArray[np.str_]:
     return np.array(flat, dtype=str).reshape(data.shape)
 
 
-def _blocks(data: Any, block: int) -> Any:
+def _blocks(data: h5py.Dataset, block: int) -> Iterator[AnyArray]:
     if data.ndim != 1:
         if data.size > block:
             raise ValueError(f"'{data.name}' holds texts in more than one dimension")
@@ -98,7 +104,7 @@ def _blocks(data: Any, block: int) -> Any:
         yield data.asstr()[start : start + block]
 
 
-def attributes(node: Any, skipped: set[str]) -> dict[str, Any]:
+def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:
     """Attributes by name but those skipped; raises ValueError for lists of texts and for huge ones."""
     import h5py
 

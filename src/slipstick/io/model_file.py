@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,11 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own
+from slipstick.typing import Sparse
+
+if TYPE_CHECKING:
+    import h5py
+
 
 FORMAT = "slipstick model"
 VERSION = 1
@@ -47,7 +52,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     return path
 
 
-def _write(file: Any, model: ImportedModel) -> None:
+def _write(file: h5py.Group, model: ImportedModel) -> None:
     file.attrs.update(format=FORMAT, version=VERSION, source=model.source, units=model.units)
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
@@ -63,7 +68,7 @@ def _write(file: Any, model: ImportedModel) -> None:
         _write_mesh(file.create_group("mesh"), model.mesh)
 
 
-def _write_group(group: Any, where: str, arrays: Mapping[str, NDArray]) -> None:
+def _write_group(group: h5py.Group, where: str, arrays: Mapping[str, NDArray]) -> None:
     """Arrays under numbers, their names in an attribute: a name may hold any character."""
     inner = group.create_group(where)
     inner.attrs["names"] = json.dumps(list(arrays))
@@ -71,7 +76,7 @@ def _write_group(group: Any, where: str, arrays: Mapping[str, NDArray]) -> None:
         inner[str(number)] = array
 
 
-def _write_mesh(group: Any, mesh: Mesh) -> None:
+def _write_mesh(group: h5py.Group, mesh: Mesh) -> None:
     group["nodes"], group["labels"] = mesh.nodes, mesh.labels
     _write_group(group, "blocks", mesh.blocks)
     _write_group(group, "node_sets", mesh.node_sets)
@@ -109,7 +114,7 @@ def load_model(path: Path, *, quiet: bool = False) -> ImportedModel:
     return model
 
 
-def _read(file: Any, path: Path) -> ImportedModel:
+def _read(file: h5py.Group, path: Path) -> ImportedModel:
     if file.attrs.get("format") != FORMAT:
         raise InputError(f"{path.name}: is not a slipstick model; make one with: slipstick import FILE -o model.h5")
     if int(file.attrs["version"]) > VERSION:
@@ -129,7 +134,7 @@ def _read(file: Any, path: Path) -> ImportedModel:
     )
 
 
-def _array(group: Any, name: str, path: Path) -> NDArray:
+def _array(group: h5py.Group, name: str, path: Path) -> NDArray:
     """A data set that lies in this file and is no larger than it."""
     data = own_node(group, name)
     require_own(data)
@@ -138,7 +143,7 @@ def _array(group: Any, name: str, path: Path) -> NDArray:
     return data[()]
 
 
-def _matrix(file: Any, name: str, size: int, path: Path) -> Any:
+def _matrix(file: h5py.Group, name: str, size: int, path: Path) -> Sparse:
     from scipy.sparse import csr_array
 
     group = own_node(file, name)
@@ -150,17 +155,17 @@ def _matrix(file: Any, name: str, size: int, path: Path) -> Any:
     return matrix
 
 
-def _group(group: Any, where: str, path: Path) -> dict[str, NDArray]:
+def _group(group: h5py.Group, where: str, path: Path) -> dict[str, NDArray]:
     inner = own_node(group, where)
     return {str(name): _array(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
 
 
-def _nested(group: Any, where: str, path: Path) -> dict[str, dict[str, NDArray]]:
+def _nested(group: h5py.Group, where: str, path: Path) -> dict[str, dict[str, NDArray]]:
     inner = own_node(group, where)
     return {str(name): _group(inner, str(i), path) for i, name in enumerate(json.loads(inner.attrs["names"]))}
 
 
-def _mesh(group: Any, path: Path) -> Mesh:
+def _mesh(group: h5py.Group, path: Path) -> Mesh:
     return Mesh(
         nodes=_array(group, "nodes", path),
         blocks=_group(group, "blocks", path),

@@ -13,13 +13,17 @@ from dataclasses import dataclass, field
 from itertools import count
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.io.hdf5 import CHECKED, attributes, opened, own_node, require_own, texts
+from slipstick.typing import AnyArray
+
+if TYPE_CHECKING:
+    import h5py
+
 
 LARGEST = 16 * 1024**3
 """Bytes one file may unpack to."""
@@ -36,7 +40,7 @@ class Variable:
     """Values with named dimensions and attributes; numbers or texts."""
 
     dims: tuple[str, ...]
-    values: NDArray[Any]
+    values: AnyArray
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -65,7 +69,7 @@ def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = N
     path.write_bytes(image)
 
 
-def _write(place: Any, group: Group, numbers: Iterator[int]) -> None:
+def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
     """One group; ``numbers`` count the dimensions of the whole file."""
     variables = group.variables
     sizes = {dim: n for v in variables.values() for dim, n in zip(v.dims, v.values.shape, strict=True)}
@@ -88,7 +92,7 @@ def _write(place: Any, group: Group, numbers: Iterator[int]) -> None:
     place.attrs.update(_storable(group.attributes))
 
 
-def _create(file: Any, name: str, variable: Variable, limits: tuple[int | None, ...] | None) -> Any:
+def _create(file: h5py.Group, name: str, variable: Variable, limits: tuple[int | None, ...] | None) -> h5py.Dataset:
     import h5py
 
     values = variable.values
@@ -140,12 +144,12 @@ def read_netcdf(path: Path, group: str = "", *, limit: int = LARGEST) -> Group:
         return Group(variables=variables, attributes=found)
 
 
-def _is_bare(node: Any) -> bool:
+def _is_bare(node: h5py.Dataset) -> bool:
     """Whether it is a dimension without values."""
     return _text(node.attrs.get("NAME", "")).startswith(_BARE)
 
 
-def _dims(file: Any, node: Any) -> Iterator[str]:
+def _dims(file: h5py.Group, node: h5py.Dataset) -> Iterator[str]:
     for axis in range(node.ndim):
         if node.is_scale:
             yield _last(node.name)
@@ -157,7 +161,7 @@ def _last(name: str) -> str:
     return name.rpartition("/")[2]
 
 
-def _values(node: Any, file_size: int) -> NDArray[Any]:
+def _values(node: h5py.Dataset, file_size: int) -> AnyArray:
     import h5py
 
     if h5py.check_string_dtype(node.dtype):
@@ -167,7 +171,7 @@ def _values(node: Any, file_size: int) -> NDArray[Any]:
     return np.asarray(node[...])
 
 
-def _attributes(node: Any) -> dict[str, Any]:
+def _attributes(node: h5py.Dataset) -> dict[str, Any]:
     return {name: _plain(value) for name, value in attributes(node, _INTERNAL).items()}
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
@@ -28,6 +27,7 @@ from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import AnyArray
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, s
     return problem, ""
 
 
-def _made(plain: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+def _made(plain: Any, arrays: Mapping[str, AnyArray]) -> Any:
     """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
     if isinstance(plain, list):
         return [_made(item, arrays) for item in plain]
@@ -157,7 +157,7 @@ def _made(plain: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     return PARTS[plain["kind"]][0](**arguments)
 
 
-def _sparse(data: NDArray[Any], indices: NDArray[Any], indptr: NDArray[Any]) -> Any:
+def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:
     """A square matrix of which nothing is believed that its arrays do not hold."""
     from scipy.sparse import csc_array
 

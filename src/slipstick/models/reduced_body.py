@@ -36,7 +36,7 @@ from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, with_contacts
 from slipstick.structure.reduction.reduce import receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, tools
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -47,9 +47,9 @@ if TYPE_CHECKING:
 class FullMatrices:
     """Stiffness and mass (n, n) of the full model and the kept directions (n, n_keep), all sparse."""
 
-    K: Any
-    M: Any
-    directions: Any
+    K: Matrix
+    M: Matrix
+    directions: Matrix
 
 
 @dataclass(frozen=True, kw_only=True)

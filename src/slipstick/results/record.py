@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.ports import Balance
@@ -19,7 +18,7 @@ from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, layout_of
 from slipstick.results.truncation import Structures, moved, truncation
 from slipstick.structure.dynamic import adjusted
-from slipstick.typing import Array
+from slipstick.typing import AnyArray, Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +137,7 @@ class Recorder:
         """Which variables there are, their dimensions and meaning."""
         return layout_of(self.balance.problem, parameter=self.parameter)
 
-    def values(self, points: Sequence[Point]) -> dict[str, NDArray[Any]]:
+    def values(self, points: Sequence[Point]) -> dict[str, AnyArray]:
         """Every variable, (n_points, ...)."""
         b = self.balance
         x = _stack([p.x for p in points], (b.size,))
@@ -146,7 +145,7 @@ class Recorder:
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
-        found: dict[str, NDArray[Any]] = {
+        found: dict[str, AnyArray] = {
             name: np.full((len(points), *layout.shape(name)), np.nan)
             for name, declared in layout.variables.items()
             if "contact" in declared.dims
@@ -173,7 +172,7 @@ class Recorder:
         }
         return {name: found[name] for name in layout.variables}
 
-    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, NDArray[Any]], force: Array) -> None:
+    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, AnyArray], force: Array) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
         responses, at = [p.detail.responses[k] for p in points], batch.elements
@@ -204,7 +203,7 @@ class Recorder:
             )  # fmt: skip
             found[name][:, at] = _stack(source, (batch.count, *found[name].shape[2:]))
 
-    def record(self, point: Point) -> Mapping[str, NDArray[Any]]:
+    def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
         return {name: value[0] for name, value in self.values([point]).items()}
 

@@ -13,13 +13,12 @@ from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
-from slipstick.typing import Array
+from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
     from slipstick.balance.problem import Problem
 
-Table = tuple[tuple[str, ...], NDArray[Any], dict[str, str]]
+Table = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
 KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
@@ -121,7 +120,7 @@ class Layout:
             parts.append(np.broadcast_to(value, self.shape(name)).ravel())
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def unpack(self, rows: Array) -> dict[str, NDArray[Any]]:
+    def unpack(self, rows: Array) -> dict[str, AnyArray]:
         """Variables (n_points, ...) from rows (n_points, size)."""
         out, start = {}, 0
         for name in self.variables:
@@ -131,7 +130,7 @@ class Layout:
             start = stop
         return out
 
-    def _of_type(self, name: str, values: NDArray[Any]) -> NDArray[Any]:
+    def _of_type(self, name: str, values: AnyArray) -> AnyArray:
         """Whole numbers and texts from the numbers of the journal; what is of its type already stays so."""
         declared = self.variables[name]
         if values.dtype.kind != "f" or not (declared.whole or declared.texts):
@@ -142,7 +141,7 @@ class Layout:
             return codes
         return np.array([*declared.texts, ""])[np.clip(codes, MISSING, len(declared.texts) - 1)]
 
-    def tables(self, values: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, Table]]:
+    def tables(self, values: Mapping[str, AnyArray]) -> Iterator[tuple[str, Table]]:
         """Coordinates, then variables, by name, from values (n_points, ...)."""
         count = len(next(iter(values.values()), ()))
         yield "point", (("point",), np.arange(count), _meaning("1", DIMENSIONS["point"]))
@@ -201,7 +200,7 @@ def _of_problem(problem: Problem, declared: Declared) -> Declared:
     return declared._replace(long_name=f"{declared.long_name}, {RELATIVE}")
 
 
-def make_dataset(layout: Layout, values: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> xarray.Dataset:
+def make_dataset(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
     """The dataset of a branch from the values of its points, (n_points, ...) each."""
     import xarray
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from slipstick.faults import SMALLEST
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 DAMPING_ROUNDING = 1e-10
 """Smallest eigenvalue of the damping with unit diagonal, negative, that still passes as rounding."""
@@ -26,7 +26,7 @@ _GROUNDED = (
 )
 
 
-def definite_faults(name: str, matrix: Any) -> list[str]:
+def definite_faults(name: str, matrix: Sparse) -> list[str]:
     """Faults of M or K (n, n), which must be positive definite; judged with unit diagonal: dofs may differ in units.
 
     Dense: the smallest eigenvalue. Sparse: the signs of the pivots of a symmetric elimination.
@@ -49,7 +49,7 @@ def definite_faults(name: str, matrix: Any) -> list[str]:
     return [f"{name}: {_REMEDY[name]} ({what} {smallest:g})"]
 
 
-def damping_faults(C: Any, M: Any) -> list[str]:
+def damping_faults(C: Sparse, M: Sparse) -> list[str]:
     """Faults of viscous damping that feeds energy in: C (n, n) must be positive semidefinite to rounding.
 
     C is scaled by the masses, which settles units, then to unit diagonal. Dense: its smallest eigenvalue must not lie
@@ -87,7 +87,7 @@ def semidefinite_to(matrix: Array, diagonal: Array, tolerance: float) -> float |
     return None
 
 
-def smallest_pivot(matrix: Any) -> float:
+def smallest_pivot(matrix: Sparse) -> float:
     """Smallest pivot of a symmetric elimination of a sparse matrix; zero or below where an eigenvalue is.
 
     A pivot that is exactly zero beside other entries hides the sign (the elimination then leaves the diagonal): the
@@ -104,7 +104,7 @@ def smallest_pivot(matrix: Any) -> float:
     return 0.0 if smallest is None else min(smallest, 0.0)
 
 
-def _pivots(matrix: Any) -> float | None:
+def _pivots(matrix: Sparse) -> float | None:
     """Smallest pivot when all lie on the diagonal, else None."""
     from scipy.sparse.linalg import splu
 
@@ -116,7 +116,7 @@ def _pivots(matrix: Any) -> float | None:
     return float(factors.U.diagonal().min()) if np.array_equal(factors.perm_r, factors.perm_c) else None
 
 
-def scaled(matrix: Any, diagonal: Array) -> Any:
+def scaled(matrix: Sparse, diagonal: Array) -> Any:
     """The matrix, dense or sparse, divided by the roots of ``diagonal`` from both sides."""
     scale = 1.0 / np.sqrt(diagonal)
     if sparse.issparse(matrix):
@@ -125,6 +125,6 @@ def scaled(matrix: Any, diagonal: Array) -> Any:
     return matrix * scale * scale[:, None]
 
 
-def _has_negative_pair(matrix: Any) -> bool:
+def _has_negative_pair(matrix: Sparse) -> bool:
     """Whether a row of zero diagonal holds anything: with any other dof it makes motions of negative energy."""
     return bool(np.any(abs(matrix)[matrix.diagonal() == 0].sum(axis=1)))

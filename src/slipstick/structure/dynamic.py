@@ -8,6 +8,7 @@ from typing import Any
 
 from slipstick.errors import InputError
 from slipstick.faults import number, suggestion
+from slipstick.typing import Matrix
 
 UNITS = "1"
 """Units of loss factors and of factors on the damping."""
@@ -17,9 +18,9 @@ UNITS = "1"
 class DynamicStiffness:
     """``Z(w) = K (1 + i loss_factor) + i w damping C - w^2 M``, dense or scipy sparse; C may be None."""
 
-    M: Any
-    C: Any
-    K: Any
+    M: Matrix
+    C: Matrix
+    K: Matrix
     loss_factor: float
     damping: float
 

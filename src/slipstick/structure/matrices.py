@@ -29,7 +29,7 @@ from slipstick.structure.definite import damping_faults, definite_faults
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 #: Largest number of dofs treated densely: all modes are computed.
 DENSE_LIMIT = 1500
@@ -74,10 +74,10 @@ class MatrixStructure:
     def __init__(
         self,
         *,
-        M: Any,
-        K: Any,
+        M: Matrix,
+        K: Matrix,
         dofs: Iterable[str],
-        C: Any = None,
+        C: Matrix = None,
         loss_factor: float = 0.0,
         load_shapes: Mapping[str, ArrayLike] | None = None,
         damping: float = 1.0,
@@ -107,7 +107,7 @@ class MatrixStructure:
         self.M, self.K, self._viscous = (self._form(given.get(name)) for name in ("M", "K", "C"))
         self._check_definite()
 
-    def _form(self, matrix: Any) -> Any:
+    def _form(self, matrix: Matrix) -> Any:
         """Dense below the limit, compressed sparse above."""
         if matrix is None:
             return None
@@ -298,7 +298,7 @@ def _matrix(value: Any) -> Any:
     return real(value).tocsc(copy=True) if hasattr(value, "tocsc") else real(value)
 
 
-def _thin(matrix: Any) -> Any:
+def _thin(matrix: Matrix) -> Any:
     """A large dense matrix of mostly zeros as a sparse one, others as they are."""
     from scipy.sparse import csc_array
 
@@ -307,7 +307,7 @@ def _thin(matrix: Any) -> Any:
     return matrix
 
 
-def _matrix_faults(name: str, matrix: Any, n: int) -> list[str]:
+def _matrix_faults(name: str, matrix: Matrix, n: int) -> list[str]:
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         return [f"{name}: found shape {matrix.shape}; expected a square matrix"]
     if matrix.shape[0] != n:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +10,10 @@ from numpy.typing import NDArray
 from slipstick.faults import LARGEST, SMALLEST
 from slipstick.structure.checks import within_range
 from slipstick.structure.symmetry import asymmetry
+from slipstick.typing import Sparse
 
 
-def matrix_problems(K: Any, M: Any, dofs: Sequence[str] | None = None) -> list[str]:
+def matrix_problems(K: Sparse, M: Sparse, dofs: Sequence[str] | None = None) -> list[str]:
     """One sentence for each fault of K and M (n, n): size, finite numbers, symmetry, negative mass."""
     problems = list(_size_problems(K, M, dofs))
     if problems:
@@ -28,7 +28,7 @@ def name_of(dofs: Sequence[str] | None, index: int) -> str:
     return f"number {index}" if dofs is None else f"'{dofs[index]}'"
 
 
-def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+def _size_problems(K: Sparse, M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     odd = [
         (name, A.shape) for name, A in (("stiffness", K), ("mass", M)) if A.shape != A.shape[:1] * 2 or not A.shape[0]
     ]
@@ -43,7 +43,7 @@ def _size_problems(K: Any, M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
         yield f"dof name '{twice}' appears more than once; each row needs its own name"
 
 
-def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+def _value_problems(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     if not within_range(A.data):
         where = name_of(dofs, int(A.tocoo().row[~(np.abs(A.data) <= LARGEST)][0]))
         yield f"the {name} matrix holds a value that is not finite or above {LARGEST:g}, in the row of dof {where}"
@@ -57,7 +57,7 @@ def _value_problems(name: str, A: Any, dofs: Sequence[str] | None) -> Iterator[s
         )
 
 
-def _mass_problems(M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
+def _mass_problems(M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     diagonal = M.diagonal()
     if diagonal.min() < 0.0:
         where = name_of(dofs, int(np.argmin(diagonal)))
@@ -71,7 +71,7 @@ def _mass_problems(M: Any, dofs: Sequence[str] | None) -> Iterator[str]:
         )
 
 
-def _lowest_ritz_value(M: Any, diagonal: NDArray[np.float64], steps: int = 30) -> float:
+def _lowest_ritz_value(M: Sparse, diagonal: NDArray[np.float64], steps: int = 30) -> float:
     """Lowest Ritz value of M scaled to unit diagonal, by Lanczos; being never below the true one, a negative proves."""
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     q = np.random.default_rng(2).standard_normal(M.shape[0])

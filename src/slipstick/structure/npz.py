@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import prod
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.structure.checks import REAL_MODES, number_faults, real
+from slipstick.typing import AnyArray
 
 LARGEST = 4 * 1024**3
 """Bytes one file may unpack to."""
@@ -70,7 +70,7 @@ def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
     return shape, dtype
 
 
-def read_any(path: Path, *, limit: int = LARGEST) -> dict[str, NDArray[Any]]:
+def read_any(path: Path, *, limit: int = LARGEST) -> dict[str, AnyArray]:
     """All arrays of a file as they are, of numbers or texts; raises InputError as :func:`array_shapes` does."""
     array_shapes(path, limit=limit)
     with readable(path), np.load(path, allow_pickle=False) as data:

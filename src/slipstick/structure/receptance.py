@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import AnyArray, Array, ComplexArray
 
 _SMALL = 2000
 """Below so many products complex numbers cost less than two real multiplications."""
@@ -23,7 +23,7 @@ _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
 
 
-def _products(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
+def _products(left: AnyArray, right: AnyArray) -> AnyArray:
     """Products of (n_rows, n) and (n_columns, n) for each of the n: (n, n_rows n_columns)."""
     return np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, left.shape[1]).T)
 
@@ -102,15 +102,15 @@ class ModalReceptance:
         self.static = static
         self._shape = static.shape
         self._e: complex | None = None
-        self._residual: NDArray[Any] | None = None
-        self._second: NDArray[Any] | None = None
+        self._residual: AnyArray | None = None
+        self._second: AnyArray | None = None
         self._viscous = 1j * np.asarray(damping, dtype=float)
         self._damping = factor * self._viscous
         self._left, self._right = left, right
         self._left_out = residual, second
         self._set_stiffness(np.asarray(stiffness, dtype=complex))
 
-    def _set_stiffness(self, stiffness: NDArray[Any]) -> None:
+    def _set_stiffness(self, stiffness: AnyArray) -> None:
         """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
         self._stiffness, self._e = stiffness, None
         self._residual, self._second = self._left_out
@@ -123,7 +123,7 @@ class ModalReceptance:
             self._second = None if self._second is None else self._second / self._e**2
 
     @cached_property
-    def _products(self) -> NDArray[Any]:
+    def _products(self) -> AnyArray:
         """``left_r right_r`` (n_modes, n_rows n_columns), made when a frequency is first asked for."""
         products = _products(self._left, self._right)
         return products.astype(complex) if products.size < _SMALL else products

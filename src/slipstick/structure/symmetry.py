@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.typing import Matrix, Sparse
+
 ASYMMETRY = 1e-8
 """Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
 
@@ -19,7 +21,7 @@ class Pair(NamedTuple):
     mirrored: float
 
 
-def asymmetry(A: Any, tolerance: float = ASYMMETRY) -> Pair | None:
+def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> Pair | None:
     """In the first row that differs from its column, what differs most; None for a symmetric matrix.
 
     Two products with a random vector, no transposed copy: rows and columns that differ give different sums.
@@ -39,6 +41,6 @@ def asymmetry(A: Any, tolerance: float = ASYMMETRY) -> Pair | None:
     return Pair(i, j, float(row[j]), float(column[j]))
 
 
-def _cross(A: Any, i: int) -> tuple[Any, Any]:
+def _cross(A: Sparse, i: int) -> tuple[Any, Any]:
     """Row and column ``i``."""
     return (A.tocsr()[[i]], A.tocsc()[:, [i]]) if hasattr(A, "tocsr") else (A[i], A[:, i])

@@ -12,12 +12,11 @@ Near and above ``w_n`` modes may be left out that w passes; there ``RESONANT`` s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
@@ -73,7 +72,7 @@ class Truncation:
         left_out, size = np.broadcast_arrays(left_out, size)
         return np.divide(left_out, size, out=np.full(size.shape, np.inf), where=size > 0.0)
 
-    def _size(self, square: Any) -> Array:
+    def _size(self, square: Matrix) -> Array:
         """Norm of the modal part and the static residual: ``|sum c_r a_r a_r^T + R0|`` with Gram matrices."""
         gap = self._squared - square[..., None]
         c = 1.0 / np.where(gap == 0.0, 1e-12 * self._squared, gap)

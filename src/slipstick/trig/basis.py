@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 TWO_PI = 2.0 * pi
 CELLS_PER_ORDER = 10
@@ -23,7 +23,7 @@ _STEP_HIGH = float(np.float32(TWO_PI / _PIECES))
 _STEP_LOW = TWO_PI / _PIECES - _STEP_HIGH + 2.4492935982947064e-16 / _PIECES
 
 
-def turns(part: Any, whole: int) -> tuple[Array, Array]:
+def turns(part: int | IntArray, whole: int) -> tuple[Array, Array]:
     """Cosine and sine of ``part / whole`` turns, ``part`` integers of any size, to rounding: no angle above pi/4."""
     quarter, rest = np.divmod(4 * np.mod(part, whole), whole)
     beyond = 2 * rest > whole
@@ -38,35 +38,35 @@ _COS, _SIN = turns(np.arange(_PIECES), _PIECES)
 class Grid(NamedTuple):
     """Tables of one harmonic set: cell middles of the root search and padded orders."""
 
-    orders: Any
+    orders: Array
     """Nonzero orders as floats, padded by zeros to a multiple of four, (n4,)."""
-    cos: Any
+    cos: Array
     """``cos(m_j t_i)`` at the cell middles, (n4, cells)."""
-    sin: Any
-    consecutive: Any
+    sin: Array
+    consecutive: bool
     """Whether the orders are 1, 2, ..., n, so that powers of ``exp(i t)`` serve."""
-    n: Any
+    n: int
     """Number of nonzero orders."""
-    top: Any
+    top: int
     """Twice the highest order: as many roots as there can be."""
 
 
 class Polynomial(NamedTuple):
     """``mean + sum_j cos_j cos m_j t + sin_j sin m_j t``."""
 
-    mean: Any
-    cos: Any
+    mean: float
+    cos: Array
     """(n4,)"""
-    sin: Any
+    sin: Array
 
 
 class Scratch(NamedTuple):
     """Room for ``cos m_j t, sin m_j t``: at a time (n4,) each, and both at half and at the middle of a way (2, n4)."""
 
-    c: Any
-    s: Any
-    half: Any
-    middle: Any
+    c: Array
+    s: Array
+    half: Array
+    middle: Array
 
 
 @lru_cache(maxsize=64)
@@ -94,7 +94,7 @@ def circle(t: float) -> tuple[float, float]:
 
 
 @inlined
-def powers(t: float, n: int, c: Any, s: Any) -> None:
+def powers(t: float, n: int, c: Array, s: Array) -> None:
     """``c[k-1] = cos k t``, ``s[k-1] = sin k t`` for k = 1 .. n; the arrays have room for n rounded up to four."""
     c1, s1 = circle(t)
     c2, s2 = c1 * c1 - s1 * s1, 2.0 * c1 * s1
@@ -111,7 +111,7 @@ def powers(t: float, n: int, c: Any, s: Any) -> None:
 
 
 @inlined
-def basis(t: float, grid: Grid, c: Any, s: Any) -> None:
+def basis(t: float, grid: Grid, c: Array, s: Array) -> None:
     """``cos m_j t`` and ``sin m_j t`` of every kept order."""
     orders = grid.orders
     if grid.consecutive:
@@ -122,7 +122,7 @@ def basis(t: float, grid: Grid, c: Any, s: Any) -> None:
 
 
 @inlined
-def value(p: Polynomial, c: Any, s: Any) -> float:
+def value(p: Polynomial, c: Array, s: Array) -> float:
     """``p`` at the time whose basis is ``c, s``."""
     pc, ps = p.cos, p.sin
     total = 0.0
@@ -132,7 +132,7 @@ def value(p: Polynomial, c: Any, s: Any) -> float:
 
 
 @inlined
-def values(p: Polynomial, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
+def values(p: Polynomial, m: Array, c: Array, s: Array) -> tuple[float, float, float]:
     """``p, p', p''`` at the time whose basis is ``c, s``."""
     pc, ps = p.cos, p.sin
     v0, v1, v2 = 0.0, 0.0, 0.0
@@ -146,7 +146,7 @@ def values(p: Polynomial, m: Any, c: Any, s: Any) -> tuple[float, float, float]:
 
 
 @inlined
-def third(p: Polynomial, m: Any, c: Any, s: Any) -> float:
+def third(p: Polynomial, m: Array, c: Array, s: Array) -> float:
     """``p'''`` at the time whose basis is ``c, s``."""
     pc, ps = p.cos, p.sin
     total = 0.0

@@ -6,8 +6,6 @@ Between two neighbouring times of a grid of step ``h`` the deviation rises above
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, grid, values
@@ -17,7 +15,7 @@ from slipstick.typing import Array
 
 
 @inlined
-def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: Any, s: Any) -> tuple[float, float]:
+def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: Array, s: Array) -> tuple[float, float]:
     """Time and value of the extreme next to ``t``, where the value is ``start``, at most ``reach`` away."""
     first = t
     for _ in range(8):
@@ -35,7 +33,7 @@ def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: A
 
 
 @compiled(allocates=True)
-def _largest(X: Any, grid: Grid) -> tuple[Any, Any]:
+def _largest(X: Array, grid: Grid) -> tuple[Array, Array]:
     """Signed largest deviation of each row of ``X`` (k, L) and its time."""
     orders, cos, sin = grid.orders, grid.cos, grid.sin
     rows, cells = X.shape[0], cos.shape[1]

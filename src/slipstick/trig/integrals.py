@@ -7,7 +7,6 @@ Every entry of ``W = (1/pi) int H_+ H_-^T`` is a sum of ``C_k = int cos k tau`` 
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from slipstick.typing import Array
 
 
 @inlined
-def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> None:
+def add_boundary(weight: float, c: Array, s: Array, C: Array, S: Array, top: int) -> None:
     """Add one interval end to ``k C_k`` and ``k S_k``, k = 1 .. top (stored from 0).
 
     ``weight`` is that of the interval ending here less that of the one beginning here; ``c, s`` hold
@@ -30,7 +29,7 @@ def add_boundary(weight: float, c: Any, s: Any, C: Any, S: Any, top: int) -> Non
 
 
 @compiled
-def fill_matrix(length: float, C: Any, S: Any, grid: Grid, out: Any) -> None:
+def fill_matrix(length: float, C: Array, S: Array, grid: Grid, out: Array) -> None:
     """``W`` (L, L) from the accumulated length and primitives ``C_k, S_k`` (stored from k = 1)."""
     orders = grid.orders
     half = 0.5 / pi
@@ -56,7 +55,7 @@ def fill_matrix(length: float, C: Any, S: Any, grid: Grid, out: Any) -> None:
 
 
 @inlined
-def fill_vectors(length: float, start: Any, end: Any, grid: Grid, h: Any, hv: Any) -> None:
+def fill_vectors(length: float, start: Array, end: Array, grid: Grid, h: Array, hv: Array) -> None:
     """``h = (1/pi) int H_+`` and ``h_v = (1/pi) int (tau - a) H_+`` over ``[a, a + length]``, both (L,).
 
     ``start`` and ``end`` (2, top) hold ``cos k t`` and ``sin k t`` (from k = 1) there.
@@ -76,7 +75,7 @@ def fill_vectors(length: float, start: Any, end: Any, grid: Grid, h: Any, hv: An
 
 
 @compiled(allocates=True)
-def _interval(a: float, b: float, grid: Grid) -> tuple[Any, Any, Any]:
+def _interval(a: float, b: float, grid: Grid) -> tuple[Array, Array, Array]:
     n, top = grid.n, grid.top
     start, end = np.empty((2, top + 4)), np.empty((2, top + 4))
     C, S = np.zeros(top), np.zeros(top)

@@ -33,15 +33,16 @@ polynomials ``|c_m|`` is the sum of their amplitudes, before any cancellation. A
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import SlipstickError
-from slipstick.trig.basis import TWO_PI, Array, Grid, Polynomial, Scratch, basis, grid, third, value, values
+from slipstick.trig.basis import TWO_PI, Grid, Polynomial, Scratch, basis, grid, third, value, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, BoolArray
 
 STACK = 128
 FULL = -1
@@ -52,29 +53,32 @@ TOO_MANY = (
 )
 _UNIT = 2.0**-53
 
+Slopes = tuple[float, float, float, float]
+"""``p, p', p'', p'''`` at a time."""
+
 
 class Cells(NamedTuple):
     """A polynomial at the cell middles, and the work of a search."""
 
-    p: Any
+    p: Array
     """``p`` (cells,)."""
-    slope: Any
+    slope: Array
     """``p'``."""
-    curve: Any
+    curve: Array
     """``p''``."""
-    skip: Any
+    skip: BoolArray
     """Cells whose roots do not matter."""
-    margin: Any
+    margin: Array
     """Room (cells,)."""
-    stack: Any
+    stack: Array
     """Room for halved pieces (STACK, 2)."""
 
 
 class Roots(NamedTuple):
     """Room for ascending roots, and whether the sign goes from minus to plus there."""
 
-    times: Any
-    rising: Any
+    times: Array
+    rising: BoolArray
 
 
 class Sought(NamedTuple):
@@ -82,18 +86,18 @@ class Sought(NamedTuple):
 
     p: Polynomial
     grid: Grid
-    third: Any
+    third: float
     """``B3 = sum m^3 |c_m|``"""
-    fourth: Any
+    fourth: float
     """``B4 = sum m^4 |c_m|``"""
-    floor: Any
-    c: Any
+    floor: float
+    c: Array
     """Room for a basis."""
-    s: Any
+    s: Array
 
 
 @inlined
-def look(f: Sought, t: float) -> tuple[float, float, float, float]:
+def look(f: Sought, t: float) -> Slopes:
     """``p, p', p'', p'''`` at a time."""
     basis(t, f.grid, f.c, f.s)
     v0, v1, v2 = values(f.p, f.grid.orders, f.c, f.s)
@@ -107,7 +111,7 @@ def rounding_floor(size: float, slope: float, n: int) -> float:
 
 
 @inlined
-def bounds(p: Polynomial, m: Any) -> tuple[float, float]:
+def bounds(p: Polynomial, m: Array) -> tuple[float, float]:
     """``B3 = sum m^3 |c_m|`` and ``B4 = sum m^4 |c_m|``."""
     pc, ps = p.cos, p.sin
     bound, next_bound = 0.0, 0.0
@@ -119,7 +123,7 @@ def bounds(p: Polynomial, m: Any) -> tuple[float, float]:
 
 
 @inlined
-def polish(left: float, right: float, rising: bool, t: float, start: Any, f: Sought) -> float:
+def polish(left: float, right: float, rising: bool, t: float, start: Slopes, f: Sought) -> float:
     """The only root in ``[left, right]``: fourth-order steps (series reversion of the cubic Taylor polynomial), Newton
     steps where these are long, halving where a step would leave the bracket.
 
@@ -177,7 +181,14 @@ def edge_sign(t: float, taylor: float, doubt: float, f: Sought) -> int:
 
 @inlined
 def search_cell(
-    left: float, right: float, middle: Any, before: Any, f: Sought, stack: Any, found: Roots, count: int
+    left: float,
+    right: float,
+    middle: Slopes,
+    before: tuple[int, float, float],
+    f: Sought,
+    stack: Array,
+    found: Roots,
+    count: int,
 ) -> tuple[int, int, float, int, float]:
     """Append the crossings in one cell, halving it until each piece is decided.
 
@@ -236,7 +247,7 @@ def search_cell(
 
 
 @compiled
-def close_period(count: int, last: Any, first: Any, f: Sought, found: Roots) -> int:
+def close_period(count: int, last: tuple[int, float], first: tuple[int, float], f: Sought, found: Roots) -> int:
     """Add the crossing between the last certain sign of the period and the first one of the next, if they differ.
 
     ``last`` and ``first`` are a sign and its time.
@@ -311,7 +322,7 @@ def isolate(p: Polynomial, floor: float, cells: Cells, grid: Grid, scratch: Scra
 
 
 @compiled(allocates=True)
-def _roots(p: Polynomial, grid: Grid, room: int) -> tuple[int, Any, Any]:
+def _roots(p: Polynomial, grid: Grid, room: int) -> tuple[int, Array, BoolArray]:
     cells, n, m = grid.cos.shape[1], grid.orders.size, grid.orders
     g = np.zeros((3, cells))
     for i in range(cells):
@@ -328,7 +339,7 @@ def _roots(p: Polynomial, grid: Grid, room: int) -> tuple[int, Any, Any]:
     return count, found.times, found.rising
 
 
-def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+def roots(harmonics: Harmonics, coefficients: ArrayLike) -> tuple[Array, BoolArray]:
     """All sign changes of ``p(tau) = H_minus(tau) @ coefficients`` in ``[0, 2 pi)``.
 
     Parameters

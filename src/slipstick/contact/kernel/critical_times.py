@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -11,10 +10,11 @@ from slipstick.contact.kernel.tuples import BOTH, LOWER, NONE, NORMAL, UPPER, El
 from slipstick.trig.basis import Grid, Polynomial
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.roots import FULL, Cells, Roots, isolate, rounding_floor
+from slipstick.typing import Array, BoolArray, IntArray
 
 
 @compiled
-def tabulate(e: Element, grid: Grid, varying: bool, g: Any) -> None:
+def tabulate(e: Element, grid: Grid, varying: bool, g: Array) -> None:
     """Fill ``g`` (9, cells) at cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
     orders, cos, sin = grid.orders, grid.cos, grid.sin
     xcos, xsin, ycos, ysin = e.X.cos, e.X.sin, e.Y.cos, e.Y.sin
@@ -57,7 +57,7 @@ def tabulate(e: Element, grid: Grid, varying: bool, g: Any) -> None:
 
 
 @compiled
-def separated_cells(Y: Polynomial, orders: Any, g: Any, skip: Any) -> None:
+def separated_cells(Y: Polynomial, orders: Array, g: Array, skip: BoolArray) -> None:
     """Mark the cells in which ``y - g < 0`` for certain."""
     h = pi / skip.size
     curvature = 0.0
@@ -68,7 +68,7 @@ def separated_cells(Y: Polynomial, orders: Any, g: Any, skip: Any) -> None:
 
 
 @inlined
-def peak(y: Any) -> float:
+def peak(y: Array) -> float:
     """The largest of some values, not below zero."""
     top = 0.0
     for i in range(y.size):
@@ -100,7 +100,7 @@ def merge(search: Search, same: bool, segments: Segments) -> int:
 
 
 @compiled
-def segment_signs(count: int, first: Any, segments: Segments) -> None:
+def segment_signs(count: int, first: IntArray, segments: Segments) -> None:
     """Contact and the signs of ``phi_+'``, ``phi_-'`` in the segment after each critical time.
 
     A sign comes from the last crossing of its function; without any crossing it is ``first``.
@@ -121,7 +121,7 @@ def segment_signs(count: int, first: Any, segments: Segments) -> None:
 
 
 @compiled
-def fill_polynomials(e: Element, orders: Any, p: Any) -> tuple[float, float, float]:
+def fill_polynomials(e: Element, orders: Array, p: Array) -> tuple[float, float, float]:
     """Cosines and sines of ``y - g``, of ``phi_+'`` and of ``phi_-'`` in the rows of ``p`` (6, n4).
 
     Returns the rounding floors of the first and of the other two, and the largest rate ``kt w'`` the motion can have.
@@ -191,7 +191,7 @@ def critical_times(e: Element, grid: Grid, k: Workspace) -> tuple[int, float, fl
 
 
 @compiled
-def padded(X: Any, mean: float, parts: Any) -> Polynomial:
+def padded(X: Array, mean: float, parts: Array) -> Polynomial:
     """A given mean with the cosines and sines of coefficients (L,), padded by zeros in ``parts`` (2, n4)."""
     for j in range(parts.shape[1]):
         parts[0, j], parts[1, j] = 0.0, 0.0

@@ -3,8 +3,6 @@ sections 3 to 6)."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from slipstick.contact.kernel.critical_times import critical_times, padded
 from slipstick.contact.kernel.periodic_states import march, motion, periodic_start
 from slipstick.contact.kernel.steep_sticks import STEEP
@@ -43,6 +41,7 @@ from slipstick.trig.basis import TWO_PI, Grid, powers
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import add_boundary, fill_matrix
 from slipstick.trig.roots import FULL
+from slipstick.typing import Array
 
 
 @inlined
@@ -111,7 +110,7 @@ def accumulate(total: int, intervals: Intervals, top: int, out: Sums) -> None:
 
 
 @inlined
-def product(W: Any, x: Any, out: Any) -> None:
+def product(W: Array, x: Array, out: Array) -> None:
     """``out = W @ x``."""
     for i in range(x.size):
         total = 0.0
@@ -121,7 +120,7 @@ def product(W: Any, x: Any, out: Any) -> None:
 
 
 @compiled
-def integral(i: int, grid: Grid, sums: Sums, W: Any) -> None:
+def integral(i: int, grid: Grid, sums: Sums, W: Array) -> None:
     """``W`` of stick (0), signed slip (1) or contact (2); a multiple of the identity for a state without ends."""
     if sums.ends[i] > 0:
         fill_matrix(sums.lengths[i], sums.primitives[2 * i], sums.primitives[2 * i + 1], grid, W)

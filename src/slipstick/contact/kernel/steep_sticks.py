@@ -8,13 +8,12 @@ to rounding on pieces of one radian of the highest harmonic, and every value is 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slipstick.contact.kernel.tuples import V_DKT, V_DV, V_FX, Element, Outputs
 from slipstick.trig.basis import Grid, Scratch, basis, rise, value
 from slipstick.trig.compiled import compiled
+from slipstick.typing import Array
 
 STEEP = 1e4
 """Ratio of the largest rate ``kt w'`` to the largest friction limit from which a contact counts as steep: the closed
@@ -25,7 +24,7 @@ NODES, SHARES = 0.5 + 0.5 * NODES, 0.5 * SHARES
 
 
 @compiled
-def steep_stick(at: Any, e: Element, grid: Grid, scratch: Scratch, h: Any, out: Outputs) -> None:
+def steep_stick(at: Array, e: Element, grid: Grid, scratch: Scratch, h: Array, out: Outputs) -> None:
     """Add one stick interval ``at`` (start, end, force at start) to the force, its tangent by X and its derivatives by
     ``v`` and ``kt``; ``h`` (L,) receives ``(1/pi) int H_+``.
     """

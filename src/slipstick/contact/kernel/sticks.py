@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slipstick.contact.kernel.steep_sticks import steep_stick
@@ -25,10 +23,11 @@ from slipstick.contact.kernel.tuples import (
 from slipstick.trig.basis import Grid, basis, values
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.integrals import fill_vectors
+from slipstick.typing import Array
 
 
 @inlined
-def add_outer(factor: float, a: Any, b: Any, out: Any) -> None:
+def add_outer(factor: float, a: Array, b: Array, out: Array) -> None:
     """``out += factor a b^T``."""
     for i in range(a.size):
         f = factor * a[i]

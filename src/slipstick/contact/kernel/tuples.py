@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from slipstick.trig.basis import Polynomial, Scratch
+from slipstick.typing import Array, BoolArray, IntArray
 
 SEPARATION, STICK, SLIP_PLUS, SLIP_MINUS = 0, 1, 2, 3
 """State codes of an interval."""
@@ -29,33 +30,33 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 class Inputs(NamedTuple):
     """Of a batch, or of one element without the first axis."""
 
-    X: Any
+    X: Array
     """Tangential motion, the counter surface's included (elements, L)."""
-    Y: Any
+    Y: Array
     """Normal motion likewise (elements, L)."""
-    parameters: Any
+    parameters: Array
     """``v, kt, mu, kn, gap`` (elements, 5)."""
 
 
 class Outputs(NamedTuple):
     """Of a batch, or of one element without the first axis."""
 
-    vectors: Any
+    vectors: Array
     """Rows ``V_...`` (elements, 7, L)."""
-    matrices: Any
+    matrices: Array
     """dFx/dX, dFx/dY, dFy/dY (elements, 3, L, L)."""
-    scalars: Any
+    scalars: Array
     """``S_...`` (elements, 6)."""
 
 
 class States(NamedTuple):
     """Intervals of every element of a batch; arrays without elements where they are not asked for."""
 
-    totals: Any
+    totals: IntArray
     """Number of intervals (elements,)."""
-    at: Any
+    at: Array
     """Start, end, force at start (elements, room, 3)."""
-    code: Any
+    code: IntArray
     """State, and origin of a stick (elements, room, 2)."""
 
 
@@ -66,108 +67,108 @@ class Element(NamedTuple):
     """Without its mean, which does not matter to the law and would cost digits."""
     Y: Polynomial
     """Less the gap."""
-    v: Any
-    kt: Any
-    mu: Any
-    kn: Any
-    limit: Any
+    v: float
+    kt: float
+    mu: float
+    kn: float
+    limit: float
     """``mu kn``: friction limit over penetration."""
-    steep: Any
+    steep: bool
     """See ``contact.kernel.steep_sticks``."""
 
 
 class Search(NamedTuple):
     """Room to find critical times."""
 
-    g: Any
+    g: Array
     """``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'`` at the cell middles (9, cells)."""
-    p: Any
+    p: Array
     """Cosines and sines of the same three polynomials (6, n4)."""
-    skip: Any
-    margin: Any
-    stack: Any
-    lists: Any
+    skip: BoolArray
+    margin: Array
+    stack: Array
+    lists: Array
     """Roots of each (3, room)."""
-    rising: Any
-    counts: Any
-    signs: Any
+    rising: BoolArray
+    counts: IntArray
+    signs: IntArray
 
 
 class Segments(NamedTuple):
     """Critical times, and what holds from each to the next."""
 
-    time: Any
-    kind: Any
-    up: Any
+    time: Array
+    kind: IntArray
+    up: BoolArray
     """Whether the root that makes the time is a rising one."""
-    w: Any
+    w: Array
     """Total tangential motion at the time."""
-    dw: Any
+    dw: Array
     """Motion gained to the next."""
-    b: Any
+    b: Array
     """Friction limit at the time."""
-    contact: Any
-    plus: Any
+    contact: BoolArray
+    plus: Array
     """Sign of ``phi_+'``."""
-    minus: Any
+    minus: Array
 
 
 class Intervals(NamedTuple):
     """The periodic sequence of states of one element."""
 
-    at: Any
+    at: Array
     """Start, end, force at start (room, 3)."""
-    code: Any
+    code: IntArray
     """State, and origin of a stick (room, 2)."""
 
 
 class Sums(NamedTuple):
     """Primitives accumulated over the intervals of stick, signed slip and contact."""
 
-    edge: Any
+    edge: Array
     """``cos k t, sin k t`` at every interval start (room, 2, top)."""
-    primitives: Any
+    primitives: Array
     """``C_k, S_k`` of each (6, top)."""
-    lengths: Any
-    ends: Any
+    lengths: Array
+    ends: IntArray
     """Number of interval ends of each: without any the state lasts all period, or never is."""
 
 
 class Workspace(NamedTuple):
     """Room for the worst case of one element; one for each thread."""
 
-    parts: Any
+    parts: Array
     """Cosines and sines of the motion, padded (4, n4)."""
     scratch: Scratch
     search: Search
     segments: Segments
     intervals: Intervals
-    clamps: Any
+    clamps: Array
     """See ``find_states``."""
     sums: Sums
-    rows: Any
+    rows: Array
     """Vectors (8, L)."""
 
 
 class Stick(NamedTuple):
     """How a stick interval ``c h`` moves with its start ``a``."""
 
-    c: Any
+    c: float
     """``f_x(a) - kt x(a)``."""
-    by_kt: Any
-    load: Any
+    by_kt: float
+    load: float
     """``f_x(a)``."""
-    by_X: Any
+    by_X: float
     """Factor of ``H_-(a)`` in ``dc/dX``."""
-    by_Y: Any
+    by_Y: float
 
 
 class StickRows(NamedTuple):
     """Vectors of one stick interval, (L,) each."""
 
-    h: Any
+    h: Array
     """``(1/pi) int H_+``."""
-    hv: Any
+    hv: Array
     """``(1/pi) int (tau - a) H_+``."""
-    H: Any
+    H: Array
     """``H_-(a)``."""

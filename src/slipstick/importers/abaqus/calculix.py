@@ -9,7 +9,6 @@ both codes' ``*USER ELEMENT`` form from a substructure (the lower half by rows).
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from slipstick.errors import InputError
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 IntArray = NDArray[np.int64]
 
@@ -49,12 +48,12 @@ def _sibling(path: Path, suffix: str, what: str) -> Path:
     return sibling
 
 
-def read_coordinates(path: Path, size: int | None = None) -> Any:
+def read_coordinates(path: Path, size: int | None = None) -> Sparse:
     """Lines "row column value" as a sparse matrix (size, size); the largest index where no size is given."""
     return _sparse(number_table(read_bytes(path), 3, path), size, path)
 
 
-def _sparse(table: Array, size: int | None, path: Path) -> Any:
+def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
     from scipy.sparse import coo_array
 
     rows, columns = (whole_numbers(table[:, i], "row and column numbers", path) - 1 for i in (0, 1))
@@ -137,7 +136,7 @@ def _element_map(nodes: list[str], pairs: list[list[str]], path: Path) -> DofMap
     return DofMap(nodes=table[:, 0], components=table[:, 1])
 
 
-def _lower_half(values: Array, size: int, path: Path) -> Any:
+def _lower_half(values: Array, size: int, path: Path) -> Sparse:
     from scipy.sparse import coo_array
 
     if len(values) != size * (size + 1) // 2:

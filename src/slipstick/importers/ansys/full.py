@@ -9,13 +9,13 @@ others, ansys-mapdl-reader, agrees (a test) but ends the process on a damaged fi
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.typing import Sparse
 
 Words = NDArray[np.int32]
 IntArray = NDArray[np.int64]
@@ -123,7 +123,7 @@ def _dofs(words: Words, header: Words, directions: Words, nodes: Words) -> tuple
     return DofMap(nodes=labels, components=np.abs(signed) - 1), signed > 0
 
 
-def _matrix(words: Words, at: int, equations: int) -> Any:
+def _matrix(words: Words, at: int, equations: int) -> Sparse:
     """Upper half: for each equation its columns from 1, then as many values of 8 bytes."""
     from scipy.sparse import csr_array
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify
 from slipstick.importers.raw_model import Nodes
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
+from slipstick.typing import Sparse
 
 IntArray = NDArray[np.int64]
 
@@ -213,7 +213,7 @@ def _pair(node: str, direction: str) -> tuple[int, int]:
     return whole(node), (component - 1) % 7
 
 
-def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Any:
+def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Sparse:
     """Rows and columns in the order of ``keys``."""
     from scipy.sparse import coo_array
 

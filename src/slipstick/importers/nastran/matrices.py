@@ -13,6 +13,7 @@ from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.typing import IntArray, Sparse
 
 _INITIAL = {"K": "K", "M": "M", "C": "B"}
 _WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
@@ -64,7 +65,7 @@ def read_op4_model(
         If the size fits none of g-set, free set and analysis set.
     """
     source = ", ".join(path.name for path in files)
-    found: dict[str, Any] = {}
+    found: dict[str, Sparse] = {}
     for path in files:
         found |= read_op4(path)
     matrices = {role: found[name] for role, name in choose(list(found), source, names).items()}
@@ -117,7 +118,7 @@ def _held(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int,
     return data.held.get(0, set()) | data.held.get(number, set())
 
 
-def _table(pairs: Collection[tuple[int, int]]) -> Any:
+def _table(pairs: Collection[tuple[int, int]]) -> IntArray:
     return np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
 
 

@@ -12,14 +12,13 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import read_bytes, require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 _STRING = 65536
 
@@ -42,7 +41,7 @@ class _Matrix:
             )
         self.runs.append((column, row, values))
 
-    def build(self) -> Any:
+    def build(self) -> Sparse:
         from scipy.sparse import coo_array
 
         lengths = np.array([len(values) for _, _, values in self.runs], dtype=np.int64)
@@ -54,7 +53,7 @@ class _Matrix:
         return coo_array((values, (rows, columns)), shape=(self.rows, self.columns))
 
 
-def read_op4(path: Path) -> dict[str, Any]:
+def read_op4(path: Path) -> dict[str, Sparse]:
     """Every matrix of the file by name, as stored, scipy sparse (rows, columns).
 
     Raises

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import read_bytes, require_plausible
+from slipstick.typing import Sparse
 
 _FORMAT = re.compile(r"\(?\s*(?:\d+\s*P\s*,?\s*)?(\d*)\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 
 
-def read_harwell_boeing(path: Path) -> Any:
+def read_harwell_boeing(path: Path) -> Sparse:
     """The matrix as stored: one half when the file says symmetric ("RSA").
 
     Raises
@@ -82,7 +82,7 @@ def _compressed(
     values: NDArray[np.float64],
     shape: tuple[int, int],
     path: Path,
-) -> Any:
+) -> Sparse:
     from scipy.sparse import csc_array
 
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,11 +10,12 @@ from slipstick.errors import InputError
 from slipstick.importers.text_numbers import require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.npz import LARGEST, array_shapes, read_any, read_arrays
+from slipstick.typing import Matrix
 
 _SPARSE = {"format", "shape", "data", "indices", "indptr"}
 
 
-def read_matrix(path: Path, *, limit: int = LARGEST) -> Any:
+def read_matrix(path: Path, *, limit: int = LARGEST) -> Matrix:
     """A matrix (n, m) as a dense array or a scipy sparse array.
 
     Raises
@@ -33,7 +33,7 @@ def read_matrix(path: Path, *, limit: int = LARGEST) -> Any:
     return matrix
 
 
-def _from_npz(path: Path, limit: int) -> Any:
+def _from_npz(path: Path, limit: int) -> Matrix:
     shapes = array_shapes(path, limit=limit)
     if set(shapes) >= _SPARSE:
         return _sparse_npz(path, limit)
@@ -43,7 +43,7 @@ def _from_npz(path: Path, limit: int) -> Any:
     return read_arrays(path, {name: 2}, limit=limit, remedy=DAMPING_ELSEWHERE)[name]
 
 
-def _sparse_npz(path: Path, limit: int) -> Any:
+def _sparse_npz(path: Path, limit: int) -> Matrix:
     from scipy.sparse import bsr_array, csc_array, csr_array
 
     arrays = read_any(path, limit=limit)
@@ -61,7 +61,7 @@ def _sparse_npz(path: Path, limit: int) -> Any:
     return _real(path, matrix)
 
 
-def _from_matrix_market(path: Path, limit: int) -> Any:
+def _from_matrix_market(path: Path, limit: int) -> Matrix:
     from slipstick.importers.plain.matrix_market import read_matrix_market
 
     if path.is_file() and path.stat().st_size > limit:
@@ -69,7 +69,7 @@ def _from_matrix_market(path: Path, limit: int) -> Any:
     return read_matrix_market(path)
 
 
-def _real(path: Path, matrix: Any) -> Any:
+def _real(path: Path, matrix: Matrix) -> Matrix:
     faults = number_faults(f"{path.name}:", matrix, DAMPING_ELSEWHERE)
     if faults:
         raise InputError(faults)

@@ -7,17 +7,16 @@ process on files cut off within a number or with a zero byte, and reads Fortran'
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
 from slipstick.structure.checks import DAMPING_ELSEWHERE
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix, Sparse
 
 
-def read_matrix_market(path: Path) -> Any:
+def read_matrix_market(path: Path) -> Matrix:
     """The matrix with both halves: (rows, columns), a dense array or a scipy sparse array.
 
     Raises
@@ -48,7 +47,7 @@ def _sizes(line: bytes, count: int, path: Path) -> list[int]:
     return [int(word) for word in words]
 
 
-def _coordinates(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Any:
+def _coordinates(sizes: bytes, body: bytes, symmetric: bool, path: Path) -> Sparse:
     from scipy.sparse import coo_array, csr_array
 
     rows, columns, entries = _sizes(sizes, 3, path)

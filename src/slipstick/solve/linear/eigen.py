@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from slipstick.errors import InputError
 from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenOptions, Modes, StageListener
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 
 def modes(
-    K: Any,
-    M: Any,
+    K: Sparse,
+    M: Sparse,
     n_modes: int,
     *,
     shift: float = 0.0,

@@ -15,12 +15,13 @@ from scipy import sparse
 
 from slipstick.solve.linear.factors import Factorisation, SingularMatrixError, one_blas_thread
 from slipstick.solve.linear.solvers import solver_named
+from slipstick.typing import AnyArray, Sparse
 
 _ANNIHILATED = 1e-14
 """A matrix scaled to unit rows is called singular when some vector is annihilated to this relative size."""
 
 
-def factorise(A: Any, *, solver: str | None = None, check: bool = True) -> Factorisation:
+def factorise(A: Sparse, *, solver: str | None = None, check: bool = True) -> Factorisation:
     """Factorise a sparse symmetric matrix (n, n), real or complex symmetric.
 
     ``solver`` names one of :func:`slipstick.solve.linear.solvers.available_solvers`; None or "auto" takes the first.
@@ -48,7 +49,7 @@ def factorise(A: Any, *, solver: str | None = None, check: bool = True) -> Facto
     return factors
 
 
-def shifted(K: Any, M: Any, shift: complex) -> Any:
+def shifted(K: Sparse, M: Sparse, shift: complex) -> Any:
     """``K - shift M`` by rows; without the work of joining patterns when both are stored alike."""
     K, M = sparse.csr_array(K), sparse.csr_array(M)
     alike = K.nnz == M.nnz and np.array_equal(K.indptr, M.indptr) and np.array_equal(K.indices, M.indices)
@@ -59,7 +60,7 @@ def shifted(K: Any, M: Any, shift: complex) -> Any:
     return sparse.csr_array((data, K.indices, K.indptr), shape=K.shape)
 
 
-def _require_no_empty_row(A: Any) -> None:
+def _require_no_empty_row(A: Sparse) -> None:
     empty = np.flatnonzero(np.diff(A.indptr) == 0)
     if len(empty):
         null = np.zeros(A.shape[0])
@@ -67,7 +68,7 @@ def _require_no_empty_row(A: Any) -> None:
         raise SingularMatrixError(f"the matrix is singular: {len(empty)} rows are empty, the first is {empty[0]}", null)
 
 
-def _require_regular(A: Any, factors: Factorisation) -> None:
+def _require_regular(A: Sparse, factors: Factorisation) -> None:
     """Two steps of inverse iteration on the matrix with rows scaled to one: what it nearly annihilates."""
     scale = np.sqrt(_row_maximum(A))
     x = np.random.default_rng(0).standard_normal(A.shape[0])
@@ -84,7 +85,7 @@ def _require_regular(A: Any, factors: Factorisation) -> None:
         )
 
 
-def _free_motion(A: Any, function: Callable[[Any], Factorisation]) -> NDArray[Any] | None:
+def _free_motion(A: Sparse, function: Callable[[Any], Factorisation]) -> AnyArray | None:
     """What a singular matrix annihilates: inverse iteration with a trace of stiffness added; None if that fails too."""
     added = sparse.diags_array(1e-10 * _row_maximum(A), format="csc")
     try:
@@ -98,6 +99,6 @@ def _free_motion(A: Any, function: Callable[[Any], Factorisation]) -> NDArray[An
     return x
 
 
-def _row_maximum(A: Any) -> NDArray[np.float64]:
+def _row_maximum(A: Sparse) -> NDArray[np.float64]:
     largest = np.maximum.reduceat(np.abs(A.data), A.indptr[:-1])
     return np.where(largest > 0.0, largest, 1.0)

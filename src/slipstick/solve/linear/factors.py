@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.typing import AnyArray
 
 
 class SingularMatrixError(InputError):
     """The matrix has no inverse to working accuracy; ``null_vector`` (n,) is a motion it does not resist, if known."""
 
-    def __init__(self, problem: str, null_vector: NDArray[Any] | None = None) -> None:
+    def __init__(self, problem: str, null_vector: AnyArray | None = None) -> None:
         super().__init__(problem)
         self.null_vector = null_vector
 
@@ -48,7 +48,7 @@ class Factorisation(Protocol):
         """Bytes held by the factors, estimated."""
         ...
 
-    def solve(self, B: NDArray[Any]) -> NDArray[Any]:
+    def solve(self, B: AnyArray) -> AnyArray:
         """Solution X of ``A X = B``; B is (n,) or (n, n_columns), X has its shape."""
         ...
 
@@ -59,7 +59,7 @@ class SolvedFactors:
     def __init__(
         self,
         name: str,
-        solve: Callable[[NDArray[Any]], NDArray[Any]],
+        solve: Callable[[AnyArray], AnyArray],
         memory: int,
         inertia: Inertia | None = None,
         dtype: Any = np.float64,
@@ -70,7 +70,7 @@ class SolvedFactors:
         self._solve = solve
         self._dtype = dtype
 
-    def solve(self, B: NDArray[Any]) -> NDArray[Any]:
+    def solve(self, B: AnyArray) -> AnyArray:
         """As in ``Factorisation``; complex columns of a real matrix are solved for in two parts."""
         B = np.asarray(B)
         if np.iscomplexobj(B) and not np.issubdtype(self._dtype, np.complexfloating):

@@ -1,18 +1,17 @@
 """A block Krylov basis of ``A^-1 M``, orthonormal in M, and the projection of the operator on it.
 
-Full reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15,
-228, 1994), thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Matrix Anal. Appl. 22, 602, 2000).
+Full reorthogonalisation keeps the basis clean (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Sparse Anal. Appl. 15,
+228, 1994), thick restarts bound the memory (K. Wu, H. Simon, SIAM J. Sparse Anal. Appl. 22, 602, 2000).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 
 class KrylovBasis:
@@ -22,7 +21,7 @@ class KrylovBasis:
     ``coupling`` times its last entries.
     """
 
-    def __init__(self, solve: Callable[[Array], Array], M: Any, block: int, start: Array | None = None) -> None:
+    def __init__(self, solve: Callable[[Array], Array], M: Sparse, block: int, start: Array | None = None) -> None:
         self.solve, self.M, self.n = solve, M, M.shape[0]
         self.block = min(block, self.n)
         self.random = np.random.default_rng(20120101)

@@ -6,8 +6,6 @@ number of eigenvalues below a shift is the number of negative ones of ``K - shif
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from slipstick.errors import InputError
@@ -23,10 +21,10 @@ from slipstick.solve.linear.modes import (
     StageProgress,
     backward_errors,
 )
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 
-def factorise_shifted(K: Any, M: Any, shift: float, *, solver: str | None = None) -> Factorisation:
+def factorise_shifted(K: Sparse, M: Sparse, shift: float, *, solver: str | None = None) -> Factorisation:
     """Factors of ``K - shift M``; a singular K is explained."""
     try:
         return factorise(K if shift == 0.0 else shifted(K, M, shift), solver=solver)
@@ -44,8 +42,8 @@ class BlockLanczos:
 
     def __init__(
         self,
-        K: Any,
-        M: Any,
+        K: Sparse,
+        M: Sparse,
         *,
         shift: float = 0.0,
         solver: str | None = None,

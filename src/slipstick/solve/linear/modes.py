@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from slipstick.errors import SlipstickError
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 WRONG = 1e-4
 """A backward error above this is no mode."""
@@ -63,7 +62,7 @@ class Modes:
         return np.sqrt(np.maximum(self.eigenvalues, 0.0))
 
 
-def backward_errors(K: Any, M: Any, eigenvalues: Array, shapes: Array) -> Array:
+def backward_errors(K: Sparse, M: Sparse, eigenvalues: Array, shapes: Array) -> Array:
     """``max |K phi - lambda M phi| / max (|K| |phi| + |lambda| |M| |phi|)`` of each column, (n_modes,)."""
     errors = np.empty(len(eigenvalues))
     size_K, size_M = abs(K), abs(M)

@@ -6,10 +6,10 @@ import ctypes
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from slipstick.errors import InputError
+from slipstick.typing import AnyArray, Sparse
 
 _REAL_SYMMETRIC, _COMPLEX_SYMMETRIC = -2, 6
 _FACTORISE, _SOLVE, _RELEASE = 12, 33, -1
@@ -18,7 +18,7 @@ _FACTORISE, _SOLVE, _RELEASE = 12, 33, -1
 class Pardiso:
     """LDL^T of a sparse symmetric matrix (n, n); real ones tell their inertia (positive, negative, zero)."""
 
-    def __init__(self, A: Any) -> None:
+    def __init__(self, A: Sparse) -> None:
         from pypardiso import PyPardisoSolver
 
         self._call = PyPardisoSolver().libmkl["pardiso"]  # a fresh handle: no argument types set
@@ -40,11 +40,11 @@ class Pardiso:
         positive, negative = int(self._options[21]), int(self._options[22])
         return positive, negative, self._matrix.shape[0] - positive - negative
 
-    def solve(self, B: NDArray[Any]) -> NDArray[Any]:
+    def solve(self, B: AnyArray) -> AnyArray:
         """Solution of ``A X = B``, B (n, n_columns)."""
         return self._run(_SOLVE, np.asfortranarray(B, dtype=self._matrix.dtype))
 
-    def _run(self, phase: int, B: NDArray[Any]) -> NDArray[Any]:
+    def _run(self, phase: int, B: AnyArray) -> AnyArray:
         X = np.empty_like(B, order="F")
         A, error, permutation = self._matrix, ctypes.c_int32(0), np.zeros(1, dtype=np.int32)
         numbers = [ctypes.byref(ctypes.c_int32(k)) for k in (1, 1, self._type, phase, A.shape[0])]
@@ -63,7 +63,7 @@ class Pardiso:
             self._run(_RELEASE, np.zeros((0, 1), dtype=self._matrix.dtype))
 
 
-def _upper(A: Any) -> Any:
+def _upper(A: Sparse) -> Any:
     """Upper triangle in rows, every diagonal entry stored, as PARDISO wants it."""
     coordinates = sparse.triu(A).tocoo()
     rows = np.concatenate([coordinates.row, np.arange(A.shape[0])])

@@ -16,6 +16,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.solve.linear.factors import Factorisation, Inertia, SingularMatrixError, SolvedFactors
+from slipstick.typing import Sparse
 
 
 def available_solvers() -> tuple[str, ...]:
@@ -51,7 +52,7 @@ def _home() -> int:
     return os.getpid()
 
 
-def _rslab(A: Any) -> Factorisation:
+def _rslab(A: Sparse) -> Factorisation:
     import rslab
 
     own: dict[str, Any] = {} if _home() == os.getpid() else {"threads": 1}
@@ -67,7 +68,7 @@ def _rslab(A: Any) -> Factorisation:
 _SIGNS = ("positive", "negative", "zero")
 
 
-def _pardiso(A: Any) -> Factorisation:
+def _pardiso(A: Sparse) -> Factorisation:
     from slipstick.solve.linear.pardiso import Pardiso
 
     factors = Pardiso(A)
@@ -75,7 +76,7 @@ def _pardiso(A: Any) -> Factorisation:
     return SolvedFactors("pardiso", factors.solve, factors.memory, inertia, A.dtype)
 
 
-def _superlu(A: Any) -> Factorisation:
+def _superlu(A: Sparse) -> Factorisation:
     from scipy.sparse.linalg import splu
 
     try:

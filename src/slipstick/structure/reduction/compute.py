@@ -21,7 +21,7 @@ from slipstick.structure.matrix_checks import matrix_problems, name_of
 from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.typing import Array
+from slipstick.typing import Array, Sparse
 
 DEFAULT_MODES = 128
 MOST_MODES = 512
@@ -88,7 +88,9 @@ def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
     return data if shapes == ((n, modes), (n, n), (n, n), (modes,)) else None
 
 
-def store_path(folder: Path, K: Any, M: Any, directions: Any, loads: Array, want: Accuracy, solver: str | None) -> Path:
+def store_path(
+    folder: Path, K: Sparse, M: Sparse, directions: Sparse, loads: Array, want: Accuracy, solver: str | None
+) -> Path:
     """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
     parameters = (asdict(want), solver, reduction_store.code_digest("solve", "structure"))
     key = reduction_store.content_key((K, M, directions, sparse.csr_array(loads)), parameters)
@@ -96,9 +98,9 @@ def store_path(folder: Path, K: Any, M: Any, directions: Any, loads: Array, want
 
 
 def compute(
-    K: Any,
-    M: Any,
-    directions: Any,
+    K: Sparse,
+    M: Sparse,
+    directions: Sparse,
     loads: Array,
     *,
     dofs: Sequence[str] | None,
@@ -182,7 +184,7 @@ def _with_modes(partial: ReducedData, found: Modes, B: Array) -> ReducedData:
 
 
 def _iteration(
-    K: Any, M: Any, solver: str | None, dofs: Sequence[str] | None, listener: StageListener | None
+    K: Sparse, M: Sparse, solver: str | None, dofs: Sequence[str] | None, listener: StageListener | None
 ) -> BlockLanczos:
     try:
         iteration = BlockLanczos(K, M, solver=solver, listener=listener)
@@ -199,7 +201,7 @@ def _iteration(
     return iteration
 
 
-def _is_indefinite(K: Any) -> bool:
+def _is_indefinite(K: Sparse) -> bool:
     """Whether a regular K has negative eigenvalues, for solvers that do not tell."""
     diagonal = K.diagonal()
     return bool(diagonal.min() <= 0.0) or smallest_pivot(scaled(K, diagonal)) <= 0.0
@@ -221,7 +223,9 @@ def _require_positive(data: ReducedData) -> None:
         raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
 
 
-def direct_receptance(K: Any, M: Any, directions: Any, omega: float, solver: str | None) -> tuple[Array, int | None]:
+def direct_receptance(
+    K: Sparse, M: Sparse, directions: Sparse, omega: float, solver: str | None
+) -> tuple[Array, int | None]:
     """Undamped receptance between directions by one factorisation, and the number of modes below omega if known."""
     try:
         factors = factorise(shifted(K, M, omega**2), solver=solver)
@@ -231,7 +235,7 @@ def direct_receptance(K: Any, M: Any, directions: Any, omega: float, solver: str
     return np.asarray(exact), None if factors.inertia is None else factors.inertia.negative
 
 
-def modes_below(K: Any, M: Any, omega: float, solver: str | None = None) -> int | None:
+def modes_below(K: Sparse, M: Sparse, omega: float, solver: str | None = None) -> int | None:
     """How many modes lie below a frequency (rad/s), by one factorisation; None where the solver does not tell."""
     try:
         inertia = factorise(shifted(K, M, omega**2), solver=solver).inertia

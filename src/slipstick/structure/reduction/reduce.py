@@ -40,7 +40,7 @@ from slipstick.structure.reduction.request import (
     real_matrices,
 )
 from slipstick.structure.truncation import WARNED, WorstError
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Reduction:
     """
 
     structure: ModalStructure
-    directions: Any
+    directions: Matrix
     n_full: int
     solver: str
     residuals: Array
@@ -66,8 +66,8 @@ class Reduction:
 
 
 def reduce(
-    K: Any,
-    M: Any,
+    K: Matrix,
+    M: Matrix,
     *,
     keep: Sequence[str] | Any,
     dofs: Sequence[str] | None = None,
@@ -155,8 +155,8 @@ def reduce(
 
 
 def reduce_model(
-    K: Any,
-    M: Any,
+    K: Matrix,
+    M: Matrix,
     *,
     keep: Sequence[str] | Any,
     dofs: Sequence[str] | None = None,
@@ -230,7 +230,7 @@ def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> N
 
 
 def estimate_error(
-    reduction: Reduction, K: Any, M: Any, frequencies: ArrayLike, *, solver: str | None = None
+    reduction: Reduction, K: Matrix, M: Matrix, frequencies: ArrayLike, *, solver: str | None = None
 ) -> dict[float, float]:
     """:func:`receptance_error` of a reduction, by frequency."""
     return {
@@ -240,7 +240,7 @@ def estimate_error(
 
 
 def receptance_error(
-    structure: ModalStructure, directions: Any, K: Any, M: Any, omega: float, *, solver: str | None = None
+    structure: ModalStructure, directions: Matrix, K: Matrix, M: Matrix, omega: float, *, solver: str | None = None
 ) -> float:
     """Relative error of the undamped receptance between the kept directions against the full model.
 

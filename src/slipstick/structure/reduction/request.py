@@ -26,7 +26,7 @@ from slipstick.faults import (
 )
 from slipstick.faults import names as name_list
 from slipstick.structure.checks import DAMPING_ELSEWHERE, OUT_OF_RANGE, named_shapes, number_faults, real, within_range
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class Accuracy:
 class Request:
     """What a reduction is asked for, checked: directions (n, n_keep) sparse by columns, loads (n, n_loads), names."""
 
-    directions: Any
+    directions: Matrix
     kept: tuple[str, ...]
     dofs: tuple[str, ...] | None
     loads: Array
@@ -144,7 +144,7 @@ def tools(solver: Any, cache: Any, listener: Any) -> None:
         raise wrong("listener", listener, "a function of the progress, or None")
 
 
-def real_matrices(K: Any, M: Any) -> tuple[Any, Any]:
+def real_matrices(K: Matrix, M: Matrix) -> tuple[Any, Any]:
     """Stiffness and mass stored by rows; raises InputError where they are complex or no matrices of numbers."""
     faults = []
     for name, A in (("the stiffness matrix", K), ("the mass matrix", M)):
@@ -157,7 +157,7 @@ def real_matrices(K: Any, M: Any) -> tuple[Any, Any]:
     return as_csr(K), as_csr(M)
 
 
-def as_csr(A: Any) -> Any:
+def as_csr(A: Matrix) -> Any:
     """Any matrix of real numbers, sparse or dense, stored by rows."""
     return real(A).tocsr() if sparse.issparse(A) else sparse.csr_array(real(A))
 

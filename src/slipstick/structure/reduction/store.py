@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick import __version__
 from slipstick.errors import InputError
 from slipstick.structure.npz import read_any
+from slipstick.typing import AnyArray
 
 
 def content_key(matrices: Iterable[Any], parameters: Iterable[Any]) -> str:
@@ -40,12 +40,12 @@ def folders_digest(folders: Iterable[Path]) -> str:
     return found.hexdigest()
 
 
-def _digest(array: NDArray[Any]) -> str:
+def _digest(array: AnyArray) -> str:
     contiguous = np.ascontiguousarray(array)
     return hashlib.sha256(contiguous.view(np.uint8).reshape(-1).data).hexdigest() + str(array.dtype)
 
 
-def read(path: Path) -> dict[str, NDArray[Any]] | None:
+def read(path: Path) -> dict[str, AnyArray] | None:
     """Arrays of a stored reduction; None when there is none or it cannot be read (it is then made again)."""
     try:
         return read_any(path)
