@@ -20,6 +20,8 @@ def interpreted(name: str) -> ModuleType:
 
 @cache
 def _modules() -> dict[str, ModuleType]:
+    for room in ROOMS:
+        importlib.import_module(room)
     parents = {room: importlib.import_module(room.rpartition(".")[0]) for room in ROOMS}
     kept = {name: sys.modules.pop(name) for name in list(sys.modules) if name.startswith(ROOMS)}
     before, numba.config.DISABLE_JIT = numba.config.DISABLE_JIT, 1
