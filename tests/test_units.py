@@ -188,3 +188,14 @@ def test_hertz_need_a_time_in_seconds() -> None:
     case = Case.from_text(plain)
     assert case.request == "5.6 rad/ms to 6 rad/ms"
     assert case.run().dataset["omega"].attrs["units"] == "rad/ms"
+
+
+def test_the_parametric_blade_is_in_si() -> None:
+    blade = CASE.replace('kind = "matrices"', 'kind = "blade"').replace(
+        'time = "s"', 'time = "s", temperature = "degF"'
+    )
+    with pytest.raises(ss.InputError) as caught:
+        Case.from_text(blade)
+    assert [fault for fault in caught.value.problems if fault.startswith("units")] == [
+        'units.length: found "mm", but a structure of kind "blade" is in SI units; expected "m"'
+    ]

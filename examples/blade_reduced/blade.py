@@ -38,7 +38,12 @@ def blade(load, velocity, harmonics=range(6)):
     ]
     pressure = ss.Load(shape="pressure", harmonic=1, cos=2.0)
     return ss.Problem(
-        structure, contacts=pairs, loads=[pressure], harmonics=ss.Harmonics(harmonics), outputs=["n1y", "n1z"]
+        structure,
+        contacts=pairs,
+        loads=[pressure],
+        harmonics=ss.Harmonics(harmonics),
+        outputs=["n1y", "n1z"],
+        units={"length": "m", "force": "N", "time": "s"},
     )
 
 
@@ -54,9 +59,8 @@ def draw(branches, folder):
     figure = Figure(figsize=(9, 8), layout="constrained")
     axes = figure.subplots(2, 2)
     for (name, branch), ax in zip(branches.items(), axes.flat, strict=True):
-        branch.plot.response("n1y", ax=ax)
+        branch.plot.response("n1y", ax=ax, frequency="Hz", log=True)
         ax.set_title(name)
-        ax.set_yscale("log")
     figure.savefig(folder / "blade_reduced.png", dpi=120)
 
 

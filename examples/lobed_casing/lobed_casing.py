@@ -13,6 +13,7 @@ YOUNG, DENSITY = 2.0e11, 7800.0  # Pa, kg/m3
 RADIUS, CLEARANCE = 0.40, 0.25e-3  # m, of the tip; between the tip and the round casing
 SPEED = 720.0  # rad/s
 LOBES = 2
+SI = {"length": "m", "force": "N", "time": "s"}
 _CLAMPED_FREE = np.array([1.8751040687, 4.6940911330, 7.8547574382, 10.9955407349])
 
 
@@ -48,7 +49,7 @@ def problem(height=0.3e-3):
         normal={"r": 1.0, "y": 0.1},
         rubbing=ss.casing_motion(oval(height), angles=0.0, radius=RADIUS, speed=SPEED, lobes=LOBES),
     )
-    return ss.Problem(blade(), contacts=[tip], harmonics=range(21), title="Blade on an oval casing")
+    return ss.Problem(blade(), contacts=[tip], harmonics=range(21), title="Blade on an oval casing", units=SI)
 
 
 def compute():

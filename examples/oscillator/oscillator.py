@@ -25,15 +25,12 @@ def draw(branches, name, legend, folder, *, mean=False, log=False):
     """Response curves of several branches by label, with the mean position below them if asked, as a PNG."""
     figure = Figure(figsize=(7, 8 if mean else 4.5), layout="constrained")
     axes = figure.subplots(2 if mean else 1, 1, sharex=True, squeeze=False)[:, 0]
-    for label, branch in branches.items():
-        branch.plot.response("x", ax=axes[0], label=label)
-        if mean:
-            branch.plot.mean("x", ax=axes[1], label=label)
-    if log:
-        axes[0].set_yscale("log")
-    axes[0].legend(title=legend)
+    ss.plots.response(branches, "x", ax=axes[0], log=log)
+    axes[0].get_legend().set_title(legend)
     if mean:
+        ss.plots.mean(branches, "x", ax=axes[1])
         axes[1].get_legend().remove()
+        axes[0].set_xlabel("")
     figure.savefig(folder / f"oscillator_{name}.png", dpi=120)
 
 

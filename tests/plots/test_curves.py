@@ -47,6 +47,7 @@ def test_drawing_into_given_axes_goes_on_in_them() -> None:
     ax = plots.response(dataset(), label="one")
     assert plots.response(dataset(2.0), ax=ax, label="two") is ax
     assert named(ax) == ["one", "two", "peak"]
+    assert sorted(ax.get_legend_handles_labels()[1]) == ["one", "peak", "two"]  # also for a legend of one's own
     assert title(ax) == "x"  # that of the figure that was made
 
 

@@ -1,4 +1,4 @@
-"""The frequencies a case file writes: the unit they are shown in, and whether they fit its unit of time."""
+"""The frequencies a case file writes and the unit they are shown in; whether they and the blade fit its units."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 from slipstick.app.sentences import shown
 from slipstick.app.units import frequency_unit
 from slipstick.units import Units
+
+_SI = {"length": "m", "force": "N", "time": "s"}
 
 
 def display_unit(raw: Mapping[str, Any], units: Units) -> str:
@@ -23,6 +25,18 @@ def frequency_faults(raw: Mapping[str, Any], units: Units) -> list[str]:
         f"give a plain number in {units.angular}"
         for where, value in _written(raw)
         if not units.in_seconds and frequency_unit(value) is not None
+    ]
+
+
+def blade_faults(raw: Mapping[str, Any], units: Units) -> list[str]:
+    """Names of units that are not those of the parametric blade, which is in SI."""
+    structure = raw.get("structure")
+    kind = structure.get("kind") if isinstance(structure, Mapping) else None
+    return [
+        f'units.{name}: found {shown(getattr(units, name))}, but a structure of kind "blade" is in SI units; expected '
+        f"{shown(unit)}"
+        for name, unit in _SI.items()
+        if kind == "blade" and getattr(units, name) not in (unit, name)
     ]
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.fe_tables import SurfaceContactTable, contact_table
-from slipstick.app.frequencies import display_unit, frequency_faults
+from slipstick.app.frequencies import blade_faults, display_unit, frequency_faults
 from slipstick.app.heating import background_of, heating_faults, thermal_model
 from slipstick.app.sentences import model_faults, section_name, shown, suggestion
 from slipstick.app.structures import build_structure, named_dofs
@@ -75,7 +75,7 @@ class Reading:
         output = self._one("output", OutputTable, optional=True)
         if top is not None:
             self.frequency_unit = display_unit(self.raw, top.units.units)
-            self.faults += frequency_faults(self.raw, top.units.units)
+            self.faults += [*frequency_faults(self.raw, top.units.units), *blade_faults(self.raw, top.units.units)]
         self._references(loads, blocks, output)
         contacts = self._contacts(blocks)
         tables = [c.table for c in contacts]

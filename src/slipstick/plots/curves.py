@@ -290,5 +290,6 @@ def _mark_peaks(ax: Axes, curves: _Curves, dataset: xarray.Dataset, dof: Names) 
     for name in chosen(dataset, "dof", dof):
         at = np.flatnonzero((dataset["kind"].to_numpy() == "peak") & (dataset["peak_dof"] == known.index(name)))
         y = values_of(dataset, "amplitude", "dof", name)
+        label = "_" if PEAK in ax.get_legend_handles_labels()[1] else PEAK  # once in a legend
         if at.size:
-            ax.plot(x[at], y[at], "o", color="black", ms=3.5, markerfacecolor="white", linestyle="none", label=PEAK)
+            ax.plot(x[at], y[at], "o", color="black", ms=3.5, markerfacecolor="white", linestyle="none", label=label)
