@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.app.case import Case
-from slipstick.app.run import peak_lines, run_case
+from slipstick.app.cli import app
+from slipstick.app.run import peak_lines
 from slipstick.units import Units, after_number
 
 NAMES = {"length": "mm", "force": "N", "time": "s", "temperature": "degC"}
@@ -135,17 +137,15 @@ def test_a_followed_parameter_has_its_unit() -> None:
     assert data["parameter"].attrs["units"] == "mm/s"
 
 
-def test_a_case_is_shown_in_its_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from slipstick.app.check import check_case
-
+def test_a_case_is_shown_in_its_units(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(CASE)
-    check_case(path)
-    said = capsys.readouterr().out
+    said = CliRunner().invoke(app, ["check", str(path)]).output
     assert "range: 5.65487 rad/s (0.9 Hz) to 6.28319 rad/s (1 Hz)" in said
     assert "kt 100 N/mm, mu 0.3, normal_load 800 N, rubbing at 10 mm/s" in said
     assert "largest amplitude of x 38.96 mm near 6.28319 rad/s (1 Hz)" in said
-    assert run_case(path, tmp_path / "out", figures=False) == 0
+    done = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out"), "--no-figures"])
+    assert done.exit_code == 0, done.output
     branch = ss.load(tmp_path / "out" / "results.nc")
     assert branch.dataset["displacement"].attrs["units"] == "mm"
     assert branch.dataset.attrs["frequency_unit"] == "Hz"
