@@ -104,9 +104,14 @@ class ContactForces:
         They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list.
         """
         harmonics, X, Y, par, single = self._inputs
-        parts = (slice(i, i + 512) for i in range(0, len(X), 512))
-        found = [states for part in parts for states in _states(harmonics, X[part], Y[part], par[part])]
+        found = _all_states(harmonics, X, Y, par)
         return found[0] if single else found
+
+
+def _all_states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
+    """A few hundred elements at a time: the room for their intervals is that of the worst case."""
+    parts = (slice(i, i + 512) for i in range(0, len(X), 512))
+    return [states for part in parts for states in _states(harmonics, X[part], Y[part], par[part])]
 
 
 def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[Interval]]:
@@ -169,11 +174,7 @@ def element_forces(
     ``X`` (n, L) is the relative motion plus the periodic rubbing motion ``X + U``, ``Y`` (n, L); ``v = velocity/omega``
     and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
     """
-    par = np.empty((len(X), 5))
-    for i, value in enumerate((v, kt, mu, kn, gap)):
-        par[:, i] = value
-    # one compiled version serves: writable and contiguous
-    X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
+    X, Y, par = _batch(X, Y, (v, kt, mu, kn, gap))
     vec, mat, scalar = _evaluate(harmonics, X, Y, par)[0]
     return ContactForces(
         Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
@@ -181,3 +182,19 @@ def element_forces(
         stick_fraction=scalar[:, 1], slip_fraction=scalar[:, 2], separation_fraction=scalar[:, 3],
         residual_traction=scalar[:, 4:], _v=par[:, 0], _inputs=(harmonics, X, Y, par, False),
     )  # fmt: skip
+
+
+def element_states(
+    harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
+) -> list[list[Interval]]:
+    """Intervals (start, end, state) of each element of a batch, as ``ContactForces.states``; arguments as above."""
+    return _all_states(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)))
+
+
+def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Array, Array]:
+    """Motion and parameters (n, 5) as the one compiled version takes them: writable and contiguous."""
+    par = np.empty((len(X), len(parameters)))
+    for i, value in enumerate(parameters):
+        par[:, i] = value
+    X, Y = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in (X, Y))
+    return X, Y, par

@@ -1,0 +1,123 @@
+"""What a page holds of one branch: outcome, provenance, curves, and the points' coefficients and states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.report.contacts import STATES, friction_of, series_of
+from slipstick.report.curves import curves_of, meaning
+from slipstick.report.encoding import packed
+from slipstick.results.schema import KINDS
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.results.branch import Branch
+
+Indices = NDArray[np.intp]
+_TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
+"""Attributes that have a place of their own, or say nothing to a reader."""
+
+
+def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[str, Any]:
+    """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
+
+    Raises InputError where it holds no motion.
+    """
+    dataset = branch.dataset
+    if not {"omega", "amplitude", "displacement"} <= set(dataset):
+        raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
+    kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
+    kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
+    at = branch.followed
+    return {
+        "label": label,
+        **_provenance(branch),
+        "states": STATES,
+        "orders": list(branch.harmonics.orders),
+        "points": len(branch),
+        "followed": {"key": at, **meaning(dataset, at), "values": packed(dataset[at].to_numpy(), "f8")},
+        "omega": packed(dataset["omega"].to_numpy(), "f8"),
+        **_marks(dataset),
+        "dofs": _named(dataset, "dof", kept["dof"]) | {
+            "label": "Motion", "units": meaning(dataset, "displacement")["units"],
+            "displacement": packed(dataset["displacement"].to_numpy()[:, kept["dof"]]),
+        },
+        "peaks": _peaks(dataset, kept["dof"]),
+        "curves": curves_of(dataset, kept),
+        "contacts": _contacts(branch, kept["contact"]),
+    }  # fmt: skip
+
+
+def _largest(dataset: xarray.Dataset, dim: str, by: str, most: int) -> Indices:
+    """Indices, in their own order, of those with the largest values anywhere along the branch."""
+    if dim not in dataset.dims:
+        return np.zeros(0, dtype=np.intp)
+    sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
+    return np.sort(np.argsort(-sizes, kind="stable")[:most])
+
+
+def _named(dataset: xarray.Dataset, dim: str, kept: Indices) -> dict[str, Any]:
+    names = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.dims else []
+    return {"names": [names[i] for i in kept], "count": len(names)}
+
+
+def _provenance(branch: Branch) -> dict[str, Any]:
+    dataset, attributes = branch.dataset, {str(key): value for key, value in branch.dataset.attrs.items()}
+    about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
+    if "newton_iterations" in dataset and len(branch):
+        about.append(["Newton iterations", str(int(dataset["newton_iterations"].sum()))])
+        about.append(["largest residual", f"{float(dataset['residual'].max()):.2g}"])
+    return {
+        "title": str(attributes.get("title", "")),
+        "outcome": {"name": branch.outcome.name, "ok": branch.outcome.ok, "text": branch.message},
+        "warnings": list(branch.warnings),
+        "about": [pair for pair in about if pair[1]],
+        "case": str(attributes.get("case", "")),
+        "case_file": str(attributes.get("case_file", "")),
+    }
+
+
+def _text(value: Any) -> str:
+    return f"{float(value):.6g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def _marks(dataset: xarray.Dataset) -> dict[str, Any]:
+    """Kind of each point, the part of the branch it belongs to, and whether it is stable where that is known."""
+    count = dataset.sizes["point"]
+    kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
+    known = [*KINDS, ""]
+    part = dataset["part"].to_numpy() if "part" in dataset else np.ones(count)
+    marks = {
+        "kinds": known,
+        "kind": packed([known.index(k) if k in known else len(KINDS) for k in kinds], "u1"),
+        "part": packed(part, "u1"),
+    }
+    if "stable" in dataset:
+        marks["unstable"] = packed(dataset["stable"].to_numpy() == 0, "u1")
+    return marks
+
+
+def _peaks(dataset: xarray.Dataset, kept: Indices) -> list[list[int]]:
+    """Point and place of the dof of each located peak."""
+    if "peak_dof" not in dataset:
+        return []
+    place = {int(d): i for i, d in enumerate(kept)}
+    of = dataset["peak_dof"].to_numpy()
+    return [[int(p), place[int(of[p])]] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+
+
+def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
+    dataset = branch.dataset
+    friction = friction_of(dataset, branch.harmonics, kept)
+    own = np.array(friction["of"] if friction else [], dtype=np.intp)
+    force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
+    return _named(dataset, "contact", kept) | {
+        "friction": friction,
+        "series": series_of(dataset, kept, own) if len(kept) else [],
+        "force_units": meaning(dataset, force)["units"] if force else "",
+    }

@@ -1,0 +1,91 @@
+// The page: one view, and everything that is drawn from it.
+
+class App {
+  constructor(content) {
+    const results = content.results.map((result, i) => new Result(result, i));
+    const union = (lists) => [...new Set(lists.flat())];
+    const curves = results.flatMap((result) => result.content.curves);
+    this.model = { results, dofs: union(results.map((r) => r.dofs)), contacts: union(results.map((r) => r.contacts)),
+      curves: curves.filter((curve, i) => curves.findIndex((other) => other.key === curve.key) === i) };
+    this.start = startOf(this.model);
+    this.view = viewFrom(location.hash, this.model);
+    head(document.getElementById("head"), content);
+    foot(document.getElementById("foot"), content);
+    this.response = new Response(document.getElementById("response"), this);
+    this.panels = new Panels(document.getElementById("point"), this);
+    this.ranking = new Ranking(document.getElementById("contacts"), this);
+    this.draw();
+  }
+
+  get result() { return this.model.results[this.view.result]; }
+
+  /** Where the cursor is, in words: "4.26 rad/s". */
+  where() {
+    if (!this.result.points) return "no point";
+    const [factor, units] = this.response.unitsOf(this.result), { followed } = this.result.content;
+    return `${followed.key === "omega" ? "" : `${followed.label} `}${short(this.result.at[this.view.point] * factor)}${units ? ` ${units}` : ""}`;
+  }
+
+  /** What this page leaves out of the results, in words. */
+  leftOut(over) {
+    const { dofs, contacts } = this.result.content, about = over === "dof" ? dofs : over === "contact" ? contacts : null;
+    if (!about || about.count === about.names.length) return "";
+    const which = over === "dof" ? "the dofs that move most" : "the contacts that dissipate most";
+    return `${about.names.length} of ${about.count}: ${which}; more with slipstick report --${over}s ${about.count}`;
+  }
+
+  /** Change the view; what only moves the cursor leaves the curves as they are drawn. */
+  set(change) {
+    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all"].includes(key));
+    this.view = settled({ ...this.view, ...change }, this.model, this.start);
+    this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));
+    history.replaceState(null, "", addressOf(this.view));
+    if (moves) this.response.move();
+    else this.response.draw();
+    this.drawPoint();
+  }
+
+  turnContact(by) {
+    const known = this.result.contacts, at = known.indexOf(this.view.contact);
+    if (known.length) this.set({ contact: known[(at + by + known.length) % known.length] });
+  }
+
+  draw() {
+    this.response.draw();
+    this.drawPoint();
+  }
+
+  drawPoint() {
+    this.panels.draw();
+    this.ranking.draw();
+  }
+}
+
+const app = new App(JSON.parse(document.getElementById("content").textContent));
+
+let width = innerWidth, waiting = 0;
+addEventListener("resize", () => {
+  if (innerWidth === width) return;
+  width = innerWidth;
+  clearTimeout(waiting);
+  waiting = setTimeout(() => app.draw(), 100);
+});
+addEventListener("hashchange", () => {
+  app.view = viewFrom(location.hash, app.model);
+  app.draw();
+});
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.draw());
+for (const [event, light] of [["beforeprint", true], ["afterprint", false]]) {
+  addEventListener(event, () => {
+    document.documentElement.toggleAttribute("data-paper", light);
+    app.draw();
+  });
+}
+
+window.slipstick = {
+  /** One period of a friction contact, as `Branch.loop` of the Python package gives it. */
+  loop: (result, point, contact, samples = 721) => period(app.model.results[result].element(point, contact), times(0, PERIOD, samples)),
+  states: (result, point, contact) => app.model.results[result].element(point, contact).states,
+  view: () => ({ ...app.view }),
+  set: (change) => app.set(change),
+};

@@ -1,0 +1,130 @@
+// The results of the page: curves, points, contacts, each read from its arrays when it is first asked for.
+
+/** What `make` gives for a key, made once. */
+class Kept extends Map {
+  of(key, make) {
+    if (!this.has(key)) this.set(key, make());
+    return this.get(key);
+  }
+}
+
+class Result {
+  constructor(content, index) {
+    Object.assign(this, { content, index, label: content.label, orders: content.orders, points: content.points });
+    this.dofs = content.dofs.names;
+    this.contacts = content.contacts.names;
+    this.friction = content.contacts.friction;
+    this.kept = new Kept();
+  }
+
+  numbers(key, packed) {
+    return this.kept.of(key, () => new Numbers(packed));
+  }
+
+  coefficients(key, packed) {
+    return this.kept.of(key, () => new Coefficients(packed));
+  }
+
+  get omega() {
+    return this.numbers("omega", this.content.omega).values;
+  }
+
+  omegaAt(point) {
+    return this.numbers("omega", this.content.omega).get(point);
+  }
+
+  /** Values of what was followed. */
+  get at() {
+    return this.kept.of("at as column", () => this.numbers("at", this.content.followed.values).column());
+  }
+
+  get part() {
+    return this.kept.of("part as column", () => this.numbers("part", this.content.part).column());
+  }
+
+  kind(point) {
+    return this.content.kinds[this.numbers("kind", this.content.kind).get(point)];
+  }
+
+  /** Whether a point is unstable; null where that was not computed. */
+  unstable(point) {
+    return this.content.unstable ? this.numbers("unstable", this.content.unstable).get(point) === 1 : null;
+  }
+
+  curve(key) {
+    return this.content.curves.find((curve) => curve.key === key);
+  }
+
+  names(curve) {
+    return curve.over === "dof" ? this.dofs : curve.over === "contact" ? this.contacts : [];
+  }
+
+  /** One curve along the branch; the empty name is that of all contacts together. Null where there is none. */
+  values(key, name) {
+    const curve = this.curve(key);
+    if (!curve) return null;
+    return this.kept.of(`${key}|${name}`, () => {
+      if (curve.total && name === "") return this.numbers(`${key} total`, curve.total).column();
+      if (curve.over === "") return this.numbers(key, curve.values).column();
+      const at = this.names(curve).indexOf(name);
+      return at < 0 ? null : this.numbers(key, curve.values).column(at);
+    });
+  }
+
+  /** Coefficients of a dof's motion. */
+  displacement(point, name) {
+    const L = 2 * this.orders.length - 1, at = this.dofs.indexOf(name);
+    return at < 0 ? null : this.numbers("displacement", this.content.dofs.displacement).row(point, at * L, L);
+  }
+
+  /** The friction element of a contact at a point as `law.js` takes it; null for another law. */
+  element(point, name) {
+    const f = this.friction, m = f ? f.of.indexOf(this.contacts.indexOf(name)) : -1;
+    if (m < 0) return null;
+    const L = 2 * this.orders.length - 1;
+    const one = (key) => this.numbers(`friction ${key}`, f[key]).get(point, m);
+    const X = this.coefficients("motion", f.motion).row(point, m);
+    const U = this.numbers("rubbing", f.rubbing).row(point, m * L, L);
+    return {
+      orders: this.orders, X, W: X.map((x, i) => x + U[i]), Y: this.coefficients("normal", f.normal).row(point, m),
+      v: one("drift"), kt: one("kt"), mu: one("mu"), kn: one("kn"), gap: one("gap"), mean: one("mean"),
+      states: this.states(point, m),
+    };
+  }
+
+  /** Intervals [start, end, state] of friction contact m at a point. */
+  states(point, m) {
+    const { starts, codes, counts } = this.friction.states, many = this.friction.of.length;
+    const [begins, code] = [this.numbers("starts", starts), this.numbers("codes", codes)];
+    const offsets = this.kept.of("offsets", () => this.offsets(new Numbers(counts), many));
+    const [from, to] = [offsets[point * many + m], offsets[point * many + m + 1]];
+    const start = (i) => begins.get(i);
+    return Array.from({ length: to - from }, (_, i) => [
+      start(from + i),
+      from + i + 1 < to ? start(from + i + 1) : start(from) + PERIOD,
+      this.content.states[code.get(from + i)],
+    ]);
+  }
+
+  offsets(counts, many) {
+    const out = new Uint32Array(this.points * many + 1);
+    for (let i = 0; i < out.length - 1; i++) out[i + 1] = out[i] + counts.get(Math.floor(i / many), i % many);
+    return out;
+  }
+
+  /** Motion and force series of a contact of another law, its first port; null where there is none. */
+  ported(point, name) {
+    const at = this.contacts.indexOf(name), L = 2 * this.orders.length - 1;
+    const own = this.content.contacts.series.find((port) => port.of.includes(at));
+    if (!own) return null;
+    const row = (key) => this.numbers(`${own.port} ${key}`, own[key]).row(point, own.of.indexOf(at) * L, L);
+    return { port: own.port, X: row("motion"), F: row("force") };
+  }
+}
+
+/** The point nearest to a frequency, or to a value of what was followed. */
+function nearest(values, wanted) {
+  let best = 0;
+  values.forEach((value, i) => { if (Math.abs(value - wanted) < Math.abs(values[best] - wanted)) best = i; });
+  return best;
+}

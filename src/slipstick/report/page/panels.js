@@ -1,0 +1,159 @@
+// The point under the cursor: hysteresis loop, states, spectrum, time history.
+
+const TICKS = [[0, Math.PI / 2, Math.PI, 1.5 * Math.PI, PERIOD], ["0", "π/2", "π", "3π/2", "2π"]];
+const STATE_DASHES = { "stick": undefined, "slip+": undefined, "slip-": [7, 3], "separation": [2, 3] };
+
+class Panels {
+  constructor(host, app) {
+    this.app = app;
+    const panel = (key, title) => {
+      const tools = element("div", { class: "tools" }), plot = element("div", { class: "plot" }), note = element("div", { class: "note" });
+      const card = element("section", { class: "card panel", id: key, "aria-labelledby": `${key}-title` },
+        element("div", { class: "panel-head" }, element("h3", { id: `${key}-title` }, title), tools), plot, note);
+      this[key] = { card, tools, plot, note };
+      return card;
+    };
+    this.title = element("h2", {});
+    this.pick = element("div", { class: "tools" });
+    host.append(element("div", { class: "panel-head" }, this.title, this.pick),
+      element("div", { class: "panels" }, panel("loop", "Friction loop"), panel("states", "Stick, slip, separation"),
+        panel("history", "One period"), panel("spectrum", "Harmonics")));
+  }
+
+  draw() {
+    const { app } = this, { view, result } = app;
+    this.title.textContent = `At ${app.where()}`;
+    this.drawPick(result);
+    const law = result.points && view.contact ? result.element(view.point, view.contact) : null;
+    const ported = !law && result.points && view.contact ? result.ported(view.point, view.contact) : null;
+    this.loop.card.hidden = !(law || ported);
+    this.states.card.hidden = !law && !result.friction;
+    if (law || ported) this.drawLoop(law, ported);
+    if (result.friction) this.drawStates(result);
+    this.drawHistory(law, ported);
+    this.drawSpectrum(law, ported);
+  }
+
+  drawPick(result) {
+    const { app } = this, { view } = app;
+    const select = (id, label, names, chosen, change) => (names.length ? [element("label", { for: id }, label), element("select", { id, onchange: (event) => app.set(change(event.target.value)) },
+      ...names.map((name) => element("option", { value: name, selected: name === chosen }, name)))] : []);
+    fill(this.pick, ...select("at-contact", "contact", result.contacts, view.contact, (contact) => ({ contact })),
+      ...select("at-dof", "dof", result.dofs, view.dof, (dof) => ({ dof })));
+  }
+
+  units(kind) {
+    const { content } = this.app.result;
+    return kind === "force" ? content.contacts.force_units : content.dofs.units;
+  }
+
+  drawLoop(law, ported) {
+    const { app } = this, { view } = app, over = view.loop;
+    fill(this.loop.tools, choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
+    const lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders);
+    const label = over === "total" ? "Sliding motion x + u" : "Vibration x";
+    const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 });
+    chart(this.loop.plot, { x: { label, units: this.units("dof"), range: ranges("x") }, y: { label: "Friction force", units: this.units("force"), range: ranges("y") },
+      lines, height: 300, marks: zeroLine });
+    const power = app.result.values("dissipated_power", view.contact), curve = app.result.curve("dissipated_power");
+    const energy = power ? (power[view.point] * PERIOD) / app.result.omegaAt(view.point) : NaN;
+    const says = [`${view.contact}`, power ? `power ${short(power[view.point])} ${curve.units}` : "", power ? `energy a period ${short(energy)} ${this.units("force")} ${this.units("dof")}` : "",
+      law ? `μ ${short(law.mu)}` : "its law is not stored: force and motion as the harmonics kept"];
+    this.loop.note.textContent = says.filter(Boolean).join(" · ");
+  }
+
+  drawStates(result) {
+    const { app } = this, { view } = app;
+    const rows = result.contacts.map((name) => [name, result.element(view.point, name)]);
+    strip(this.states.plot, view.all ? rows : rows.slice(0, MOST_ROWS), view.contact, (contact) => app.set({ contact }));
+    fill(this.states.note, stateKey());
+  }
+
+  drawHistory(law, ported) {
+    const { app } = this, { view, result } = app, kinds = { dof: "motion" };
+    if (law || ported) kinds.force = "friction force";
+    if (law) kinds.normal = "normal load";
+    const kind = kinds[view.history] ? view.history : "dof";
+    fill(this.history.tools, choice("Quantity over one period", kinds, kind, (history) => app.set({ history })));
+    const tau = times(0, PERIOD, 721), lines = kind === "dof" ? this.motions(tau) : forcesInTime(law, ported, kind, result.orders);
+    chart(this.history.plot, { x: { label: "Phase ωt [rad]", units: "", range: [0, PERIOD], ticks: TICKS },
+      y: { label: kind === "dof" ? "Motion" : kinds[kind].replace(/^./, (c) => c.toUpperCase()), units: this.units(kind === "dof" ? "dof" : "force"), range: rangeOf(lines.map((line) => line.y), { air: 0.07 }) },
+      lines, height: 300, marks: zeroLine });
+    fill(this.history.note, named(lines));
+  }
+
+  /** Motions of the dofs shown. */
+  motions(tau) {
+    const { view, result } = this.app;
+    return shownDofs(view, result).map((name, i) => {
+      const X = result.displacement(view.point, name);
+      return { x: tau, y: tau.map((t) => series(X, result.orders, t)), stroke: curveColour(i), name };
+    });
+  }
+
+  drawSpectrum(law, ported) {
+    const { app } = this, { view, result } = app, kinds = { dof: "motion" };
+    if (law || ported) kinds.force = "friction force";
+    const kind = kinds[view.spectrum] ? view.spectrum : "dof";
+    fill(this.spectrum.tools, choice("Quantity of the harmonics", kinds, kind, (spectrum) => app.set({ spectrum })));
+    const groups = kind === "dof" ? this.harmonicsOfDofs() : [{ name: view.contact, sizes: law ? amplitudes((t) => frictionAt(law, t), result.orders) : sizesOf(ported.F), stroke: curveColour(0) }];
+    const half = 0.38 / Math.max(1, groups.length), orders = result.orders;
+    const lines = groups.map((group, i) => ({ kind: "bars", log: true, x: orders.map((_, j) => j + (2 * i + 1 - groups.length) * half), y: group.sizes.map(Math.abs), half, fill: group.stroke, stroke: group.stroke, width: 0, name: group.name }));
+    const most = Math.max(...lines.flatMap((line) => line.y), 0), every = Math.ceil(orders.length / 24);
+    const range = most > 0 ? [most * 1e-6, most * 2] : [1e-6, 1];
+    lines.forEach((line) => { line.y = line.y.map((v) => (v > range[0] ? v : NaN)); });
+    chart(this.spectrum.plot, { x: { label: "Harmonic", units: "", range: [-0.6, orders.length - 0.4], ticks: [orders.map((_, j) => j).filter((j) => j % every === 0), orders.filter((_, j) => j % every === 0).map(String)] },
+      y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300 });
+    fill(this.spectrum.note, named(lines));
+  }
+
+  harmonicsOfDofs() {
+    const { view, result } = this.app;
+    return shownDofs(view, result).map((name, i) => ({ name, sizes: sizesOf(result.displacement(view.point, name)), stroke: curveColour(i) }));
+  }
+}
+
+/** Dofs shown in the panels: the one at the cursor, then the others that are drawn above. */
+function shownDofs(view, result) {
+  return [...new Set([view.dof, ...view.dofs])].filter((name) => result.points && result.dofs.includes(name));
+}
+
+function sizesOf(X) {
+  return Array.from({ length: (X.length + 1) / 2 }, (_, j) => (j === 0 ? X[0] : Math.hypot(X[2 * j - 1], X[2 * j])));
+}
+
+/** Pieces of the exact loop, one line for each state, and the friction limit. */
+function loopLines(law, over) {
+  const W = over === "total" ? law.W : law.X, v = over === "total" ? law.v : 0;
+  const lines = {};
+  for (const [a, b, state, k] of pieces(law)) {
+    const line = (lines[state] ??= { x: [], y: [], stroke: colour(STATES[state][0]), dash: STATE_DASHES[state], width: 2.4, name: STATE_WORDS[state] });
+    for (const tau of times(a, b, Math.max(2, Math.ceil((b - a) * 120)))) {
+      line.x.push(series(W, law.orders, tau) + v * tau);
+      line.y.push(frictionIn(law, k, tau));
+    }
+    line.x.push(NaN);
+    line.y.push(NaN);
+  }
+  const tau = times(0, PERIOD, 361), x = tau.map((t) => series(W, law.orders, t) + v * t);
+  const limit = (sign) => ({ x, y: tau.map((t) => sign * limitAt(law, t)), stroke: colour("text-faint"), dash: [2, 3], width: 1, name: "" });
+  return [limit(1), limit(-1), ...Object.values(lines)];
+}
+
+function portedLoop(ported, orders) {
+  const tau = times(0, PERIOD, 721);
+  return [{ x: tau.map((t) => series(ported.X, orders, t)), y: tau.map((t) => series(ported.F, orders, t)), stroke: curveColour(0), width: 2.2, name: ported.port }];
+}
+
+function forcesInTime(law, ported, kind, orders) {
+  const tau = times(0, PERIOD, 721);
+  if (!law) return [{ x: tau, y: tau.map((t) => series(ported.F, orders, t)), stroke: curveColour(0), name: `force along ${ported.port}` }];
+  if (kind === "normal") return [{ x: tau, y: tau.map((t) => law.kn * Math.max(series(law.Y, law.orders, t) - law.gap, 0)), stroke: curveColour(2), name: "normal load" }];
+  const limit = (sign) => ({ x: tau, y: tau.map((t) => sign * limitAt(law, t)), stroke: colour("text-faint"), dash: [2, 3], width: 1, name: sign > 0 ? "friction limit ± μ N" : "" });
+  return [{ x: tau, y: tau.map((t) => frictionAt(law, t)), stroke: curveColour(0), width: 2, name: "friction force" }, limit(1), limit(-1)];
+}
+
+/** Names of the lines beside their colours. */
+function named(lines) {
+  return element("div", { class: "line-names" }, ...lines.filter((line) => line.name).map((line) => element("span", { class: "line-name" }, swatch(line), line.name)));
+}

@@ -1,0 +1,75 @@
+// What is looked at: kept in the part of the address after #, so that a copied address shows the same.
+
+const FREQUENCIES = { "rad/s": 1, "Hz": 1 / PERIOD, "rpm": 60 / PERIOD };
+const CHOICES = {
+  loop: ["total", "motion"], spectrum: ["dof", "force"], history: ["dof", "force", "normal"],
+  unit: Object.keys(FREQUENCIES), log: ["", "y", "x", "xy"],
+};
+
+/** The view with defaults for what a stranger's address leaves out or says wrongly. */
+function viewFrom(text, model) {
+  const given = new URLSearchParams(text.replace(/^#/, ""));
+  const listed = (key, known) => (given.has(key) ? given.getAll(key).filter((name) => known.includes(name)) : []);
+  const start = startOf(model);
+  const result = whole(given.get("result"), model.results.length, start.result);
+  const own = model.results[result];
+  const view = {
+    curve: model.curves.some((c) => c.key === given.get("curve")) ? given.get("curve") : start.curve,
+    result,
+    point: whole(given.get("point"), own.points, result === start.result ? start.point : 0),
+    dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
+    dof: given.get("at-dof"), contact: given.get("at-contact"),
+    all: given.get("all") === "1",
+  };
+  for (const [key, known] of Object.entries(CHOICES)) {
+    view[key] = known.includes(given.get(key)) ? given.get(key) : key === "unit" ? start.unit : known[0];
+  }
+  return settled(view, model, start);
+}
+
+function whole(text, below, otherwise) {
+  const number = Number(text);
+  return text !== null && Number.isInteger(number) && number >= 0 && number < below ? number : otherwise;
+}
+
+/** The view with something chosen wherever there is something to choose. */
+function settled(view, model, start) {
+  const own = model.results[view.result];
+  if (!view.dofs.length) view.dofs = start.dofs;
+  if (!view.contacts.length) view.contacts = [""];
+  if (!own.dofs.includes(view.dof)) view.dof = view.dofs.find((name) => own.dofs.includes(name)) ?? own.dofs[0] ?? "";
+  if (!own.contacts.includes(view.contact)) view.contact = start.contact(own);
+  return view;
+}
+
+function addressOf(view) {
+  const out = new URLSearchParams({ curve: view.curve, result: view.result, point: view.point });
+  for (const name of view.dofs) out.append("dof", name);
+  for (const name of view.contacts) out.append("contact", name);
+  out.set("at-dof", view.dof);
+  out.set("at-contact", view.contact);
+  for (const key of Object.keys(CHOICES)) if (view[key]) out.set(key, view[key]);
+  if (view.all) out.set("all", "1");
+  return `#${out}`;
+}
+
+/** What is shown first: the largest amplitude of the first result, and the contact that dissipates most there. */
+function startOf(model) {
+  const first = model.results.find((result) => result.points) ?? model.results[0];
+  const peak = largest(first, "amplitude", first.dofs);
+  const given = first.content.followed.units;
+  return {
+    curve: model.curves[0]?.key ?? "", result: first.index, point: peak.point,
+    dofs: peak.name ? [peak.name] : model.dofs.slice(0, 1),
+    contact: (result) => largest(result, "dissipated_power", result.contacts).name ?? "",
+    unit: first.content.unit ?? (given in FREQUENCIES ? given : "rad/s"),
+  };
+}
+
+function largest(result, key, names) {
+  let best = { point: 0, name: names[0], value: -Infinity };
+  for (const name of names) {
+    result.values(key, name)?.forEach((value, point) => { if (value > best.value) best = { point, name, value }; });
+  }
+  return best;
+}

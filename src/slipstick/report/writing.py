@@ -1,0 +1,93 @@
+"""Reports written to a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from slipstick import __version__
+from slipstick.errors import InputError
+from slipstick.faults import one, whole
+from slipstick.faults import path as path_of
+from slipstick.results.branch import Branch
+
+MARK = '<meta name="generator" content="slipstick report">'
+"""By it a report is known again: any other file is not replaced."""
+MOST = 12
+
+
+def write_report(
+    branches: Any, path: str | os.PathLike[str], *, title: str = "", contacts: int = MOST, dofs: int = MOST
+) -> Path:
+    """Write one self-contained page with a branch, or with several laid over each other; the path.
+
+    Parameters
+    ----------
+    branches
+        A branch, a list of branches, or ``{label: branch}``.
+    path
+        The file; an earlier report there is replaced when the new one is complete.
+    title
+        Of the page; by default that of the first branch.
+    contacts, dofs
+        How many are kept: those that dissipate most, those that move most.
+
+    Returns
+    -------
+    Path
+        A page of a few megabytes at most for some hundred points and a dozen contacts.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or there is one that is no report; if there is nothing to report.
+    """
+    from slipstick.report.assembly import page
+    from slipstick.report.content import content_of
+
+    target = path_of("report", path, "the path of a report such as report.html")
+    most = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
+    results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
+    title = title or results[0]["title"] or results[0]["label"] or "Results"
+    content = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
+    _write(target, page(title, content | {"results": results}))
+    return target
+
+
+def labelled(branches: Any) -> list[tuple[str, Branch]]:
+    """Labels, each once, with their branches."""
+    if isinstance(branches, Branch):
+        branches = [branches]
+    if isinstance(branches, Mapping):
+        pairs = [(str(label), branch) for label, branch in branches.items()]
+    elif isinstance(branches, Iterable) and not isinstance(branches, str | bytes):
+        pairs = [("", branch) for branch in branches]
+    else:
+        pairs = [("", branches)]
+    if not pairs:
+        raise InputError("report: no branch was given")
+    checked = [(label, one("report, branch", branch, Branch, "an ss.Branch")) for label, branch in pairs]
+    titles = [label or str(branch.dataset.attrs.get("title", "")) or "results" for label, branch in checked]
+    numbered = [f"{t} ({titles[: i + 1].count(t)})" if titles.count(t) > 1 else t for i, t in enumerate(titles)]
+    return list(zip(numbered, (branch for _, branch in checked), strict=True))
+
+
+def _write(path: Path, text: str) -> None:
+    from slipstick.io.store import replacing
+
+    try:
+        if path.exists() and not _is_report(path):
+            raise InputError(f"{path}: there is a file that is no report; choose another name")
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from None
+
+
+def _is_report(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return MARK.encode() in stream.read(2000)
