@@ -240,6 +240,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.contact_forces": (lambda: branch().contact_forces, {"point": 0}),
     "Branch.states": (lambda: branch().states, {"point": 0}),
     "Branch.loop": (lambda: branch().loop, {"point": 0, "contact": "damper", "samples": 5}),
+    "Branch.report": (lambda: branch().report, {"path": "r.html", "title": "t", "contacts": 1, "dofs": 1}),
     "Branch.check_in_time": (lambda: branch().check_in_time, {"point": 0}),
 }  # fmt: skip
 

@@ -56,14 +56,37 @@ def run(
         bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")
     ] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a case: results.nc and figures, written point by point."""
+    """Compute a case: results.nc, written point by point, report.html and figures."""
     with answering(as_json) as answer:
         from slipstick.app.run import run_case
 
-        raise typer.Exit(run_case(case, output, force=force, figures=figures, quiet=quiet, answer=answer))
+        raise typer.Exit(
+            run_case(case, output, force=force, figures=figures, report=report, quiet=quiet, answer=answer)
+        )
+
+
+@app.command()
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULTS.nc...", help="Results files, laid over each other.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The page; by default report.html beside the first file.")
+    ] = None,
+    title: Annotated[str, typer.Option(help="Title of the page; by default that of the first results.")] = "",
+    contacts: Annotated[int, typer.Option(help="How many contacts: those that dissipate most.")] = 12,
+    dofs: Annotated[int, typer.Option(help="How many dofs: those that move most.")] = 12,
+    as_json: AsJson = False,
+) -> None:
+    """Write one self-contained page of results, for any browser: curves, loops, states, provenance."""
+    with answering(as_json) as answer:
+        from slipstick.app.report import report_results
+
+        answer |= report_results(results, output, title=title, contacts=contacts, dofs=dofs)
 
 
 @app.command()

@@ -10,12 +10,12 @@ from slipstick.errors import InputError
 from slipstick.io.lock import FolderLock
 from slipstick.io.store import remove_leftovers
 
-RESULTS = "results.nc"
+RESULTS, REPORT = "results.nc", "report.html"
 FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
     *("power", "fractions", "friction", "temperature", "loop", "states"),
 )
-_OWN = (RESULTS, RESULTS + ".journal", *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
+_OWN = (RESULTS, RESULTS + ".journal", REPORT, *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
 
 
 class OutputFolder:

@@ -23,7 +23,7 @@ from slipstick.app.guard import (
     say,
     termination_as_interrupt,
 )
-from slipstick.app.output import OutputFolder
+from slipstick.app.output import REPORT, OutputFolder
 from slipstick.app.prepare import prepare_kernel
 from slipstick.app.progress import Progress, duration, progress
 from slipstick.errors import InputError, Outcome
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 
 def run_case(
-    path: Path, output: Path | None, *, force: bool = False, figures: bool = True, quiet: bool = False,
-    answer: Answer | None = None,
+    path: Path, output: Path | None, *, force: bool = False, figures: bool = True, report: bool = True,
+    quiet: bool = False, answer: Answer | None = None,
 ) -> int:  # fmt: skip
     """Compute a case into a folder; the exit code. What is found goes to ``answer`` too.
 
@@ -60,7 +60,7 @@ def run_case(
     try:
         run = _Run(case, folder, tell, told)
         run.compute(quiet=quiet)
-        code = run.finish(figures=figures)
+        code = run.finish(figures=figures, report=report)
         if answer is not None:
             answer |= run.answer
         return code
@@ -161,11 +161,13 @@ class _Run:
         )
         return {**made, **self.case.names}
 
-    def finish(self, *, figures: bool) -> int:
-        """Figures and summary; the exit code."""
+    def finish(self, *, figures: bool, report: bool) -> int:
+        """Figures, report and summary; the exit code."""
         found = len(self.store)
         if figures and found > 1 and not self.failures:
             self._draw()
+        if report and found:
+            self._report()
         if self.complete:
             self.folder.complete()
         self._summary(found)
@@ -184,6 +186,18 @@ class _Run:
             self.failures.append(f"figures: {os_sentence(error)}")
         except Exception as error:
             self.failures.append(f"figures: {internal_sentence(error)}")
+
+    def _report(self) -> None:
+        """A run whose report cannot be written has its results all the same."""
+        from slipstick.io.loading import load
+        from slipstick.report.writing import write_report
+
+        try:
+            write_report(load(self.folder.results), self.folder.work / REPORT)
+        except InputError as error:
+            complain(f"warning: {error}")
+        except Exception as error:
+            complain(f"warning: report: {internal_sentence(error)}")
 
     def _summary(self, found: int) -> None:
         if found:

@@ -10,10 +10,13 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from slipstick.report.encoding import safe_json
+from slipstick.report.encoding import gathered, safe_json
 
 STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
-SCRIPTS = ("decode.js", "law.js", "model.js", "view.js", "charts.js", "response.js", "strip.js", "panels.js", "tables.js", "head.js", "main.js")  # fmt: skip
+SCRIPTS = tuple(
+    f"{name}.js"
+    for name in ["decode", "law", "model", "view", "charts", "curves", "strip", "panels", "tables", "head", "main"]
+)
 """Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
 
 
@@ -42,13 +45,15 @@ def page(title: str, content: Any) -> str:
     Its policy forbids every request, and every script and style but the very ones it was written with.
     """
     library, own = scripts()
+    plain, numbers = gathered(content)
     slots = {
         "title": escape(title),
         "policy": _policy([style()], [library, own]),
         "style": style(),
         "library": library,
         "script": own,
-        "content": safe_json(content),
+        "content": safe_json(plain),
+        "numbers": numbers,
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], part("page.html"))
 

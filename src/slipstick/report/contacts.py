@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.contact.forces import Interval, element_states
-from slipstick.report.encoding import fixed, packed
+from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.branch import PARAMETERS
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -19,7 +18,13 @@ if TYPE_CHECKING:
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
-Indices = NDArray[np.intp]
+NEEDED = (
+    "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force",
+    *PARAMETERS.values(),
+)  # fmt: skip
+"""Variables that make a friction contact's force."""
+STEP = 4e-11
+"""Step of a coefficient, relative to what the forces drawn from it need: they are right to some 1e-10 of themselves."""
 
 
 def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
@@ -27,29 +32,40 @@ def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) ->
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
-    needed = ("contact_tangential", "contact_normal", "friction_force", *PARAMETERS.values())
-    if not len(kept) or not {*needed, "rubbing_motion", "normal_motion", "rubbing_velocity"} <= set(dataset):
+    if not len(kept) or not {*NEEDED, "rubbing_velocity"} <= set(dataset):
         return None
     own = np.flatnonzero(np.isfinite(dataset["friction_force"].to_numpy()[:, kept, 0]).all(axis=0))
     if not len(own):
         return None
-    d = {name: dataset[name].to_numpy()[:, kept[own]] for name in (*needed, "rubbing_motion", "normal_motion")}
+    d = {name: dataset[name].to_numpy()[:, kept[own]] for name in NEEDED}
     drift = dataset["rubbing_velocity"].to_numpy()[:, kept[own]] / dataset["omega"].to_numpy()[:, None]
+    friction, limit = d["friction_force"], d["friction_coefficient"] * d["normal_stiffness"]
     total, normal = d["contact_tangential"] + d["rubbing_motion"], d["contact_normal"] + d["normal_motion"]
     parameters = {key: d[name] for key, name in PARAMETERS.items()}
     flat = {key: value.ravel() for key, value in ({"v": drift} | parameters).items()}
     shape = (-1, harmonics.size)
     intervals = element_states(harmonics, total.reshape(shape), normal.reshape(shape), **flat)
+    alone = np.array([len(states) == 1 for states in intervals]).reshape(drift.shape)
+    tangential = d["contact_tangential"]
     return {
         "of": own.tolist(),
-        "motion": fixed(d["contact_tangential"]),
+        "motion": fixed(tangential, 6, _needed(tangential, friction, d["tangential_stiffness"])),
         "rubbing": packed(d["rubbing_motion"], "f8"),
-        "normal": fixed(normal),
+        "normal": fixed(normal, 6, _needed(normal, friction, limit, d["normal_force"], d["normal_stiffness"])),
         "drift": packed(drift, "f8"),
         **{key: packed(value, "f8") for key, value in parameters.items()},
-        "mean": packed(d["friction_force"][:, :, 0], "f8"),
+        "mean": packed(np.where(alone, friction[:, :, 0], 0.0), "f8"),  # the level of a contact stuck all period
         "states": _states(intervals, drift.shape),
     }
+
+
+def _needed(own: Array, *forces_and_springs: Array) -> Array:
+    """Step (n, m) for coefficients (n, m, L): small beside them, and beside the forces that springs make of them."""
+    size = np.abs(own[:, :, 1:]).max(axis=2, initial=0.0)
+    for force, spring in zip(forces_and_springs[::2], forces_and_springs[1::2], strict=True):
+        load = np.abs(force).max(axis=2)
+        size = np.minimum(size, np.divide(load, spring, out=np.full_like(load, np.inf), where=spring > 0))
+    return STEP * size
 
 
 def _states(intervals: list[list[Interval]], shape: tuple[int, ...]) -> dict[str, Any]:

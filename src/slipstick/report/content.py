@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.report.contacts import STATES, friction_of, series_of
 from slipstick.report.curves import curves_of, meaning
-from slipstick.report.encoding import packed
+from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.schema import KINDS
+from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
     import xarray
 
     from slipstick.results.branch import Branch
 
-Indices = NDArray[np.intp]
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that have a place of their own, or say nothing to a reader."""
 
@@ -41,16 +40,26 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
         "orders": list(branch.harmonics.orders),
         "points": len(branch),
         "followed": {"key": at, **meaning(dataset, at), "values": packed(dataset[at].to_numpy(), "f8")},
+        "frequency": _frequency(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
         "dofs": _named(dataset, "dof", kept["dof"]) | {
             "label": "Motion", "units": meaning(dataset, "displacement")["units"],
-            "displacement": packed(dataset["displacement"].to_numpy()[:, kept["dof"]]),
+            "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
         "peaks": _peaks(dataset, kept["dof"]),
         "curves": curves_of(dataset, kept),
         "contacts": _contacts(branch, kept["contact"]),
     }  # fmt: skip
+
+
+def _frequency(dataset: xarray.Dataset) -> dict[str, Any]:
+    """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
+    units = Units.of_results(dataset.attrs)
+    others = FREQUENCIES if units.in_seconds else ()
+    factors = {units.angular: 1.0} | {unit: 1.0 / units.frequency_factor(unit) for unit in others}
+    chosen = str(dataset.attrs.get("frequency_unit", ""))
+    return {"unit": chosen if chosen in factors else units.angular, "factors": factors}
 
 
 def _largest(dataset: xarray.Dataset, dim: str, by: str, most: int) -> Indices:
@@ -120,4 +129,5 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
         "friction": friction,
         "series": series_of(dataset, kept, own) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
+        "energy_units": after_number(Units.of_results(dataset.attrs).label("force length")),
     }

@@ -7,24 +7,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.report.encoding import packed
+from slipstick.report.encoding import Indices, packed
 from slipstick.typing import Array
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
 
 ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
-_FIRST = ("dissipated_power", "temperature", "friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction")  # fmt: skip
+_FIRST = (
+    "dissipated_power", "temperature", "friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction"
+)  # fmt: skip
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 
 
-def curves_of(dataset: xarray.Dataset, kept: Mapping[str, Array]) -> list[dict[str, Any]]:
+def curves_of(dataset: xarray.Dataset, kept: Mapping[str, Indices]) -> list[dict[str, Any]]:
     """All curves of a dataset; ``kept`` are the indices of the dofs and contacts that the report shows."""
     return [*_of_dofs(dataset, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset)]
 
 
-def _of_dofs(dataset: xarray.Dataset, kept: Array) -> Iterator[dict[str, Any]]:
+def _of_dofs(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]:
     for name in ("amplitude", "mean"):
         if name in dataset:
             values = dataset[name].to_numpy()
@@ -39,7 +42,7 @@ def without_rounding(mean: Array, amplitude: Array) -> Array:
     return np.where(np.abs(mean) <= ROUNDING * size, 0.0, mean)
 
 
-def _of_contacts(dataset: xarray.Dataset, kept: Array) -> Iterator[dict[str, Any]]:
+def _of_contacts(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]:
     """Variables over point and contact that say something: those that vary along the branch, power and friction."""
     if not len(kept):
         return
@@ -64,10 +67,10 @@ def _curve(dataset: xarray.Dataset, name: str, over: str, values: Array) -> dict
 
 
 def meaning(dataset: xarray.Dataset, name: str) -> dict[str, str]:
-    """Label and units of a variable, from its own attributes."""
+    """Label and units of a variable, from its own attributes; ``after`` is what stands after a number."""
     attributes = dataset[name].attrs
     label = str(attributes.get("long_name", name.replace("_", " ")))
     if name != "parameter":  # that is the user's own name
         label = label[:1].upper() + label[1:]
     units = str(attributes.get("units", ""))
-    return {"label": label, "units": "" if units == "1" else units}
+    return {"label": label, "units": "" if units == "1" else units, "after": after_number(units)}

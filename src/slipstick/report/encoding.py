@@ -1,33 +1,35 @@
-"""Arrays and texts as a page can hold them: base64 of little-endian numbers, JSON that cannot end its own element."""
+"""Arrays and texts as a page can hold them: little-endian numbers, deflated; JSON that cannot end its own element."""
 
 from __future__ import annotations
 
 import base64
 import json
+import zlib
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Indices = NDArray[np.intp]
+SMALLEST = 2.0**-600
+"""Step of a motion that is zero."""
 _TYPES = {"f8": "<f8", "f4": "<f4", "u2": "<u2", "u1": "u1"}
-_STEPS = 2.0**47 - 1.0
-"""Steps of a six-byte number to each side of zero."""
 _UNSAFE = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
 
 
 def packed(values: ArrayLike, kind: str = "f4") -> dict[str, Any]:
-    """An array (n, ...) of ``f8``, ``f4``, ``u2`` or ``u1``; rows that are all alike are kept once.
+    r"""An array (n, ...) of ``f8``, ``f4``, ``u2`` or ``u1``; rows that are all alike are kept once.
 
-    >>> packed([[1.0], [1.0]], "f8")
-    {'kind': 'f8', 'shape': [2, 1], 'once': True, 'data': 'AAAAAAAA8D8='}
+    >>> packed([[1.0], [1.0]], "f4")
+    {'kind': 'f4', 'shape': [2, 1], 'once': True, 'bytes': b'\x00\x00\x80?'}
     """
     return _packed(np.ascontiguousarray(values, dtype=_TYPES[kind]), kind)
 
 
 def _packed(array: NDArray[Any], kind: str, shape: tuple[int, ...] | None = None) -> dict[str, Any]:
     once = len(array) > 1 and array.size > 0 and _alike(array)
-    data = base64.b64encode(array[:1].tobytes() if once else array.tobytes()).decode("ascii")
-    return {"kind": kind, "shape": list(array.shape if shape is None else shape), "once": once, "data": data}
+    kept = array[:1] if once else array
+    return {"kind": kind, "shape": list(array.shape if shape is None else shape), "once": once, "bytes": kept.tobytes()}
 
 
 def _alike(array: NDArray[Any]) -> bool:
@@ -36,18 +38,40 @@ def _alike(array: NDArray[Any]) -> bool:
     return bool((rows == rows[0]).all())
 
 
-def fixed(coefficients: ArrayLike) -> dict[str, Any]:
-    """Coefficients (n, m, L) with 1e-14 of the largest of each (n, m) kept, in six bytes a number.
+def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[str, Any]:
+    """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, in steps of their own for each (n, m).
 
-    The zero harmonic stays apart, in eight bytes: it may be far larger than the motion around it.
+    A step is a power of two: the next one above that given, (n, m), and above 2^(1 - 8 width) of the largest
+    coefficient. The zero harmonic, which may be far larger, stays apart in eight bytes, rounded to the same steps.
     """
     values = np.asarray(coefficients, dtype=float)
-    rest = values[:, :, 1:]
-    scale = np.abs(rest).max(axis=2, initial=0.0) / _STEPS
-    steps = np.divide(rest, scale[:, :, None], out=np.zeros_like(rest), where=scale[:, :, None] > 0)
-    whole = np.rint(np.nan_to_num(steps)).astype("<i8")
-    six = np.ascontiguousarray(whole.view(np.uint8).reshape(*whole.shape, 8)[..., :6])
-    return {"zero": packed(values[:, :, 0], "f8"), "scale": packed(scale, "f8"), "rest": _packed(six, "i6", rest.shape)}
+    least = np.abs(values[:, :, 1:]).max(axis=2, initial=0.0) / (2.0 ** (8 * width - 1) - 1.0)
+    scale = np.exp2(np.ceil(np.log2(np.maximum(np.maximum(least, step), SMALLEST))))
+    whole = np.rint(np.nan_to_num(values / scale[:, :, None]))
+    rest = whole[:, :, 1:].astype("<i8")
+    kept = np.ascontiguousarray(rest.view(np.uint8).reshape(*rest.shape, 8)[..., :width])
+    zero = packed(whole[:, :, 0] * scale, "f8")
+    return {"zero": zero, "scale": packed(scale, "f8"), "rest": _packed(kept, f"i{width}", rest.shape)}
+
+
+def gathered(content: Any) -> tuple[Any, str]:
+    """Content with all its bytes in one place, deflated, in base64; where they stood is where they are found there."""
+    parts: list[bytes] = []
+    plain = _without_bytes(content, parts, [0])
+    return plain, base64.b64encode(zlib.compress(b"".join(parts))).decode("ascii")
+
+
+def _without_bytes(content: Any, parts: list[bytes], end: list[int]) -> Any:
+    if isinstance(content, bytes):
+        start = end[0]
+        parts.append(content)
+        end[0] += len(content)
+        return [start, end[0]]
+    if isinstance(content, dict):
+        return {key: _without_bytes(value, parts, end) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_without_bytes(value, parts, end) for value in content]
+    return content
 
 
 def safe_json(content: Any) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from slipstick import __version__
 from slipstick.errors import InputError
-from slipstick.faults import one, whole
+from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.results.branch import Branch
 
@@ -49,6 +49,7 @@ def write_report(
     from slipstick.report.content import content_of
 
     target = path_of("report", path, "the path of a report such as report.html")
+    title = text("report title", title)
     most = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
     results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
     title = title or results[0]["title"] or results[0]["label"] or "Results"
@@ -75,14 +76,14 @@ def labelled(branches: Any) -> list[tuple[str, Branch]]:
     return list(zip(numbered, (branch for _, branch in checked), strict=True))
 
 
-def _write(path: Path, text: str) -> None:
+def _write(path: Path, content: str) -> None:
     from slipstick.io.store import replacing
 
     try:
         if path.exists() and not _is_report(path):
             raise InputError(f"{path}: there is a file that is no report; choose another name")
         with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+            temporary.write_text(content, encoding="utf-8")
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from None

@@ -202,6 +202,21 @@ class Branch:
 
         return save(self, path)
 
+    def report(self, path: str | Path, *, title: str = "", contacts: int = 12, dofs: int = 12) -> Path:
+        """Write one self-contained page for any browser and return its path: curves, loops, states, provenance.
+
+        ``contacts`` and ``dofs`` are how many are shown: those that dissipate most, those that move most. The loops
+        in the page are exact. Several branches in one page: ``slipstick.report.writing.write_report``.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or there is one that is no report.
+        """
+        from slipstick.results.verbs import report
+
+        return report(self, path, title=title, contacts=contacts, dofs=dofs)
+
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 

@@ -31,6 +31,13 @@ def save(branch: Branch, path: str | Path) -> Path:
     return save_branch(branch, path)
 
 
+def report(branch: Branch, path: str | Path, **options: Any) -> Path:
+    """As ``Branch.report``."""
+    from slipstick.report.writing import write_report
+
+    return write_report(branch, path, **options)
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
     """A point of a branch against time integration, by output dof, both (n_outputs,)."""

@@ -1,9 +1,12 @@
-// Arrays as the page holds them (report/encoding.py): base64 of little-endian numbers, read row by row.
+// Arrays as the page holds them (report/encoding.py): one deflated store of little-endian numbers, read row by row.
 
-function bytesOf(text) {
+const STORE = { buffer: null };
+
+/** The store, from its text in base64. */
+async function inflated(text) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-  return bytes;
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
 }
 
 const TYPES = { f8: Float64Array, f4: Float32Array, u2: Uint16Array, u1: Uint8Array };
@@ -14,7 +17,7 @@ class Numbers {
     this.shape = packed.shape;
     this.once = packed.once;
     this.width = packed.shape.slice(1).reduce((product, size) => product * size, 1);
-    this.values = new TYPES[packed.kind](bytesOf(packed.data).buffer);
+    this.values = new TYPES[packed.kind](STORE.buffer.slice(...packed.bytes));
   }
 
   /** One row, or `count` numbers of it. */
@@ -33,23 +36,25 @@ class Numbers {
   }
 }
 
-/** Coefficients (n, m, L): the zero harmonic, and six-byte steps of a scale for the others. */
+/** Coefficients (n, m, L): the zero harmonic, and whole numbers of so many bytes, in steps of a scale, for the others. */
 class Coefficients {
   constructor(packed) {
     this.zero = new Numbers(packed.zero);
     this.scale = new Numbers(packed.scale);
-    this.width = packed.rest.shape[2];
-    this.many = packed.rest.shape[1];
+    [, this.many, this.width] = packed.rest.shape;
     this.once = packed.rest.once;
-    this.bytes = new DataView(bytesOf(packed.rest.data).buffer);
+    this.size = Number(packed.rest.kind.slice(1));
+    this.bytes = new Uint8Array(STORE.buffer, packed.rest.bytes[0], packed.rest.bytes[1] - packed.rest.bytes[0]);
   }
 
   row(i, m) {
-    const out = new Float64Array(this.width + 1), scale = this.scale.get(i, m);
+    const out = new Float64Array(this.width + 1), scale = this.scale.get(i, m), { size, bytes } = this;
     out[0] = this.zero.get(i, m);
-    let at = 6 * this.width * ((this.once ? 0 : i * this.many) + m);
-    for (let k = 1; k <= this.width; k++, at += 6) {
-      out[k] = (this.bytes.getInt16(at + 4, true) * 4294967296 + this.bytes.getUint32(at, true)) * scale;
+    let at = size * this.width * ((this.once ? 0 : i * this.many) + m);
+    for (let k = 1; k <= this.width; k++, at += size) {
+      let whole = (bytes[at + size - 1] << 24) >> 24; // the highest byte has the sign
+      for (let b = size - 2; b >= 0; b--) whole = whole * 256 + bytes[at + b];
+      out[k] = whole * scale;
     }
     return out;
   }

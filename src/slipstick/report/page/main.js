@@ -7,11 +7,13 @@ class App {
     const curves = results.flatMap((result) => result.content.curves);
     this.model = { results, dofs: union(results.map((r) => r.dofs)), contacts: union(results.map((r) => r.contacts)),
       curves: curves.filter((curve, i) => curves.findIndex((other) => other.key === curve.key) === i) };
+    const frequencies = results.filter((r) => r.content.followed.key === "omega").flatMap((r) => Object.keys(r.content.frequency.factors));
+    this.model.frequencies = union(frequencies);
     this.start = startOf(this.model);
     this.view = viewFrom(location.hash, this.model);
     head(document.getElementById("head"), content);
     foot(document.getElementById("foot"), content);
-    this.response = new Response(document.getElementById("response"), this);
+    this.curves = new Curves(document.getElementById("response"), this);
     this.panels = new Panels(document.getElementById("point"), this);
     this.ranking = new Ranking(document.getElementById("contacts"), this);
     this.draw();
@@ -22,8 +24,9 @@ class App {
   /** Where the cursor is, in words: "4.26 rad/s". */
   where() {
     if (!this.result.points) return "no point";
-    const [factor, units] = this.response.unitsOf(this.result), { followed } = this.result.content;
-    return `${followed.key === "omega" ? "" : `${followed.label} `}${short(this.result.at[this.view.point] * factor)}${units ? ` ${units}` : ""}`;
+    const [factor, units] = this.curves.unitsOf(this.result), { followed } = this.result.content;
+    const value = short(this.result.at[this.view.point] * factor);
+    return followed.key === "omega" ? `${value} ${units}` : `${followed.label} ${value}${followed.after}`;
   }
 
   /** What this page leaves out of the results, in words. */
@@ -40,8 +43,8 @@ class App {
     this.view = settled({ ...this.view, ...change }, this.model, this.start);
     this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));
     history.replaceState(null, "", addressOf(this.view));
-    if (moves) this.response.move();
-    else this.response.draw();
+    if (moves) this.curves.move();
+    else this.curves.draw();
     this.drawPoint();
   }
 
@@ -51,7 +54,7 @@ class App {
   }
 
   draw() {
-    this.response.draw();
+    this.curves.draw();
     this.drawPoint();
   }
 
@@ -61,31 +64,38 @@ class App {
   }
 }
 
-const app = new App(JSON.parse(document.getElementById("content").textContent));
-
-let width = innerWidth, waiting = 0;
-addEventListener("resize", () => {
-  if (innerWidth === width) return;
-  width = innerWidth;
-  clearTimeout(waiting);
-  waiting = setTimeout(() => app.draw(), 100);
-});
-addEventListener("hashchange", () => {
-  app.view = viewFrom(location.hash, app.model);
-  app.draw();
-});
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.draw());
-for (const [event, light] of [["beforeprint", true], ["afterprint", false]]) {
-  addEventListener(event, () => {
-    document.documentElement.toggleAttribute("data-paper", light);
+async function start() {
+  const text = (id) => document.getElementById(id).textContent;
+  STORE.buffer = await inflated(text("numbers"));
+  const app = new App(JSON.parse(text("content")));
+  let width = innerWidth, waiting = 0;
+  addEventListener("resize", () => {
+    if (innerWidth === width) return;
+    width = innerWidth;
+    clearTimeout(waiting);
+    waiting = setTimeout(() => app.draw(), 100);
+  });
+  addEventListener("hashchange", () => {
+    app.view = viewFrom(location.hash, app.model);
     app.draw();
   });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => app.draw());
+  for (const [event, paper] of [["beforeprint", true], ["afterprint", false]]) {
+    addEventListener(event, () => {
+      document.documentElement.toggleAttribute("data-paper", paper);
+      app.draw();
+    });
+  }
+  return app;
 }
 
-window.slipstick = {
-  /** One period of a friction contact, as `Branch.loop` of the Python package gives it. */
-  loop: (result, point, contact, samples = 721) => period(app.model.results[result].element(point, contact), times(0, PERIOD, samples)),
-  states: (result, point, contact) => app.model.results[result].element(point, contact).states,
-  view: () => ({ ...app.view }),
-  set: (change) => app.set(change),
-};
+start().then((app) => {
+  window.slipstick = {
+    /** One period of a friction contact, as `Branch.loop` of the Python package gives it. */
+    loop: (result, point, contact, samples = 721) => period(app.model.results[result].element(point, contact), times(0, PERIOD, samples)),
+    states: (result, point, contact) => app.model.results[result].element(point, contact).states,
+    view: () => ({ ...app.view }),
+    set: (change) => app.set(change),
+  };
+  document.documentElement.toggleAttribute("data-ready", true);
+});

@@ -73,8 +73,8 @@ class Result {
 
   /** Coefficients of a dof's motion. */
   displacement(point, name) {
-    const L = 2 * this.orders.length - 1, at = this.dofs.indexOf(name);
-    return at < 0 ? null : this.numbers("displacement", this.content.dofs.displacement).row(point, at * L, L);
+    const at = this.dofs.indexOf(name);
+    return at < 0 ? null : this.coefficients("displacement", this.content.dofs.displacement).row(point, at);
   }
 
   /** The friction element of a contact at a point as `law.js` takes it; null for another law. */

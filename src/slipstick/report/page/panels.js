@@ -5,7 +5,7 @@ const STATE_DASHES = { "stick": undefined, "slip+": undefined, "slip-": [7, 3], 
 
 class Panels {
   constructor(host, app) {
-    this.app = app;
+    Object.assign(this, { host, app });
     const panel = (key, title) => {
       const tools = element("div", { class: "tools" }), plot = element("div", { class: "plot" }), note = element("div", { class: "note" });
       const card = element("section", { class: "card panel", id: key, "aria-labelledby": `${key}-title` },
@@ -22,10 +22,12 @@ class Panels {
 
   draw() {
     const { app } = this, { view, result } = app;
+    this.host.hidden = !result.points;
+    if (this.host.hidden) return;
     this.title.textContent = `At ${app.where()}`;
     this.drawPick(result);
-    const law = result.points && view.contact ? result.element(view.point, view.contact) : null;
-    const ported = !law && result.points && view.contact ? result.ported(view.point, view.contact) : null;
+    const law = view.contact ? result.element(view.point, view.contact) : null;
+    const ported = law || !view.contact ? null : result.ported(view.point, view.contact);
     this.loop.card.hidden = !(law || ported);
     this.states.card.hidden = !law && !result.friction;
     if (law || ported) this.drawLoop(law, ported);
@@ -57,7 +59,7 @@ class Panels {
       lines, height: 300, marks: zeroLine });
     const power = app.result.values("dissipated_power", view.contact), curve = app.result.curve("dissipated_power");
     const energy = power ? (power[view.point] * PERIOD) / app.result.omegaAt(view.point) : NaN;
-    const says = [`${view.contact}`, power ? `power ${short(power[view.point])} ${curve.units}` : "", power ? `energy a period ${short(energy)} ${this.units("force")} ${this.units("dof")}` : "",
+    const says = [`${view.contact}`, power ? `power ${short(power[view.point])}${curve.after}` : "", power ? `energy a period ${short(energy)}${app.result.content.contacts.energy_units}` : "",
       law ? `μ ${short(law.mu)}` : "its law is not stored: force and motion as the harmonics kept"];
     this.loop.note.textContent = says.filter(Boolean).join(" · ");
   }

@@ -1,9 +1,8 @@
 // What is looked at: kept in the part of the address after #, so that a copied address shows the same.
 
-const FREQUENCIES = { "rad/s": 1, "Hz": 1 / PERIOD, "rpm": 60 / PERIOD };
 const CHOICES = {
   loop: ["total", "motion"], spectrum: ["dof", "force"], history: ["dof", "force", "normal"],
-  unit: Object.keys(FREQUENCIES), log: ["", "y", "x", "xy"],
+  log: ["", "y", "x", "xy"],
 };
 
 /** The view with defaults for what a stranger's address leaves out or says wrongly. */
@@ -22,8 +21,9 @@ function viewFrom(text, model) {
     all: given.get("all") === "1",
   };
   for (const [key, known] of Object.entries(CHOICES)) {
-    view[key] = known.includes(given.get(key)) ? given.get(key) : key === "unit" ? start.unit : known[0];
+    view[key] = known.includes(given.get(key)) ? given.get(key) : known[0];
   }
+  view.unit = model.frequencies.includes(given.get("unit")) ? given.get("unit") : start.unit;
   return settled(view, model, start);
 }
 
@@ -48,7 +48,7 @@ function addressOf(view) {
   for (const name of view.contacts) out.append("contact", name);
   out.set("at-dof", view.dof);
   out.set("at-contact", view.contact);
-  for (const key of Object.keys(CHOICES)) if (view[key]) out.set(key, view[key]);
+  for (const key of [...Object.keys(CHOICES), "unit"]) if (view[key]) out.set(key, view[key]);
   if (view.all) out.set("all", "1");
   return `#${out}`;
 }
@@ -57,12 +57,11 @@ function addressOf(view) {
 function startOf(model) {
   const first = model.results.find((result) => result.points) ?? model.results[0];
   const peak = largest(first, "amplitude", first.dofs);
-  const given = first.content.followed.units;
   return {
     curve: model.curves[0]?.key ?? "", result: first.index, point: peak.point,
     dofs: peak.name ? [peak.name] : model.dofs.slice(0, 1),
     contact: (result) => largest(result, "dissipated_power", result.contacts).name ?? "",
-    unit: first.content.unit ?? (given in FREQUENCIES ? given : "rad/s"),
+    unit: first.content.frequency.unit,
   };
 }
 

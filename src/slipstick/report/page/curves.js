@@ -1,6 +1,6 @@
 // The response curves with their cursor: moved by click, by arrow keys, or by the list of peaks.
 
-class Response {
+class Curves {
   constructor(host, app) {
     Object.assign(this, { host, app });
     this.plotHost = element("div", { class: "plot", id: "curves", tabindex: 0, role: "slider", "aria-label": "Cursor along the curve",
@@ -38,8 +38,8 @@ class Response {
   }
 
   unitsOf(result) {
-    const { key, units } = result.content.followed;
-    return key === "omega" && units in FREQUENCIES ? [FREQUENCIES[this.app.view.unit], this.app.view.unit] : [1, units];
+    const { followed, frequency } = result.content, { unit } = this.app.view;
+    return followed.key === "omega" && unit in frequency.factors ? [frequency.factors[unit], unit] : [1, followed.units];
   }
 
   abscissa(result) {
@@ -48,9 +48,12 @@ class Response {
   }
 
   draw() {
-    if (!this.curve) return;
     const { view, model } = this.app, log = view.log;
-    this.lines = this.shown().map((line) => ({ ...line, x: this.abscissa(line.result), y: line.values }));
+    this.lines = this.curve ? this.shown().map((line) => ({ ...line, x: this.abscissa(line.result), y: line.values })) : [];
+    if (!this.lines.length) {
+      fill(this.host, element("h2", { id: "response-title" }, "Response"), element("p", { class: "card" }, "No point was found, so there is no curve."));
+      return;
+    }
     const drawn = this.lines.flatMap((line) => this.styled(line, log));
     const rings = this.rings(log);
     const first = (this.lines[0]?.result ?? model.results[0]), followed = first.content.followed;
@@ -118,7 +121,7 @@ class Response {
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
-      `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${this.curve.units ? ` ${this.curve.units}` : ""}`,
+      `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${this.curve.after}`,
       kind && kind !== "regular" ? kind : "", stable === null ? "" : stable ? "unstable" : "stable",
       this.app.model.results.length > 1 ? result.label : "",
     ];
@@ -175,11 +178,10 @@ class Response {
       ...model.curves.map((curve) => element("option", { value: curve.key, selected: curve.key === view.curve }, quantityOf(curve))));
     const log = (axis) => element("button", { type: "button", "aria-pressed": String(view.log.includes(axis)), onclick: () =>
       app.set({ log: ["x", "y"].filter((a) => (a === axis) !== view.log.includes(a)).join("") }) }, `log ${axis}`);
-    const frequency = model.results.some((result) => result.content.followed.units in FREQUENCIES);
     fill(this.tools,
       element("h2", { id: "response-title" }, "Response"),
       element("label", { for: "curve", class: "hidden" }, "Quantity"), select,
-      frequency ? choice("Unit of frequency", Object.fromEntries(Object.keys(FREQUENCIES).map((u) => [u, u])), view.unit, (unit) => app.set({ unit })) : null,
+      model.frequencies.length > 1 ? choice("Unit of frequency", Object.fromEntries(model.frequencies.map((u) => [u, u])), view.unit, (unit) => app.set({ unit })) : null,
       element("span", { class: "choice", role: "group", "aria-label": "Logarithmic axes" }, log("x"), log("y")),
       element("button", { type: "button", class: "plain", onclick: () => this.draw() }, "whole range"));
   }
@@ -224,10 +226,10 @@ function swatch(line) {
     element("svg:line", { x1: 1, x2: 17, y1: 4, y2: 4, stroke: line.stroke, "stroke-width": 2.5, "stroke-linecap": "round" }));
 }
 
-function peakRow(peak, response, several) {
-  const [factor] = response.unitsOf(peak.result);
-  const go = () => response.app.set({ curve: "amplitude", result: peak.result.index, point: peak.point, dof: peak.name,
-    dofs: response.app.view.dofs.includes(peak.name) ? response.app.view.dofs : [...response.app.view.dofs, peak.name] });
+function peakRow(peak, curves, several) {
+  const [factor] = curves.unitsOf(peak.result);
+  const go = () => curves.app.set({ curve: "amplitude", result: peak.result.index, point: peak.point, dof: peak.name,
+    dofs: curves.app.view.dofs.includes(peak.name) ? curves.app.view.dofs : [...curves.app.view.dofs, peak.name] });
   const stable = peak.result.unstable(peak.point) ? " (unstable)" : "";
   return element("tr", {},
     element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, peak.name), several ? element("span", { class: "soft" }, ` ${peak.result.label}`) : null),

@@ -1,0 +1,86 @@
+"""What a page holds of a branch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.reports import branch, decoded, decoded_coefficients
+
+import slipstick as ss
+from slipstick.report.content import content_of
+from slipstick.report.encoding import gathered, safe_json
+
+
+@pytest.fixture(scope="module")
+def made() -> ss.Branch:
+    return branch()
+
+
+def test_outcome_warnings_and_provenance(made: ss.Branch) -> None:
+    data = made.dataset.assign_attrs(warnings="one thing\nanother", case="title = 'x'", seconds=1.25)
+    found = content_of(ss.Branch.from_dataset(data), "a", contacts=12, dofs=12)
+    assert found["outcome"] == {"name": "COMPLETED", "ok": True, "text": ss.Outcome.COMPLETED.text}
+    assert found["warnings"] == ["one thing", "another"]
+    assert found["case"] == "title = 'x'"
+    about = dict(found["about"])
+    assert about["seconds"] == "1.25"
+    assert about["slipstick version"] == ss.__version__
+    assert about["Newton iterations"] == str(int(data["newton_iterations"].sum()))
+    assert safe_json(gathered(found)[0])
+
+
+def test_the_largest_are_kept_in_their_own_order(made: ss.Branch) -> None:
+    power = made.dataset["dissipated_power"].max("point").values
+    size = made.dataset["amplitude"].max("point").values
+    found = content_of(made, "a", contacts=1, dofs=2)
+    assert found["contacts"]["names"] == [["joint", "tip"][int(power.argmax())]]
+    assert found["contacts"]["count"] == 2
+    assert found["dofs"]["names"] == [name for i, name in enumerate("abz") if i != int(size.argmin())]
+    assert decoded_coefficients(found["dofs"]["displacement"]).shape == (len(made), 2, 11)
+    assert content_of(made, "a", contacts=0, dofs=1)["contacts"]["names"] == []
+
+
+def test_peaks_are_points_and_places_of_dofs(made: ss.Branch) -> None:
+    found = content_of(made, "a", contacts=2, dofs=3)
+    of = made.dataset["peak_dof"].values
+    assert found["peaks"] == [[int(p), int(of[p])] for p in np.flatnonzero(of >= 0)]
+    assert found["peaks"]
+
+
+def test_frequencies_in_the_unit_of_the_results(made: ss.Branch) -> None:
+    data = made.dataset.assign_attrs(frequency_unit="Hz")
+    frequency = content_of(ss.Branch.from_dataset(data), "a", contacts=1, dofs=1)["frequency"]
+    assert frequency["unit"] == "Hz"
+    assert frequency["factors"]["Hz"] == pytest.approx(1 / (2 * np.pi))
+    assert frequency["factors"]["rpm"] == pytest.approx(30 / np.pi)
+    slow = made.dataset.assign_attrs(time_unit="ms", frequency_unit="nonsense")
+    assert content_of(ss.Branch.from_dataset(slow), "a", contacts=1, dofs=1)["frequency"] == {
+        "unit": "rad/ms", "factors": {"rad/ms": 1.0},
+    }  # fmt: skip
+
+
+def test_unstable_stretches_where_they_are_known(made: ss.Branch) -> None:
+    assert "unstable" not in content_of(made, "a", contacts=1, dofs=1)
+    stable = np.ones(len(made), dtype=int)
+    stable[3:5] = 0
+    data = made.dataset.assign(stable=("point", stable))
+    found = content_of(ss.Branch.from_dataset(data), "a", contacts=1, dofs=1)
+    assert np.flatnonzero(decoded(found["unstable"])).tolist() == [3, 4]
+
+
+def test_branches_without_points_or_contacts(made: ss.Branch) -> None:
+    none = ss.Branch(made.dataset.isel(point=slice(0, 0)), ss.Outcome.NO_FIRST_POINT)
+    found = content_of(none, "a", contacts=12, dofs=12)
+    assert (found["points"], found["outcome"]["ok"]) == (0, False)
+    assert safe_json(gathered(found)[0])
+    linear = ss.linear_response(made.problem, omega=[6.0, 7.0], state="free")
+    found = content_of(linear, "b", contacts=1, dofs=1)
+    assert found["contacts"]["names"] == []
+    assert safe_json(gathered(found)[0])
+
+
+def test_results_of_something_else() -> None:
+    import xarray
+
+    with pytest.raises(ss.InputError, match=r"r\.nc: these results hold no motion of dofs"):
+        content_of(ss.Branch(xarray.Dataset(), ss.Outcome.COMPLETED), "r.nc", contacts=1, dofs=1)

@@ -1,0 +1,51 @@
+"""Which curves a report draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.reports import branch, decoded
+
+import slipstick as ss
+from slipstick.report.curves import curves_of, meaning, without_rounding
+
+
+@pytest.fixture(scope="module")
+def made() -> ss.Branch:
+    return branch()
+
+
+def test_curves_say_what_varies_with_units_and_totals(made: ss.Branch) -> None:
+    kept = {"dof": np.array([0, 2]), "contact": np.array([1])}
+    curves = {curve["key"]: curve for curve in curves_of(made.dataset, kept)}
+    assert list(curves)[:3] == ["amplitude", "mean", "dissipated_power"]
+    assert {"friction_coefficient", "stick_fraction", "truncation"} <= set(curves)
+    assert "temperature" not in curves  # nothing is heated
+    assert "gap" not in curves  # it is the same everywhere
+    np.testing.assert_allclose(
+        decoded(curves["amplitude"]["values"]), made.dataset["amplitude"].values[:, [0, 2]], 1e-7
+    )
+    total = made.dataset["dissipated_power"].sum("contact").values
+    np.testing.assert_allclose(decoded(curves["dissipated_power"]["total"]), total, rtol=1e-7)
+    assert curves["amplitude"]["units"] == "length"
+    assert curves["amplitude"]["after"] == ""  # no unit was named
+    assert curves["stick_fraction"]["units"] == ""
+
+
+def test_units_that_have_names_stand_after_numbers(made: ss.Branch) -> None:
+    data = made.dataset.copy()
+    data["amplitude"].attrs["units"] = "mm"
+    assert meaning(data, "amplitude") == {
+        "label": "Amplitude (0-to-peak, without the zero harmonic)", "units": "mm", "after": " mm",
+    }  # fmt: skip
+
+
+def test_a_mean_that_is_rounding_is_zero() -> None:
+    amplitude = np.full((3, 2), 2.0)
+    mean = np.array([[1e-12, 1e-9], [-1e-12, np.nan], [0.0, -2.0]])
+    np.testing.assert_array_equal(without_rounding(mean, amplitude), [[0.0, 1e-9], [0.0, np.nan], [0.0, -2.0]])
+
+
+def test_nothing_of_contacts_where_there_are_none(made: ss.Branch) -> None:
+    none = {"dof": np.array([0]), "contact": np.array([], dtype=int)}
+    assert {curve["over"] for curve in curves_of(made.dataset, none)} == {"dof", ""}

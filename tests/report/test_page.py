@@ -1,0 +1,132 @@
+"""The scripts of the page without a browser: the loop in closed form, and the address that keeps the view."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.reports import branch
+
+import slipstick as ss
+from slipstick.report.assembly import part
+from slipstick.report.content import content_of
+from slipstick.report.encoding import gathered
+
+node = shutil.which("node")
+pytestmark = pytest.mark.skipif(node is None, reason="node, which runs the scripts, is not installed")
+
+
+def run(script: str, given: Any = None) -> Any:
+    """What a script prints as JSON, with ``given`` as its input."""
+    own = "\n".join(part(f"{name}.js") for name in ("decode", "law", "model", "view"))
+    plain, numbers = gathered(given)
+    text = f"""{own}
+      const {{ given, numbers }} = JSON.parse(require("fs").readFileSync(0, "utf8"));
+      inflated(numbers).then((buffer) => {{ STORE.buffer = buffer; console.log(JSON.stringify({script})); }});"""
+    told = json.dumps({"given": plain, "numbers": numbers})
+    done = subprocess.run([str(node), "-e", text], input=told, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def assert_loops_agree(made: ss.Branch, points: list[int], names: list[str]) -> set[str]:
+    """Loops of the page are those of Python to 1e-9 of their size; the states that were met."""
+    content = content_of(made, "a", contacts=12, dofs=12)
+    wanted = [[point, name] for point in points for name in names]
+    script = """given.wanted.map(([point, name]) => {
+      const found = period(new Result(given.content, 0).element(point, name), times(0, PERIOD, 721));
+      return Object.fromEntries(Object.entries(found).map(([key, values]) => [key, [...values]]));
+    })"""
+    seen = set()
+    for (point, name), found in zip(wanted, run(script, {"content": content, "wanted": wanted}), strict=True):
+        own = made.loop(point, name)
+        for key, values in own.items():
+            size = np.abs(values).max()
+            np.testing.assert_allclose(found[key], values, rtol=0, atol=1e-9 * size, err_msg=f"{point} {name} {key}")
+        seen |= {state for _, _, state in made.states(point)[name]}
+    return seen
+
+
+def test_the_loop_of_the_page_is_that_of_python() -> None:
+    made = branch()
+    seen = assert_loops_agree(made, list(range(0, len(made), 5)), ["joint", "tip"])
+    assert seen == {"stick", "slip+", "slip-", "separation"}
+
+
+def stuck(gap: float = -800.0, velocity: float = 0.0, kt: float = 100.0) -> ss.Branch:
+    """An oscillator whose contact never slips, or always does, or is always open."""
+    contact = ss.FrictionContact(kt=kt, mu=0.3, kn=1.0, gap=gap)
+    pair = ss.ContactPair(name="c", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=20.0)], harmonics=range(4))
+    return ss.forced_response(problem, omega=(2.0, 3.0), options={"max_step": 0.5})
+
+
+@pytest.mark.filterwarnings("ignore:contact 'c'. the normal load is 0", "ignore:contact 'c'. it was open")
+@pytest.mark.parametrize(
+    "options, state",
+    [({}, "stick"), ({"velocity": 90.0}, "slip+"), ({"velocity": -90.0}, "slip-"), ({"gap": 9.0}, "separation")],
+)
+def test_one_state_all_period(options: dict[str, float], state: str) -> None:
+    assert assert_loops_agree(stuck(**options), [0, 1], ["c"]) == {state}
+
+
+def test_a_stiff_contact_keeps_its_digits() -> None:
+    assert_loops_agree(stuck(gap=-1.0, kt=1e5), [0, 1], ["c"])
+
+
+def test_pieces_cover_one_period() -> None:
+    made = branch()
+    content = content_of(made, "a", contacts=12, dofs=12)
+    script = 'Array.from({ length: given.points }, (_, p) => pieces(new Result(given, 0).element(p, "tip")))'
+    for spans in run(script, content)[::9]:
+        assert spans[0][0] == 0.0
+        assert spans[-1][1] == pytest.approx(2 * np.pi)
+        assert [span[1] for span in spans[:-1]] == pytest.approx([span[0] for span in spans[1:]])
+
+
+def test_amplitudes_of_harmonics() -> None:
+    found = run("amplitudes((t) => 3 + 4 * Math.cos(2 * t) - 3 * Math.sin(2 * t) + Math.sin(5 * t), [0, 1, 2, 5])")
+    assert found == pytest.approx([3.0, 0.0, 5.0, 1.0], abs=1e-12)
+
+
+MODEL = """(() => {
+  const results = given.map((content, i) => new Result(content, i));
+  return { results, dofs: results[0].dofs, contacts: results[0].contacts, curves: results[0].content.curves,
+    frequencies: ["rad/s", "Hz"] };
+})()"""
+
+
+def test_the_address_keeps_the_view() -> None:
+    contents = [content_of(branch(), "a", contacts=12, dofs=12)]
+    change = """{ point: 7, curve: "mean", dofs: ["z", "a"], contacts: ["", "tip"], contact: "tip", loop: "motion",
+      unit: "Hz", log: "y", all: true }"""
+    script = f"""(() => {{
+      const model = {MODEL}, view = {{ ...viewFrom("", model), ...{change} }};
+      return [view, viewFrom(addressOf(view), model)];
+    }})()"""
+    view, again = run(script, contents)
+    assert again == view
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["#point=99999&result=7&curve=nothing&dof=q&at-contact=q&unit=parsec&log=zz", "#point=-1&result=1.5&%E0%A4%A", "#"],
+)
+def test_a_strange_address_shows_the_beginning(address: str) -> None:
+    contents = [content_of(branch(), "a", contacts=12, dofs=12)]
+    start, view = run(
+        f"(() => {{ const m = {MODEL}; return [viewFrom('', m), viewFrom({json.dumps(address)}, m)]; }})()", contents
+    )
+    assert view == start
+
+
+def test_the_view_starts_at_the_largest_amplitude() -> None:
+    made = branch()
+    view = run(f"viewFrom('', {MODEL})", [content_of(made, "a", contacts=12, dofs=12)])
+    point, dof = np.unravel_index(made.dataset["amplitude"].values.argmax(), made.dataset["amplitude"].shape)
+    assert (view["point"], view["dof"], view["curve"]) == (point, "abz"[dof], "amplitude")

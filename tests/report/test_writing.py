@@ -1,0 +1,87 @@
+"""Reports in files: complete or not at all, and never in the place of something else."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from helpers.reports import branch
+
+import slipstick as ss
+from slipstick.report import assembly
+from slipstick.report.writing import labelled, write_report
+
+
+@pytest.fixture(scope="module")
+def made() -> ss.Branch:
+    return branch("a <b>title</b>")
+
+
+def test_a_report_is_one_file(made: ss.Branch, tmp_path: Path) -> None:
+    path = made.report(tmp_path / "r.html")
+    assert [p.name for p in tmp_path.iterdir()] == ["r.html"]
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("<!doctype html>")
+    assert "<title>a &lt;b&gt;title&lt;/b&gt;</title>" in text
+    assert made.report(path, title="another") == path
+    assert "<title>another</title>" in path.read_text(encoding="utf-8")
+
+
+def test_a_branch_from_a_file_gives_the_same_page(made: ss.Branch, tmp_path: Path) -> None:
+    stored = ss.load(made.save(tmp_path / "r.nc"))
+    one, other = (b.report(tmp_path / f"{i}.html").read_text() for i, b in enumerate((made, stored)))
+    part = '"results":'
+    assert one.partition(part)[2] == other.partition(part)[2]
+
+
+def test_another_file_is_not_replaced(made: ss.Branch, tmp_path: Path) -> None:
+    path = tmp_path / "results.nc"
+    path.write_bytes(b"numbers")
+    with pytest.raises(ss.InputError, match=r"results\.nc: there is a file that is no report; choose another name"):
+        made.report(path)
+    assert path.read_bytes() == b"numbers"
+
+
+def test_a_failure_leaves_the_earlier_report(made: ss.Branch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = made.report(tmp_path / "r.html")
+    before = path.read_bytes()
+
+    def full(self: Path, *args: object, **options: object) -> None:
+        raise OSError(28, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(ss.InputError, match=r"r\.html: the report cannot be written \(no space left on device\)"):
+        made.report(path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["r.html"]
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="needs a folder that refuses its owner")
+def test_a_folder_that_cannot_be_written(made: ss.Branch, tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(ss.InputError, match="permission denied"):
+        made.report(tmp_path / "r.html")
+    tmp_path.chmod(0o700)
+
+
+def test_places_that_are_none(made: ss.Branch, tmp_path: Path) -> None:
+    with pytest.raises(ss.InputError, match="the report cannot be written"):
+        made.report(tmp_path)
+    with pytest.raises(ss.InputError, match="the report cannot be written"):
+        made.report(tmp_path / "no" / "such" / "r.html")
+
+
+def test_labels_are_told_apart(made: ss.Branch) -> None:
+    assert [label for label, _ in labelled([made, made])] == ["a <b>title</b> (1)", "a <b>title</b> (2)"]
+    assert [label for label, _ in labelled({"v = 0": made, "v = 1": made})] == ["v = 0", "v = 1"]
+    with pytest.raises(ss.InputError, match="no branch was given"):
+        labelled([])
+    with pytest.raises(ss.InputError, match=r"expected an ss\.Branch"):
+        write_report(made.dataset, "r.html")
+
+
+def test_every_file_of_the_page_is_used() -> None:
+    folder = Path(assembly.__file__).parent / "page"
+    own = {path.name for path in folder.iterdir() if path.is_file()}
+    assert own == {name for name in (*assembly.STYLES, *assembly.SCRIPTS) if "/" not in name} | {"page.html"}
