@@ -13,6 +13,7 @@ CASE = HERE.parent.parent / "examples" / "blade_reduced" / "hot_rub.toml"
 
 
 def main() -> None:
+    """Compute, report, photograph."""
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
         page = ss.Case.from_file(CASE).run().report(Path(folder) / "report.html")
         browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])

@@ -71,7 +71,7 @@ def test_run_writes_results_figures_and_the_case(tmp_path: Path) -> None:
     names = {p.name for p in (tmp_path / "out").iterdir()}
     drawn = ("response", "phase", "mean", "power", "fractions", "loop", "states", "history", "spectrum")
     figures = {f"{name}.{ending}" for name in drawn for ending in ("png", "svg")}
-    assert names == {"results.nc", "case.toml", *figures}
+    assert names == {"results.nc", "report.html", "case.toml", *figures}
     assert (tmp_path / "out" / "case.toml").read_text() == GOOD
     data = xarray.load_dataset(tmp_path / "out" / "results.nc", engine="h5netcdf")
     assert data.attrs["case"] == GOOD
