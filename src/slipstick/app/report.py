@@ -31,7 +31,7 @@ def report_results(paths: Sequence[Path], output: Path | None, *, title: str = "
     target = output if output is not None else paths[0].parent / REPORT
     written = write_report(branches, target, title=title, contacts=contacts, dofs=dofs)
     say(f"report in {written} ({written.stat().st_size / 1e6:.2g} MB)")
-    return {"report": str(written)}
+    return {"report": written}
 
 
 def labels(paths: Sequence[Path]) -> list[str]:
