@@ -13,7 +13,7 @@ import slipstick
 ROOT = Path(slipstick.__file__).parent
 ORDER = (
     ("errors",),
-    ("faults", "typing"),
+    ("faults", "html", "typing"),
     ("trig", "solve", "units"),
     ("contact", "structure"),
     ("thermal", "fem"),

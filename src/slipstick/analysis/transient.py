@@ -7,7 +7,7 @@ point of a branch is the truncation of the harmonic series.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from slipstick.analysis.stepping import StateChange, Stepper
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
+from slipstick.html import MOST, html_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -85,6 +86,21 @@ class TransientResult:
             f"TransientResult(omega={self.omega:g}, {len(self.outputs)} outputs, {len(self.contacts)} contacts, "
             f"{len(self.time)} times, {ended} after {self.periods} periods, change {self.change:.1e})"
         )
+
+    def _repr_html_(self) -> str:
+        return html_table("Integration in time, last period", _rows(self))
+
+
+def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
+    ended = "periodic" if result.converged else "not periodic"
+    yield "outcome", f"{ended} after {result.periods} periods, relative change {result.change:.1e} over the last"
+    yield "omega", f"{result.omega:.6g}"
+    for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST]:
+        yield dof, f"amplitude {size:.5g}, zero harmonic {mean:.5g}"
+    names = ("separation", "stick", "slip+", "slip-")
+    for contact, power, parts in list(zip(result.contacts, result.power, result.fractions, strict=True))[:MOST]:
+        shares = ", ".join(f"{name} {part:.0%}" for name, part in zip(names, parts, strict=True) if part > 0.0005)
+        yield contact, f"dissipates {power:.5g}; {shares}"
 
 
 def transient(

@@ -15,6 +15,7 @@ from slipstick.balance.checks import problem_faults
 from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import Given, Inputs
 from slipstick.balance.loads import Load
+from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, parameter_target
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.warm import cold_pairs
@@ -117,6 +118,9 @@ class Problem:
             object.__setattr__(self, "contacts", cold_pairs(self.contacts, batch, self.heated))
         if self.told is not None:
             self.warn(problem_warnings(self))
+
+    def _repr_html_(self) -> str:
+        return problem_html(self)
 
     def warn(self, sentences: Sequence[str]) -> None:
         """Give those warnings that were not given yet."""

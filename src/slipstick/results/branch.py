@@ -14,6 +14,7 @@ from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.measures import friction_force
+from slipstick.results.notebook import branch_html
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -89,6 +90,9 @@ class Branch:
 
     def __repr__(self) -> str:
         return f"Branch({len(self)} points, {self.outcome.name.lower()})"
+
+    def _repr_html_(self) -> str:
+        return branch_html(self)
 
     @property
     def harmonics(self) -> Harmonics:
