@@ -88,6 +88,8 @@ MORE = {
         'parameter = "damper.velocity"\nomega = "40 rpm"\nfrom = 10.0\npeaks_of = "x"\nmax_step = 0.05',
     ),
     "kilohertz": ("from = 2.0", 'from = "0.0004 kHz"\nat = ["0.5 Hz", 4.0, "3.5 rad/s"]'),
+    "logarithmic points": ("from = 2.0", 'from = "0.4 Hz"\nat = { count = 7, spacing = "log" }'),
+    "points": ("from = 2.0", "from = 2.0\nat = { count = 5 }"),
     "units": ("harmonics =", 'units = { length = "mm", time = "s" }\nharmonics ='),
     "orders": ('harmonics = "0..10"', "harmonics = [0, 1, 2, 3, 4, 6]\nperiod_ratio = [2, 1]"),
     "a phase": ("sin = 100.0", 'amplitude = 100.0\nphase = "-30 deg"'),

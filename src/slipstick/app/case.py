@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.reading import Reading
 from slipstick.app.source import parse, read_text
+from slipstick.app.spacing import Spacing
 from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
 from slipstick.faults import one, warn, wrong
@@ -136,7 +137,10 @@ class Case:
     @property
     def requested(self) -> tuple[float, ...]:
         """Values at which exact points are wanted."""
-        return tuple(swept_value(v, self.parameter is not None) for v in self.response.at)
+        wanted = self.response.at
+        if isinstance(wanted, Spacing):
+            return wanted.values(*self.span)
+        return tuple(swept_value(v, self.parameter is not None) for v in wanted)
 
     @property
     def omega(self) -> tuple[float, float]:

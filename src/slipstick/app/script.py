@@ -17,6 +17,7 @@ from slipstick.app.reducing import CACHE
 from slipstick.app.script_heat import heat_lines
 from slipstick.app.script_text import Given, call, file_code, here, listed, literal, quantity
 from slipstick.app.source import parse
+from slipstick.app.spacing import Spacing
 from slipstick.app.tables import (
     LoadTable,
     MatricesTable,
@@ -238,7 +239,7 @@ class _Script:
         parameter, at = given.take("parameter"), given.take("at")
         for key in ("start", "stop", "omega"):
             given.take(key)
-        more = {"requested": f"[{', '.join(quantity(value) for value in at)}]"} if at else {}
+        more = {"requested": _requested(at, ends)} if at else {}
         more |= given.rest("peaks_of")
         options = given.rest("first_step", "max_step", "min_step", "max_points")
         if options:
@@ -250,6 +251,13 @@ class _Script:
         return call(
             "ss.parameter_response", "problem()", literal(parameter), span, omega=quantity(raw["omega"]), **more
         )
+
+
+def _requested(at: list[Any] | Spacing, ends: list[str]) -> str:
+    """Values at which points are wanted."""
+    if isinstance(at, Spacing):
+        return call("np.geomspace" if at.spacing == "log" else "np.linspace", *ends, literal(at.count))
+    return f"[{', '.join(quantity(value) for value in at)}]"
 
 
 def _pair_call(given: Given, law: str) -> str:

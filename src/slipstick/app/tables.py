@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
+from slipstick.app.spacing import Spacing, spacing_or_list
 from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
 from slipstick.errors import InputError
 from slipstick.units import LONGEST, Units, label_fault
@@ -288,7 +289,9 @@ class ResponseTable(Table):
     stop: Any = Field(alias="to", description="a number")
     parameter: str | None = Field(default=None, description='the name of a parameter such as "damper.velocity"')
     omega: Frequency | None = Field(default=None, description="the fixed frequency of a parameter curve, rad/s")
-    at: list[Any] = Field(default=[], description="a list of values that become exact points of the curve")
+    at: Annotated[list[Any] | Spacing, PlainValidator(spacing_or_list)] = Field(
+        default=[], description='a list of values that become exact points, or { count = 50, spacing = "log" }'
+    )
     period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
     )
@@ -315,7 +318,10 @@ class ResponseTable(Table):
         if "omega" in raw and not swept:
             faults.append("omega is given without parameter; give parameter, or from and to alone")
         if not faults and "from" in raw and "to" in raw:
-            faults += _range_faults(swept_value(raw["from"], swept), swept_value(raw["to"], swept), values, swept)
+            ends = swept_value(raw["from"], swept), swept_value(raw["to"], swept)
+            faults += _range_faults(*ends, values, swept)
+            if isinstance(values, Mapping) and values.get("spacing") == "log" and min(ends) <= 0:
+                faults.append('at: spacing "log" needs from and to > 0; give spacing = "linear", or a list')
         return faults
 
 
