@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from rich.console import Console
 
 from slipstick.app import progress as module
-from slipstick.app.progress import Position, Progress, Silent, duration, progress
+from slipstick.app.progress import Live, Position, Progress, Silent, duration, progress
 
 
 def test_turning_back_never_lowers_the_fraction() -> None:
@@ -59,6 +60,31 @@ def test_a_terminal_gets_a_live_line(monkeypatch: pytest.MonkeyPatch, capsys: py
         shown.note("start [here]")
         shown.at(5.0, 0.1, "stick 10 % slip 90 %")
     assert "start [here]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("columns", [20, 30, 40, 60, 80, 100, 110, 200])
+def test_the_live_line_fits(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On one line of the terminal, with what matters most on a narrow one."""
+    now, lines = [0.0], []
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TERM", "xterm")
+    with progress(0.0, 10.0, " rad/s") as shown:
+        assert isinstance(shown, Live)
+        for text in ("stick 25 % slip 70 % separation 5 %", "no contact"):
+            now[0] += 100.0
+            shown.at(4.259352, 0.0352, text)
+            plain = Console(width=columns, color_system=None, force_terminal=False)
+            with plain.capture() as captured:
+                plain.print(shown._bar.make_tasks_table(shown._bar.tasks))
+            lines.append([line.rstrip() for line in captured.get().splitlines() if line.strip()])
+    assert all(len(line) == 1 and len(line[0]) <= columns for line in lines)
+    assert all("43% 4.25935 rad/s" in line[0] for line in lines)
+    if columns >= 60:
+        assert all("about" in line[0] for line in lines)
+    if columns >= 200:
+        assert "point 1, step 0.035, stick 25 %" in lines[0][0]
 
 
 @pytest.mark.parametrize("seconds, words", [(0.5, "0.5 s"), (59.0, "59 s"), (61.0, "1 min 1 s"), (7260.0, "2 h 1 min")])

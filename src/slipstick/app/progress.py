@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,6 +12,12 @@ from slipstick.app.guard import plain, say
 
 _EVERY = 5.0
 """Seconds between plain lines."""
+
+_LIVE = (0, 4, 3, 1, 2)
+"""What a narrow terminal keeps of where, point, step, states and time left, in this order."""
+
+_WIDE, _BAR = 110, 20
+"""From that width there is a bar of that width."""
 
 
 def duration(seconds: float) -> str:
@@ -24,6 +30,20 @@ def duration(seconds: float) -> str:
         return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def fitting(parts: Sequence[str], order: Sequence[int], width: int) -> str:
+    """The parts that fit a width, those first in ``order`` before others; the first one is cut where it is too long.
+
+    >>> fitting(("4.2 rad/s", "point 3", "slip 100 %"), (0, 2, 1), 25)
+    '4.2 rad/s, slip 100 %'
+    """
+    kept: list[int] = []
+    for place in order:
+        longer = ", ".join(parts[i] for i in sorted([*kept, place]) if parts[i])
+        if len(longer) <= width:
+            kept.append(place)
+    return ", ".join(parts[i] for i in sorted(kept) if parts[i]) or parts[order[0]][: max(width, 0)]
 
 
 class Position:
@@ -59,32 +79,34 @@ class Progress:
         self._position.update(value)
         if time.monotonic() - self._last >= _EVERY:
             self._last = time.monotonic()
-            say(f"  {self._line(value, step, states)}, {self._position.fraction:.0%}{self._left()}")
+            *parts, left = self._parts(value, step, states)
+            say(f"  {', '.join(filter(None, [*parts, f'{self._position.fraction:.0%}', left]))}")
 
     def note(self, text: str) -> None:
         """A line of its own."""
         say(text)
 
-    def _line(self, value: float, step: float, states: str) -> str:
-        return f"{value:.6g}{self._unit}, point {self.points}, step {step:.2g}, {states}"
-
-    def _left(self) -> str:
+    def _parts(self, value: float, step: float, states: str) -> tuple[str, ...]:
+        """Where the branch is, point, step, states, time left (or nothing)."""
         left = self._position.left
-        return "" if left is None else f", about {duration(left)} left"
+        told = "" if left is None else f"about {duration(left)} left"
+        return f"{value:.6g}{self._unit}", f"point {self.points}", f"step {step:.2g}", states, told
 
 
 class Live(Progress):
     """The same on one line of a terminal, redrawn."""
 
-    def __init__(self, position: Position, unit: str, bar: Any, task: Any) -> None:
+    def __init__(self, position: Position, unit: str, bar: Any, beside: int) -> None:
         super().__init__(position, unit)
-        self._bar, self._task = bar, task
+        self._bar, self._beside = bar, beside
+        start = fitting(("looking for the first point",), (0,), bar.console.width - beside)
+        self._task = bar.add_task(start, total=1.0)
 
     def at(self, value: float, step: float, states: str) -> None:
         """A point was found."""
         self.points += 1
         self._position.update(value)
-        text = self._line(value, step, states) + self._left()
+        text = fitting(self._parts(value, step, states), _LIVE, self._bar.console.width - self._beside)
         self._bar.update(self._task, completed=self._position.fraction, description=text)
 
     def note(self, text: str) -> None:
@@ -118,7 +140,8 @@ def progress(start: float, stop: float, unit: str, *, quiet: bool = False) -> It
     from rich.progress import Progress as Bar
 
     console = Console(markup=False)
-    columns: list[Any] = [BarColumn(bar_width=20)] if console.width >= 110 else []
+    wide = console.width >= _WIDE
+    columns: list[Any] = [BarColumn(bar_width=_BAR)] if wide else []
     columns += [TextColumn("{task.percentage:>3.0f}%"), TextColumn("{task.description}", markup=False)]
     with Bar(*columns, console=console, transient=True, refresh_per_second=8) as bar:
-        yield Live(position, unit, bar, bar.add_task("looking for the first point", total=1.0))
+        yield Live(position, unit, bar, len("100% ") + (_BAR + 1 if wide else 0))
