@@ -32,18 +32,18 @@ def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
         b"",
         b"nothing\n",
         b'{"magic": "x"}\n',
-        b'{"magic": "slipstick journal 2"}\n',
+        b'{"magic": "slipstick journal 3"}\n',
         b"[]",
         b"[" * 10**6,
         b'{"magic": ' + b"9" * 5000 + b"}",
-        b'{"magic": "slipstick journal 2", "labels": {"a": "'
+        b'{"magic": "slipstick journal 3", "labels": {"a": "'
         + b"x" * 2000
         + b'"}, "variables": {"v": '
         + b'["a", "a", "a", "a", "a", "a", "a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 2", "labels": {"a": "x"}, "variables": {"v": ['
+        b'{"magic": "slipstick journal 3", "labels": {"a": "x"}, "variables": {"v": ['
         + b'"a", ' * 99
         + b'"a"]}, "meanings": {}, "attributes": {}}\n',
-        b'{"magic": "slipstick journal 2", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
+        b'{"magic": "slipstick journal 3", "labels": {}, "variables": {}, "meanings": {}, "attributes": {}}\n'
         + bytes(99),
     ],
 )

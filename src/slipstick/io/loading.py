@@ -15,7 +15,7 @@ from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.netcdf import Variable, read_netcdf
 from slipstick.io.store import file_variables
-from slipstick.results.schema import Layout, make_dataset
+from slipstick.results.schema import ENDING, Layout, make_dataset
 
 if TYPE_CHECKING:
     import xarray
@@ -55,7 +55,7 @@ def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
     """The dataset with the points that only its journal holds; raises InputError where that is not its journal."""
     if not journal.is_file():
         return dataset
-    layout, rows = read_journal(journal)
+    layout, rows, *_ = read_journal(journal)
     found = file_variables(layout, rows)
     if not _begins_alike(dataset, layout, found):
         raise InputError(f"{journal}: not the journal of these results")
@@ -66,7 +66,9 @@ def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
 
 def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, Variable]) -> bool:
     """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
-    if set(found) != set(map(str, dataset.variables)) or dict(layout.attributes) != dataset.attrs:
+    if set(found) != set(map(str, dataset.variables)):
+        return False
+    if any(dataset.attrs.get(name) != value for name, value in layout.attributes.items() if name not in ENDING):
         return False
     common = min(dataset.sizes.get("point", 0), len(found["point"].values))
     for name, variable in found.items():

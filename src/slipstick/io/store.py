@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import warn
-from slipstick.io.journal import Journal, journal_of
+from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import Group, Variable, write_netcdf
 from slipstick.results.schema import Layout
 
@@ -48,6 +48,10 @@ class ResultStore:
         left out are stored as nan.
     problem
         What is computed, stored with the points.
+    about
+        What the run is of, for whoever goes on with it: texts and numbers, kept in the journal.
+    recorded, keep
+        The journal of an earlier run to go on with, and how many of its points are kept.
 
     Raises
     ------
@@ -55,28 +59,38 @@ class ResultStore:
         If the file cannot be written, already on opening, before anything is computed.
     """
 
-    def __init__(self, path: str | Path, layout: Layout, problem: Problem | None = None) -> None:
+    def __init__(
+        self,
+        path: str | Path,
+        layout: Layout,
+        problem: Problem | None = None,
+        *,
+        about: Mapping[str, Any] | None = None,
+        recorded: Recorded | None = None,
+        keep: int = 0,
+    ) -> None:
         self.path = Path(path)
         self.layout = layout
         self.attributes: dict[str, Any] = dict(layout.attributes)
         self._problem = _described(problem)
-        self._rows: list[NDArray[np.float64]] = []
-        self._journal = Journal(journal_of(self.path), layout)
+        self._rows: list[NDArray[np.float64]] = [] if recorded is None else list(recorded.rows[:keep])
+        kept = 0 if recorded is None else recorded.ends[keep]
+        self._journal = Journal(journal_of(self.path), layout, about, kept)
         self._written, self._cost, self._when = -1, 0.0, 0.0
         try:
             self.write()
         except BaseException:
-            self._journal.close(remove=True)
+            self._journal.close(remove=recorded is None)
             raise
         self._cost = 0.0
 
     def __len__(self) -> int:
         return len(self._rows)
 
-    def append(self, point: Mapping[str, Any]) -> None:
-        """Add one point, ``{variable: value}``; it survives a kill from here on."""
+    def append(self, point: Mapping[str, Any], note: Mapping[str, Any] | None = None) -> None:
+        """Add one point, ``{variable: value}``, and what a run goes on from there; it survives a kill from here on."""
         row = self.layout.pack(point)
-        self._journal.append(row)
+        self._journal.append(row, note)
         self._rows.append(row)
         if time.perf_counter() - self._when > _SHARE * self._cost:
             self._renew()
@@ -105,8 +119,8 @@ class ResultStore:
         """All points so far, (n_points, numbers a point)."""
         return np.array(self._rows, dtype=float).reshape(len(self._rows), self.layout.size)
 
-    def close(self, attributes: Mapping[str, Any] | None = None) -> None:
-        """Write everything, with final attributes, and remove the journal."""
+    def close(self, attributes: Mapping[str, Any] | None = None, *, finished: bool = True) -> None:
+        """Write everything, with final attributes, and remove the journal where nobody will go on with the run."""
         self.attributes.update(attributes or {})
         self._written = -1
         try:
@@ -114,7 +128,7 @@ class ResultStore:
         except BaseException:
             self._journal.close(remove=False)
             raise
-        self._journal.close(remove=True)
+        self._journal.close(remove=finished)
 
     def __enter__(self) -> ResultStore:
         return self
@@ -129,9 +143,19 @@ def replacing(path: Path) -> Iterator[Path]:
     temporary = path.with_name(f"{_part(path)}{os.getpid()}.tmp")
     try:
         yield temporary
+        _sync(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Bring a file to the disk itself before it takes another's place: a power failure finds one of the two whole."""
+    file = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
 
 
 def _part(path: Path) -> str:

@@ -82,6 +82,9 @@ VARIABLES: dict[str, Declared] = {
 }  # fmt: skip
 """Every variable that does not depend on the contact laws; these bring their own (``contact.traits.variables``)."""
 
+ENDING = ("outcome", "outcome_text", "warnings")
+"""Attributes that the end of a run changes."""
+
 DIMENSIONS = {
     "point": "number along the branch",
     "dof": "degree of freedom",
