@@ -1,6 +1,7 @@
-"""Runs killed at any moment: every point that was stored is there, and is the point of a run that nobody disturbs.
+"""Runs killed at any moment and gone on with, perhaps killed again: nothing is lost, and what comes out at the end is
+what a run finds that nobody disturbs, to the last bit.
 
-``python kills.py COUNT FOLDER``: children forked from one warm process, so that hundreds take a minute.
+``python kills.py COUNT FOLDER``: children forked from one warm process, so that hundreds take minutes.
 """
 
 from __future__ import annotations
@@ -11,12 +12,14 @@ import shutil
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import xarray
 
-from slipstick.app.run import run_case
+from slipstick.app.resume import resume_run
+from slipstick.app.run import Manner, run_case
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
@@ -42,38 +45,43 @@ rubbing = { velocity = 10.0 }
 [response]
 from = 4.0
 to = 8.0
-first_step = 1e-3
-max_step = 1e-3
-max_points = 150
+first_step = 1e-2
+max_step = 1e-2
 """
 
 
-def _run(case: Path, out: Path, told: int) -> None:
-    """A run that says each point it has stored by one byte."""
+QUIET = Manner(figures=False, quiet=True)
+WORK = ("seconds",)
+"""Attributes that tell of the time, not of the points."""
+
+
+def child(work: Callable[[], object]) -> tuple[int, int]:
+    """A forked process at work, and a pipe that gets a byte for every point it has stored."""
+    read, write = os.pipe()
+    pid = os.fork()
+    if pid:
+        os.close(write)
+        return pid, read
     whole = ResultStore.append
 
-    def append(store: ResultStore, point: object) -> None:
-        whole(store, point)  # type: ignore[arg-type]
-        os.write(told, b".")
+    def append(store: ResultStore, *point: object) -> None:
+        whole(store, *point)  # type: ignore[arg-type]
+        os.write(write, b".")
 
-    ResultStore.append = append  # type: ignore[method-assign, assignment]
-    run_case(case, out, figures=False, quiet=True)
+    try:
+        os.close(read)
+        ResultStore.append = append  # type: ignore[method-assign, assignment]
+        work()
+    finally:
+        os._exit(0)
 
 
-def killed(case: Path, out: Path, delay: float) -> int:
-    """Points that a run had stored when it was killed."""
-    read, write = os.pipe()
-    child = os.fork()
-    if child == 0:
-        try:
-            os.close(read)
-            _run(case, out, write)
-        finally:
-            os._exit(0)
-    os.close(write)
+def killed(work: Callable[[], object], delay: float) -> int:
+    """Points that were stored when it was killed."""
+    pid, read = child(work)
     time.sleep(delay)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
     with os.fdopen(read, "rb") as stream:
         return len(stream.read())
 
@@ -93,21 +101,41 @@ def check(out: Path, stored: int, reference: xarray.Dataset) -> int:
     return count
 
 
+def same(found: xarray.Dataset, reference: xarray.Dataset) -> None:
+    """Every variable and attribute."""
+    assert {k: v for k, v in found.attrs.items() if k not in WORK} == {
+        k: v for k, v in reference.attrs.items() if k not in WORK
+    }
+    for name, variable in reference.variables.items():
+        assert found[name].to_numpy().tobytes() == variable.to_numpy().tobytes(), name
+
+
+def gone_on(out: Path, rng: random.Random, length: float, reference: xarray.Dataset) -> None:
+    """Gone on with, half of the time killed once more on the way."""
+    if rng.random() < 0.5:
+        killed(lambda: resume_run(out, QUIET), rng.uniform(0.0, length))
+    assert resume_run(out, QUIET) == 0
+    same(load_dataset(out / "results.nc"), reference)
+
+
 def main(count: int, folder: Path) -> None:
     rng, case = random.Random(1), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(CASE)
-    run_case(case, folder / "whole", figures=False, quiet=True)  # compiles the kernel where that is new
+    run_case(case, folder / "whole", manner=QUIET)  # compiles the kernel where that is new
     begin = time.perf_counter()
-    run_case(case, folder / "again", figures=False, quiet=True)
+    run_case(case, folder / "again", manner=QUIET)
     length = time.perf_counter() - begin
-    reference = load_dataset(folder / "whole" / "results.nc")
-    found = []
+    reference, found = load_dataset(folder / "whole" / "results.nc"), []
+    same(load_dataset(folder / "again" / "results.nc"), reference)
     for number in range(count):
         out = folder / f"out{number}"
-        found.append(check(out, killed(case, out, rng.uniform(0.0, length)), reference))
-        if number == 0 and (out / "results.nc").exists():
-            run_case(case, out, force=True, figures=False, quiet=True)  # the lock of the killed run holds nobody up
+        stored = killed(lambda out=out: run_case(case, out, manner=QUIET), rng.uniform(0.0, length))
+        found.append(check(out, stored, reference))
+        if (out / "results.nc").exists() or (out / "results.nc.journal").exists():
+            gone_on(out, rng, length, reference)
+        else:  # killed before there was anything to go on with; its lock holds nobody up
+            assert run_case(case, out, manner=QUIET) == 0
         shutil.rmtree(out, ignore_errors=True)
     print(f"{count} kills, {min(found)} to {max(found)} of {reference.sizes['point']} points", file=sys.__stdout__)
 

@@ -10,7 +10,7 @@ import xarray
 
 import slipstick as ss
 from slipstick.app.case import Case
-from slipstick.app.run import run_case
+from slipstick.app.run import Manner, run_case
 from slipstick.results.schema import KINDS, VARIABLES
 
 CASE = """
@@ -48,7 +48,7 @@ def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     folder = tmp_path_factory.mktemp("schema")
     path = folder / "case.toml"
     path.write_text(CASE + RANGES[request.param])
-    assert run_case(path, folder / "out", figures=False, quiet=True) == 0
+    assert run_case(path, folder / "out", manner=Manner(figures=False, quiet=True)) == 0
     branch = Case.from_file(path).run()
     assert "dry surfaces" in branch.warnings[0]
     assert request.param != "frequency" or "harmonics left out" in branch.warnings[-1]

@@ -18,6 +18,7 @@ from slipstick.faults import one, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
+    from slipstick.analysis.task import Task
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
@@ -166,16 +167,20 @@ class Case:
             found = problem_warnings(self.problem(), self.omega, static)
         return [*self.body.warnings, *found]
 
+    def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
+        """What ``[response]`` asks for, to be followed."""
+        from slipstick.analysis.response import frequency_task, parameter_task
+
+        given = (self.requested, self.response.peaks_of, self.options(), tuple(listeners))
+        if self.parameter is None:
+            return frequency_task(self.problem(), self.span, *given)
+        return parameter_task(self.problem(), self.parameter, self.span, self.omega[0], *given)
+
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
-        from slipstick.analysis.response import forced_response, parameter_response
+        from slipstick.analysis.walking import collect
 
-        common: dict[str, Any] = {"options": self.options(), "requested": self.requested, "listeners": tuple(listeners)}
-        common["peaks_of"] = self.response.peaks_of
-        if self.parameter is None:
-            branch = forced_response(self.problem(), omega=self.span, **common)
-        else:
-            branch = parameter_response(self.problem(), self.parameter, self.span, omega=self.omega[0], **common)
+        branch = collect(self.task(listeners=listeners))
         said = dict.fromkeys([*self.body.warnings, *branch.warnings])
         branch.dataset.attrs |= {**self.names, "warnings": "\n".join(said)}
         return branch

@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.app.answers import answering
+from slipstick.app.answers import Answer, answering
 from slipstick.app.completion import case_files, example_names, results_files
 from slipstick.app.guard import guarded
 from slipstick.errors import InputError
+
+if TYPE_CHECKING:
+    from slipstick.app.run import Manner
 
 app = typer.Typer(
     name="slipstick",
@@ -26,6 +29,13 @@ app = typer.Typer(
 AsJson = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output.")]
 CasePath = Annotated[
     Path, typer.Argument(metavar="CASE.toml", help="The case file.", show_default=False, autocompletion=case_files)
+]
+
+
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")]
+TimeLimit = Annotated[
+    str | None,
+    typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; resume goes on.', metavar="TIME"),
 ]
 
 
@@ -57,7 +67,8 @@ def run(
     ] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")] = False,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute a case: results.nc, written point by point, report.html and figures."""
@@ -65,8 +76,35 @@ def run(
         from slipstick.app.run import run_case
 
         raise typer.Exit(
-            run_case(case, output, force=force, figures=figures, report=report, quiet=quiet, answer=answer)
+            run_case(case, output, force=force, manner=_manner(figures, report, quiet, time_limit, answer))
         )
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run.", show_default=False)],
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
+    as_json: AsJson = False,
+) -> None:
+    """Go on with a run that was killed, interrupted or out of time: the same points as if nothing had happened."""
+    with answering(as_json) as answer:
+        from slipstick.app.resume import resume_run
+
+        raise typer.Exit(resume_run(folder, _manner(figures, report, quiet, time_limit, answer)))
+
+
+def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, answer: Answer) -> Manner:
+    from slipstick.app.run import Manner
+    from slipstick.app.units import duration
+
+    try:
+        seconds = None if time_limit is None else duration(time_limit)
+    except ValueError as error:
+        raise InputError(f"--time-limit: found '{time_limit}'; {error}") from None
+    return Manner(figures=figures, report=report, quiet=quiet, time_limit=seconds, answer=answer)
 
 
 @app.command()

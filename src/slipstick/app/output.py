@@ -62,8 +62,11 @@ class OutputFolder:
         """Whether there are earlier results; unless they may be replaced that is a fault."""
         earlier = self._earlier()
         if earlier and not force:
+            begun = RESULTS + ".journal" in earlier
+            held = "a run that did not end" if begun else earlier[0]
+            more = f"go on with it by 'slipstick resume {self.folder}', " if begun else ""
             raise InputError(
-                f"{self.folder} already holds {earlier[0]}; choose another folder with -o, or --force to replace its "
+                f"{self.folder} already holds {held}; {more}choose another folder with -o, or --force to replace its "
                 "results"
             )
         return bool(earlier)
@@ -126,6 +129,34 @@ class OutputFolder:
         missing = [p for p in (path, *path.parents) if not p.exists()]
         path.mkdir(parents=True, exist_ok=True)
         self._created += reversed(missing)
+
+
+class FolderOfRun(OutputFolder):
+    """The folder of an earlier run, to go on with it; nothing in it is removed.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or another run writes into it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        if not folder.is_dir():
+            raise InputError(f"{folder}: there is no such folder; expected one that 'slipstick run' wrote")
+        self.folder, self._created = folder, []
+        try:
+            self._lock = FolderLock(folder)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({_reason(error)}); check who owns it") from None
+        begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _OWN[:2])]
+        self.work = max(begun, key=lambda path: path.stat().st_mtime, default=folder)
+        remove_leftovers(self.results)
+
+    def keep_case(self, name: str, text: str) -> None:
+        """Keep the case with its results, as :meth:`copy_case` does, where that was not reached."""
+        copy = self.work / Path(name).name
+        if not copy.exists():
+            copy.write_text(text, encoding="utf-8")
 
 
 def _text(path: Path) -> str | None:

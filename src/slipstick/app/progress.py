@@ -52,7 +52,12 @@ class Position:
     def __init__(self, start: float, stop: float) -> None:
         self._start, self._length = start, (stop - start) or 1.0
         self._begin = time.monotonic()
-        self.fraction = 0.0
+        self.fraction = self._first = 0.0
+
+    def go_on(self, value: float) -> None:
+        """The branch was followed up to ``value`` before."""
+        self.update(value)
+        self._first = self.fraction
 
     def update(self, value: float) -> None:
         """The branch is at ``value`` of the followed quantity; turning back never lowers the fraction."""
@@ -61,8 +66,8 @@ class Position:
     @property
     def left(self) -> float | None:
         """Seconds left at the pace so far, once there is something to judge by."""
-        elapsed = time.monotonic() - self._begin
-        return elapsed * (1.0 / self.fraction - 1.0) if self.fraction > 0.02 else None
+        elapsed, done = time.monotonic() - self._begin, self.fraction - self._first
+        return elapsed * (1.0 - self.fraction) / done if done > 0.02 else None
 
 
 class Progress:
@@ -81,6 +86,11 @@ class Progress:
             self._last = time.monotonic()
             *parts, left = self._parts(value, step, states)
             say(f"  {', '.join(filter(None, [*parts, f'{self._position.fraction:.0%}', left]))}")
+
+    def go_on(self, points: int, value: float) -> None:
+        """So many points were found before, the last of them at ``value``."""
+        self.points = points
+        self._position.go_on(value)
 
     def note(self, text: str) -> None:
         """A line of its own."""

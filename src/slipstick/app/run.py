@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -26,30 +27,54 @@ from slipstick.app.guard import (
 from slipstick.app.output import REPORT, OutputFolder
 from slipstick.app.prepare import prepare_kernel
 from slipstick.app.progress import Progress, duration, progress
-from slipstick.errors import InputError, Outcome
+from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.analysis.course import Checkpoint
+    from slipstick.analysis.events import Stopped
+    from slipstick.io.journal import Recorded
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Recorder
+    from slipstick.results.schema import Layout
 
 
-def run_case(
-    path: Path, output: Path | None, *, force: bool = False, figures: bool = True, report: bool = True,
-    quiet: bool = False, answer: Answer | None = None,
-) -> int:  # fmt: skip
-    """Compute a case into a folder; the exit code. What is found goes to ``answer`` too.
+UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
+"""Outcomes of a run that can be gone on with."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manner:
+    """How a run goes: what is drawn and shown, and after how many seconds it ends."""
+
+    figures: bool = True
+    report: bool = True
+    quiet: bool = False
+    time_limit: float | None = None
+    answer: Answer | None = None
+    """What is found goes here too."""
+
+    @property
+    def tell(self) -> Callable[[str], None]:
+        """What is said on the way."""
+        return silent if self.quiet else say
+
+
+PLAIN = Manner()
+
+
+def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Manner = PLAIN) -> int:
+    """Compute a case into a folder; the exit code.
 
     Raises
     ------
     InputError
         If the case has faults or its results cannot be written, before anything is computed.
     """
-    tell = silent if quiet else say
-    case = Case.from_file(path, tell)
+    case = Case.from_file(path, manner.tell)
     told = warn(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
@@ -58,12 +83,7 @@ def run_case(
         force=force,
     )
     try:
-        run = _Run(case, folder, tell, told)
-        run.compute(quiet=quiet)
-        code = run.finish(figures=figures, report=report)
-        if answer is not None:
-            answer |= run.answer
-        return code
+        return Run(case, folder, manner, told).whole()
     except BaseException:
         folder.abandon()
         raise
@@ -71,14 +91,23 @@ def run_case(
         folder.release()
 
 
+@dataclass(frozen=True)
+class Begun:
+    """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
+
+    recorded: Recorded
+    checkpoints: Sequence[Checkpoint]
+
+
 @dataclass
-class _Run:
+class Run:
     """One run from its start to its summary; what it found survives however it ends."""
 
     case: Case
     folder: OutputFolder
-    tell: Callable[[str], None]
+    manner: Manner
     told: Sequence[str] = ()
+    begun: Begun | None = None
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
     failures: list[str] = field(default_factory=list)
@@ -86,33 +115,56 @@ class _Run:
     found: Mapping[str, Any] = field(default_factory=dict)
     """Attributes of the branch."""
 
-    def compute(self, *, quiet: bool) -> None:
+    def whole(self) -> int:
+        """From its first point to its summary; the exit code."""
+        self.compute()
+        code = self.finish()
+        if self.manner.answer is not None:
+            self.manner.answer |= self.answer
+        return code
+
+    def compute(self) -> None:
         """Follow the branch; every point goes to the store at once."""
-        from slipstick.io.store import ResultStore
         from slipstick.results.record import Recorder
 
-        self.tell(f"{self.case.title}: {self.case.request}")
-        prepare_kernel(self.tell)
+        self.manner.tell(f"{self.case.title}: {self.case.request}")
+        begin = time.monotonic()
+        prepare_kernel(self.manner.tell)
         recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
-        layout = replace(recorder.layout, attributes=self._attributes())
-        self.store = ResultStore(self.folder.results, layout, self.case.problem())
-        self.folder.copy_case()
-        begin = time.perf_counter()
+        self._open(replace(recorder.layout, attributes=self._attributes()))
         factor, unit = self.case.shown_in
         start, stop = (value / factor for value in self.case.span)
-        with termination_as_interrupt(), progress(start, stop, unit, quiet=quiet) as shown:
-            self._follow(_Listener(self.store, recorder, shown, self.case))
-        self.seconds = time.perf_counter() - begin
+        with termination_as_interrupt(), progress(start, stop, unit, quiet=self.manner.quiet) as shown:
+            listener = _Listener(self.store, recorder, shown, self.case)
+            if self.manner.time_limit is not None:
+                listener.until = begin + self.manner.time_limit
+            if self.begun is not None:
+                listener.go_on(self.begun.checkpoints)
+            self._follow(listener)
         self._close()
 
+    def _open(self, layout: Layout) -> None:
+        from slipstick.io.problem import fingerprint
+        from slipstick.io.store import ResultStore
+
+        problem = self.case.problem()
+        if self.begun is not None:
+            recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
+            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
+            return
+        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
+        self.store = ResultStore(self.folder.results, layout, problem, about=about)
+        self.folder.copy_case()
+
     def _follow(self, listener: _Listener) -> None:
+        from slipstick.analysis.walking import walk
+
         try:
             with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "the harmonics left out")  # said in the summary
-                branch = self.case.run(listeners=(listener,))
-            self.outcome = branch.outcome
-            self.message = branch.message
-            self.found = branch.dataset.attrs
+                warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
+                task = replace(self.case.task(listeners=(listener,)), **self._taken_up)
+                for _ in walk(task):
+                    pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except InputError as error:
@@ -121,15 +173,34 @@ class _Run:
             self.failures.append(os_sentence(error))
         except Exception as error:
             self.failures.append(internal_sentence(error))
+        if listener.end is not None:
+            self.found = {**listener.end.attributes, **self.case.names}
+            if not self.failures:
+                self.outcome, self.message = listener.end.outcome, listener.end.message
+
+    @property
+    def _taken_up(self) -> dict[str, Any]:
+        return {} if self.begun is None else {"checkpoints": self.begun.checkpoints}
 
     def _close(self) -> None:
-        ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text, "seconds": self.seconds}
+        ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text}
+        ended["warnings"] = "\n".join([*self.told, *self._afterwards()])
+        self.seconds = float(self.found.get("seconds", 0.0))
+        unfinished = self.failures or self.outcome in UNFINISHED
         try:
-            self.store.close(ended)
+            self.store.close(ended, finished=not unfinished)
         except OSError as error:
             kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
             said = os_sentence(error)
             self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
+
+    def _afterwards(self) -> list[str]:
+        """What the results call for."""
+        from slipstick.results.afterwards import result_warnings
+
+        values = self.store.layout.unpack(self.store.rows())
+        problem = self.case.problem()
+        return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular)
 
     @property
     def answer(self) -> Answer:
@@ -161,12 +232,12 @@ class _Run:
         )
         return {**made, **self.case.names}
 
-    def finish(self, *, figures: bool, report: bool) -> int:
+    def finish(self) -> int:
         """Figures, report and summary; the exit code."""
         found = len(self.store)
-        if figures and found > 1 and not self.failures:
+        if self.manner.figures and found > 1 and not self.failures:
             self._draw()
-        if report and found:
+        if self.manner.report and found:
             self._report()
         if self.complete:
             self.folder.complete()
@@ -204,38 +275,53 @@ class _Run:
             data = load_dataset(self.folder.results)
             iterations = int(data["newton_iterations"].sum())
             for line in peak_lines(data):
-                self.tell(line)
+                self.manner.tell(line)
             for sentence in warnings_of(data):
                 complain(f"warning: {sentence}")
-            self.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
+            self.manner.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
         if not self.failures:
             say(self.text)
         say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")
+        if self.failures or self.outcome in UNFINISHED:
+            say(f"go on with: slipstick resume {self.folder.folder}")
         if self.folder.replaces:
             complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")
 
 
 class _Listener:
-    """Writes points to the store and shows them."""
+    """Writes points to the store and shows them; ends the run when its time is up."""
 
     def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
         self._store, self._recorder, self._shown, self._case = store, recorder, shown, case
         self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
+        self.until = math.inf
+        self.end: Stopped | None = None
+
+    def go_on(self, checkpoints: Sequence[Checkpoint]) -> None:
+        """Show the points that are there already."""
+        for point in checkpoints[-1:]:
+            self._part, self._last = point.part, float(point.state[-1]) / self._factor
+            self._shown.go_on(len(checkpoints), self._last)
 
     def __call__(self, event: Any) -> None:
         kind = type(event).__name__
+        if kind == "Stopped":
+            self.end = event
+            return
         if kind == "PointFound":
-            self._point(event.point)
+            self._point(event.point, event.checkpoint)
         elif kind == "StrategyTried":
             why = f": {event.reason.text}" if event.reason else ""
             result = "found" if event.found else f"not found{why}"
             self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
+        if time.monotonic() > self.until:
+            raise TimeIsUp
 
-    def _point(self, point: Any) -> None:
+    def _point(self, point: Any, checkpoint: Checkpoint) -> None:
         record = self._recorder.record(point)
-        self._store.append(record)
+        self._store.append(record, checkpoint.plain())
         value = float(point.parameter) / self._factor
         if point.part != self._part:
             self._part, self._last = point.part, None

@@ -14,6 +14,7 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([A-Za-z/°]+)\s*")
 _FREQUENCY = {name.lower(): factor for name, factor in FREQUENCIES.items()}
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}
+_DURATION = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _RANGE = re.compile(r"(\d{1,18})\s*(?:\.\.\s*(\d{1,18}))?")
 
 HIGHEST_HARMONIC = 10_000
@@ -46,6 +47,19 @@ def angle(value: Any) -> float:
     1.5708
     """
     return _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+
+
+def duration(value: Any) -> float:
+    """A time in seconds from a number (s) or a text with its unit: s, min or h.
+
+    >>> duration("90"), duration("1.5 h")
+    (90.0, 5400.0)
+    """
+    given = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
+    found = _quantity(given, _DURATION, 'a time such as 3600, "90 s", "45 min" or "1.5 h"')
+    if found <= 0:
+        raise ValueError("expected a time > 0")
+    return found
 
 
 def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,6 +80,16 @@ def describe(problem: Problem) -> Group:
     except (TypeError, ValueError) as error:
         return _left_out(str(error))
     return Group(variables=arrays, attributes={"format": FORMAT, DESCRIPTION: text})
+
+
+def fingerprint(problem: Problem) -> str:
+    """SHA-256 of every number and name of a problem; of one that cannot be stored, of the reason."""
+    group = describe(problem)
+    digest = sha256(json.dumps(group.attributes, sort_keys=True).encode())
+    for name, variable in sorted(group.variables.items()):
+        digest.update(f"{name} {variable.values.dtype.str} {variable.values.shape}".encode())
+        digest.update(np.ascontiguousarray(variable.values).tobytes())
+    return digest.hexdigest()
 
 
 def _left_out(reason: str) -> Group:

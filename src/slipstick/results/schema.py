@@ -233,13 +233,13 @@ def attributes_of(
         "warnings": "\n".join(warnings),
         "outcome": outcome.name,
         "outcome_text": message or outcome.text,
-        **_versions(),
+        **versions(),
         **more,
     }
 
 
 @cache
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     """Versions of what computes the numbers."""
     import platform
     from importlib.metadata import version
