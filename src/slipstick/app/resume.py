@@ -59,7 +59,7 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
         place.complete()
     if manner.answer is not None:
         said = {"outcome": outcome.name, "message": str(attributes.get("outcome_text") or outcome.text)}
-        manner.answer |= {**said, **results_answer(load_dataset(place.results)), **files_in(place.work)}
+        manner.answer.update({**said, **results_answer(load_dataset(place.results)), **files_in(place.work)})
     if outcome.ok:
         say(f"nothing is left to do: the run in {place.folder} is complete")
         return DONE

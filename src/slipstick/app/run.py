@@ -120,7 +120,7 @@ class Run:
         self.compute()
         code = self.finish()
         if self.manner.answer is not None:
-            self.manner.answer |= self.answer
+            self.manner.answer.update(self.answer)
         return code
 
     def compute(self) -> None:
