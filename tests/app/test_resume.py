@@ -45,6 +45,7 @@ to = 8.0
 first_step = 0.02
 max_step = 0.02
 """
+BARE = ("--no-figures", "--no-report")
 STOPPED_AT = 12
 
 
@@ -75,11 +76,11 @@ def stopped(case: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException | 
 
     with monkeypatch.context() as patch:
         patch.setattr(ResultStore, "append", full)
-        return slipstick("run", case, "-o", case.parent / "out", "--no-figures", *more)
+        return slipstick("run", case, "-o", case.parent / "out", *BARE, *more)
 
 
 def whole(case: Path) -> object:
-    assert slipstick("run", case, "-o", case.parent / "whole", "--no-figures").exit_code == 0
+    assert slipstick("run", case, "-o", case.parent / "whole", *BARE).exit_code == 0
     return load_dataset(case.parent / "whole" / "results.nc").drop_attrs(deep=False)
 
 
@@ -93,7 +94,7 @@ def test_a_run_gone_on_with_ends_as_if_nothing_had_happened(
     assert "go on with: slipstick resume" in told(result)
     out = case.parent / "out"
     assert load_dataset(out / "results.nc").sizes["point"] == STOPPED_AT
-    result = slipstick("resume", out, "--no-figures")
+    result = slipstick("resume", out, *BARE)
     assert result.exit_code == 0, told(result)
     assert "completed" in told(result)
     assert load_dataset(out / "results.nc").drop_attrs(deep=False).identical(whole(case))
@@ -104,7 +105,7 @@ def test_a_run_gone_on_with_ends_as_if_nothing_had_happened(
 
 def test_a_complete_run_says_so_and_figures_are_left_alone(case: Path) -> None:
     out = case.parent / "out"
-    assert slipstick("run", case, "-o", out, "--no-figures").exit_code == 0
+    assert slipstick("run", case, "-o", out, *BARE).exit_code == 0
     before = (out / "results.nc").read_bytes()
     result = slipstick("resume", out)
     assert (result.exit_code, "nothing is left to do" in told(result)) == (0, True)
@@ -113,7 +114,7 @@ def test_a_complete_run_says_so_and_figures_are_left_alone(case: Path) -> None:
 
 def test_a_run_that_ended_by_itself_says_how(case: Path) -> None:
     case.write_text(CASE + "max_points = 5\n")
-    assert slipstick("run", case, "-o", case.parent / "out", "--no-figures").exit_code == 1
+    assert slipstick("run", case, "-o", case.parent / "out", *BARE).exit_code == 1
     result = slipstick("resume", case.parent / "out")
     assert result.exit_code == 1
     assert "largest number of points was reached" in told(result)
@@ -121,11 +122,11 @@ def test_a_run_that_ended_by_itself_says_how(case: Path) -> None:
 
 def test_the_time_limit_ends_a_run_with_what_was_found(case: Path) -> None:
     case.write_text(CASE.replace("0.02", "1e-4"))
-    result = slipstick("run", case, "-o", case.parent / "out", "--no-figures", "--time-limit", "0.3 s")
+    result = slipstick("run", case, "-o", case.parent / "out", *BARE, "--time-limit", "0.3 s")
     assert result.exit_code == 1
     assert "stopped at the time limit; every point found is kept" in told(result)
     assert load_dataset(case.parent / "out" / "results.nc").attrs["outcome"] == "TIME_LIMIT"
-    assert slipstick("resume", case.parent / "out", "--no-figures", "--time-limit", "0.2").exit_code == 1
+    assert slipstick("resume", case.parent / "out", *BARE, "--time-limit", "0.2").exit_code == 1
 
 
 @pytest.mark.parametrize("text", ["soon", "0", "-1 h", "3 weeks"])
@@ -137,11 +138,11 @@ def test_a_time_limit_that_is_none(case: Path, text: str) -> None:
 
 def test_a_forced_run_gone_on_with_replaces_the_earlier_results(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = case.parent / "out"
-    assert slipstick("run", case, "-o", out, "--no-figures").exit_code == 0
+    assert slipstick("run", case, "-o", out, *BARE).exit_code == 0
     case.write_text(CASE.replace("to = 8.0", "to = 7.0"))
     assert stopped(case, monkeypatch, None, "--force").exit_code == 1
     assert (out / "unfinished").is_dir()
-    assert slipstick("resume", out, "--no-figures").exit_code == 0
+    assert slipstick("resume", out, *BARE).exit_code == 0
     assert float(load_dataset(out / "results.nc")["omega"][-1]) == 7.0
     assert not (out / "unfinished").exists()
 
@@ -149,7 +150,7 @@ def test_a_forced_run_gone_on_with_replaces_the_earlier_results(case: Path, monk
 def test_a_case_that_is_gone_is_read_from_the_results(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped(case, monkeypatch)
     case.unlink()
-    assert slipstick("resume", case.parent / "out", "--no-figures").exit_code == 0
+    assert slipstick("resume", case.parent / "out", *BARE).exit_code == 0
 
 
 def other_version(case: Path) -> None:
@@ -194,7 +195,7 @@ def test_another_numpy_is_told(case: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
     other = {**schema.versions(), "numpy_version": "9.9"}
     monkeypatch.setattr(schema, "versions", lambda: other)
-    result = slipstick("resume", case.parent / "out", "--no-figures")
+    result = slipstick("resume", case.parent / "out", *BARE)
     assert result.exit_code == 0
     assert "this is 9.9: last digits may differ" in told(result)
 

@@ -50,7 +50,7 @@ max_step = 1e-2
 """
 
 
-QUIET = Manner(figures=False, quiet=True)
+QUIET = Manner(figures=False, report=False, quiet=True)
 WORK = ("seconds",)
 """Attributes that tell of the time, not of the points."""
 
