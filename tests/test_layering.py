@@ -11,6 +11,9 @@ import pytest
 import slipstick
 
 ROOT = Path(slipstick.__file__).parent
+TESTS = Path(__file__).parent
+WHOLE = ("consistency", "convergence", "hostile")
+"""Folders with tests of whole problems."""
 ORDER = (
     ("errors",),
     ("faults", "html", "typing"),
@@ -56,6 +59,32 @@ FACADE = {
 
 BOTH_WAYS = {("results.branch", "results.verbs"), ("verify", "verify.table")}
 """Pairs of files that know each other: a branch and its conveniences; the table and the rows that fill it."""
+
+UNTESTED = {
+    "__main__.py": "starts the command line",
+    "typing.py": "names of types",
+    "contact/kernel/tuples.py": "names of fields and codes",
+    "solve/linear/jacobian.py": "a protocol",
+    "structure/protocol.py": "protocols",
+}
+"""Files without logic of their own, which need no tests of their own."""
+
+BY_OTHERS = {
+    "app": "verbs and tables are tested by what they print: cases, the command line, hostile input",
+    "verify": "each row of the table is a test",
+    "solve/continuation": "test_path.py: the parts of a step, by the branches they follow",
+    "balance/factored.py": "test_contact_jacobian.py, against the dense Jacobian",
+    "balance/preconditioner.py": "test_contact_jacobian.py, by the products it saves",
+    "solve/newton/result.py": "test_iteration.py, which makes them",
+    "solve/newton/system.py": "test_iteration.py",
+    "solve/linear/lanczos.py": "test_eigen.py, by the modes it finds",
+    "solve/linear/pardiso.py": "test_factorisation.py, where it is installed",
+    "structure/reduction/compute.py": "test_reduce.py, which calls it",
+    "structure/reduction/request.py": "test_reduce.py, by what it refuses",
+    "faults.py": "test_wrong_values.py, argument by argument",
+    "plots/quantities.py": "test_plots.py, by the figures",
+}
+"""Files, or folders, that are tested through another one, and where."""
 
 COMPILED_LINES = 160  # a compiled loop cannot call out as freely
 
@@ -160,6 +189,24 @@ def imported_modules(path: Path) -> Iterator[str]:
                 own = str(node.module).removeprefix("slipstick.")
                 yield own
                 yield from (f"{own}.{alias.name}" for alias in node.names)
+
+
+def test_tests_mirror_the_package() -> None:
+    """Each file has its tests at the same place, and each test of a room a file that it tests."""
+    files = {path.relative_to(ROOT).as_posix() for path in FILES if path.name != "__init__.py"}
+    tested = {
+        (path.parent / path.name.removeprefix("test_")).relative_to(TESTS).as_posix()
+        for path in TESTS.rglob("test_*.py")
+    }
+    missing = files - tested - UNTESTED.keys()
+    assert {path for path in missing if not _by_another(path)} == set()
+    assert set() == UNTESTED.keys() & tested, "these have tests now"
+    rooms = {path for path in tested if "/" in path and path.partition("/")[0] not in (*WHOLE, "app")}
+    assert rooms <= files, "tests of whole problems stand in consistency/, convergence/ or hostile/"
+
+
+def _by_another(path: str) -> bool:
+    return path in BY_OTHERS or any(path.startswith(f"{folder}/") for folder in BY_OTHERS)
 
 
 def test_compiled_code_stays_in_its_rooms() -> None:

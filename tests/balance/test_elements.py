@@ -1,0 +1,45 @@
+"""Tangents as blocks: what they answer is what the batch's derivatives answer, port by port."""
+
+import numpy as np
+import pytest
+from helpers.problems import random_problem
+
+from slipstick.balance.elements import Elements
+from slipstick.balance.ports import Balance
+
+BALANCE = Balance(random_problem(0))
+RNG = np.random.default_rng(0)
+L, COUNT = BALANCE.L, BALANCE.n_contacts
+TANGENTS = {key: RNG.normal(size=(COUNT, L, L)) for key in ((0, 0), (0, 1), (1, 1))}
+
+
+@pytest.fixture(scope="module")
+def elements():
+    return Elements(BALANCE, 0, TANGENTS)
+
+
+def padded(dx):
+    return np.vstack([dx.reshape(BALANCE.n_ports, L), np.zeros(L)])
+
+
+def test_forces_of_motion_are_those_of_the_derivatives(elements):
+    dx = RNG.normal(size=BALANCE.size)
+    out = np.zeros((BALANCE.n_ports + 1, L))
+    elements.scatter(elements.forces(elements.gather(padded(dx))), out)
+    moved, forces = BALANCE.spread(dx)[0], {}
+    for (i, j), tangent in TANGENTS.items():
+        forces[i] = forces.get(i, 0.0) + np.einsum("cij,cj->ci", tangent, moved[j])
+    np.testing.assert_allclose(out[:-1].reshape(-1), BALANCE.real(BALANCE.excitation([forces])), atol=1e-12)
+
+
+def test_the_transpose_is_adjoint(elements):
+    a, b = RNG.normal(size=(2, COUNT, 2 * L))
+    assert np.sum(elements.forces(a) * b) == pytest.approx(np.sum(a * elements.forces(b, transposed=True)))
+
+
+def test_ports_that_are_not_there_are_zero(elements):
+    shapes = elements.at_ports(RNG.normal(size=(BALANCE.n_ports, 3)))
+    missing = elements.rows < 0
+    assert missing.any()
+    np.testing.assert_array_equal(shapes[missing], 0.0)
+    assert elements.stiffness().shape == missing.shape

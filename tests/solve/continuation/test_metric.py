@@ -1,0 +1,46 @@
+"""Arclength: what counts as one, for solutions of any size and in any units."""
+
+import numpy as np
+import pytest
+
+from slipstick.errors import InputError
+from slipstick.solve.continuation.metric import ArclengthScaling, Metric
+
+X = np.array([3.0, 4.0])
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e9])
+def test_lengths_do_not_depend_on_the_unit_of_the_unknowns(unit):
+    one, other = Metric(ArclengthScaling(x=2.0), X, 10.0), Metric(ArclengthScaling(x=2.0 * unit), unit * X, 10.0)
+    z = np.array([0.1, -0.2, 3.0])
+    scaled = z * [unit, unit, 1.0]
+    assert other.length(scaled) == pytest.approx(one.length(z))
+    ahead = np.array([1.0, 0.0, 1.0])
+    assert other.cosine(scaled, ahead * [unit, unit, 1.0]) == pytest.approx(one.cosine(z, ahead))
+
+
+def test_what_counts_as_one():
+    """The range of the parameter; the solution's own size counts as the weight."""
+    metric = Metric(ArclengthScaling(weight=0.1), X, 10.0)
+    assert metric.length(np.array([0.0, 0.0, 10.0])) == pytest.approx(1.0)
+    assert metric.length(np.array([*X, 0.0])) == pytest.approx(0.1)
+    metric.renew(100.0 * X)
+    assert metric.length(np.array([*(100.0 * X), 0.0])) == pytest.approx(0.1)
+    fixed = Metric(ArclengthScaling(x=1.0, adaptive=False, weight=1.0), X, 10.0)
+    fixed.renew(100.0 * X)
+    assert fixed.length(np.array([*X, 0.0])) == pytest.approx(5.0)
+
+
+def test_a_metric_is_brought_back_to_where_it_was():
+    metric = Metric(ArclengthScaling(), X, 10.0)
+    before, weights = metric.measure, metric.weights.copy()
+    metric.renew(50.0 * X)
+    assert not np.array_equal(metric.weights, weights)
+    metric.measure = before
+    np.testing.assert_array_equal(metric.weights, weights)
+
+
+@pytest.mark.parametrize("given", [{"x": 0.0}, {"x": [1.0, -1.0]}, {"parameter": np.inf}, {"floor": 0}, {"weight": -1}])
+def test_what_is_no_size(given):
+    with pytest.raises(InputError, match="expected positive finite numbers"):
+        ArclengthScaling(**given)
