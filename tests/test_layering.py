@@ -81,7 +81,10 @@ BY_OTHERS = {
     "solve/linear/pardiso.py": "test_factorisation.py, where it is installed",
     "structure/reduction/compute.py": "test_reduce.py, which calls it",
     "structure/reduction/request.py": "test_reduce.py, by what it refuses",
+    "balance/notebook.py": "test_html.py, as every table that a notebook shows",
+    "results/notebook.py": "test_html.py",
     "faults.py": "test_wrong_values.py, argument by argument",
+    "io/notes.py": "app/test_resume.py, by runs that go on",
     "plots/quantities.py": "test_plots.py, by the figures",
 }
 """Files, or folders, that are tested through another one, and where."""
