@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.cases import oscillator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
@@ -18,31 +19,12 @@ from typer.testing import CliRunner
 from slipstick.app.case import Case
 from slipstick.errors import InputError
 
-GOOD = """
-format = 1
-title = "SDOF oscillator with a rubbing friction contact"
-harmonics = "0..10"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-harmonic = 1
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }
-[response]
-from = 2.0
-to = 15.0
-"""
+GOOD = "\n" + oscillator(
+    head='title = "SDOF oscillator with a rubbing friction contact"\nharmonics = "0..10"\n',
+    load="harmonic = 1\n",
+    rubbing='velocity = 10.0, cos = { "1" = 2.0 }',
+    response="from = 2.0\nto = 15.0\n",
+)
 
 TWO = """
 format = 1

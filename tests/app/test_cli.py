@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 import xarray
+from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
 from slipstick.app import run as run_module
@@ -22,30 +23,9 @@ from slipstick.contact.kernel.compilation import compile_kernel
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
-GOOD = """
-format = 1
-title = "oscillator"
-harmonics = "0..5"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 100.0 }
-[response]
-from = 4.0
-to = 8.0
-"""
+GOOD = "\n" + oscillator(
+    head='title = "oscillator"\nharmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 4.0\nto = 8.0\n"
+)
 SLOW = GOOD.replace("to = 8.0", "to = 8.0\nmax_step = 1e-5\nfirst_step = 1e-5\nmax_points = 1000000")
 
 

@@ -18,36 +18,19 @@ from pathlib import Path
 import numpy as np
 import xarray
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from helpers.cases import oscillator
+
 from slipstick.app.resume import resume_run
 from slipstick.app.run import Manner, run_case
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
-CASE = """\
-format = 1
-harmonics = "0..5"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = 4.0
-to = 8.0
-first_step = 1e-2
-max_step = 1e-2
-"""
+CASE = oscillator(
+    head='harmonics = "0..5"\n',
+    rubbing="velocity = 10.0",
+    response="from = 4.0\nto = 8.0\nfirst_step = 1e-2\nmax_step = 1e-2\n",
+)
 
 
 QUIET = Manner(figures=False, report=False, quiet=True)
