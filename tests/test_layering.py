@@ -213,6 +213,35 @@ def _by_another(path: str) -> bool:
     return path in BY_OTHERS or any(path.startswith(f"{folder}/") for folder in BY_OTHERS)
 
 
+def test_a_name_means_one_thing() -> None:
+    """No public class, function or constant stands in two files; a verb of the terminal is called as it is typed."""
+    places: dict[str, set[str]] = {}
+    for path in FILES:
+        for name in public_names(ast.parse(path.read_text(encoding="utf-8"))):
+            places.setdefault(name, set()).add(path.relative_to(ROOT).as_posix())
+    twice = {name: found for name, found in places.items() if len(found - VERBS) > 1 and name not in MEANT_TWICE}
+    assert not twice
+
+
+VERBS = {"app/cli.py"}
+MEANT_TWICE = {"shown", "suggestion"}
+"""A value and a suggestion look different in a case file and in Python."""
+
+
+def public_names(tree: ast.Module) -> Iterator[str]:
+    """Names defined at the top of a file; single capitals are type variables."""
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names = [node.name]
+        elif isinstance(node, ast.Assign):
+            names = [name.id for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name)]
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            names = [node.target.id]
+        else:
+            continue
+        yield from (name for name in names if not name.startswith("_") and len(name) > 1)
+
+
 def test_compiled_code_stays_in_its_rooms() -> None:
     """Only contact and trig import numba, so that everything else can be read and stepped through."""
     users = {room_of(path) for path in FILES if "numba" in _external(path)}

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
-MOST = 8
+MOST_SHOWN = 8
 """Names and rows that are shown."""
 
 _LEFT = ' style="text-align:left"'
@@ -22,7 +22,7 @@ def html_table(title: str, rows: Iterable[tuple[str, Any]]) -> str:
     return f"<table><caption{_LEFT}>{_text(title)}</caption>{body}</table>"
 
 
-def some(names: Iterable[Any], most: int = MOST) -> str:
+def some(names: Iterable[Any], most: int = MOST_SHOWN) -> str:
     """The first of some names, and how many there are.
 
     >>> some("abc", 2)

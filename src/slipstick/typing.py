@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -30,3 +31,6 @@ Sparse: TypeAlias = "sparray"
 
 Matrix: TypeAlias = "Array | Sparse"
 """A dense or a sparse matrix."""
+
+Names: TypeAlias = "str | Sequence[str] | None"
+"""One name, several, or None for all that there are."""

@@ -14,7 +14,7 @@ import scipy.sparse
 import slipstick as ss
 from slipstick.app.examples import examples
 from slipstick.app.script import python_script
-from slipstick.app.script_text import Given, literal, quantity
+from slipstick.app.script_text import GivenText, literal, quantity_text
 from slipstick.app.tables import LoadTable
 from slipstick.errors import InputError
 from slipstick.fem.box import box
@@ -204,7 +204,7 @@ def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
 
 
 def test_a_key_without_a_counterpart_is_told() -> None:
-    given = Given({"dof": "x", "cos": 1.0}, LoadTable)
+    given = GivenText({"dof": "x", "cos": 1.0}, LoadTable)
     given.take("dof")
     with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
         given.end("[[load]]")
@@ -215,7 +215,7 @@ def test_a_key_without_a_counterpart_is_told() -> None:
     ("-90 deg", "-90.0 * DEG"), ("90°", "90.0 * DEG"), (3, "3.0"), ("1e-3 rad", "0.001"),
 ])  # fmt: skip
 def test_quantities(value: Any, text: str) -> None:
-    assert quantity(value) == text
+    assert quantity_text(value) == text
 
 
 def test_literals_are_exact() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
+from slipstick.app.units import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 
 
 @pytest.mark.parametrize(
@@ -26,19 +26,19 @@ from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_peri
     ],
 )
 def test_frequencies(value: object, expected: float) -> None:
-    assert frequency(value) == pytest.approx(expected, rel=1e-15)
+    assert read_frequency(value) == pytest.approx(expected, rel=1e-15)
 
 
 @pytest.mark.parametrize("value", ["2", "Hz", "2 herz", "1e400 Hz", math.inf, math.nan, True, None, [1], "1,5 Hz", ""])
 def test_faulty_frequencies(value: object) -> None:
     with pytest.raises(ValueError, match="expected a"):
-        frequency(value)
+        read_frequency(value)
 
 
 def test_angles() -> None:
-    assert angle("90 deg") == pytest.approx(math.pi / 2)
-    assert angle("180°") == pytest.approx(math.pi)
-    assert angle(1) == 1.0
+    assert read_angle("90 deg") == pytest.approx(math.pi / 2)
+    assert read_angle("180°") == pytest.approx(math.pi)
+    assert read_angle(1) == 1.0
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.reading import load
+from slipstick.app.reading import read_load
 from slipstick.app.tables import LoadTable
 from slipstick.balance.checks import range_faults
 from slipstick.balance.preflight import problem_warnings
@@ -141,7 +141,7 @@ def test_default_outputs_hold_every_loaded_and_contact_dof() -> None:
 
 def test_loads_by_amplitude_and_phase_as_in_a_case_file() -> None:
     table = LoadTable(dof="x", amplitude=3.0, phase="-90 deg")
-    assert ss.Load(dof="x", amplitude=3.0, phase=-np.pi / 2) == load(table)
+    assert ss.Load(dof="x", amplitude=3.0, phase=-np.pi / 2) == read_load(table)
     by_size = ss.Load(dof="x", amplitude=3.0, phase=0.7)
     tau = np.linspace(0.0, 6.0, 13)
     np.testing.assert_allclose(by_size.cos * np.cos(tau) + by_size.sin * np.sin(tau), 3.0 * np.cos(tau + 0.7))

@@ -32,13 +32,13 @@ def given(seed: int, **change: float) -> Any:
         "kn": 1.5,
         "gap": -rng.uniform(0, 2),
     }
-    return tuples.Inputs(X, 0.5 * Y, np.array(list((par | change).values())))
+    return tuples.ElementInputs(X, 0.5 * Y, np.array(list((par | change).values())))
 
 
 def evaluated(inputs: Any) -> tuple[Any, Any, int]:
     """Outputs, workspace and number of intervals."""
     k = batch.workspace(GRID)
-    out = tuples.Outputs(np.empty((7, H.size)), np.empty((3, H.size, H.size)), np.empty(6))
+    out = tuples.ElementOutputs(np.empty((7, H.size)), np.empty((3, H.size, H.size)), np.empty(6))
     return out, k, element.evaluate(inputs, GRID, k, out)
 
 

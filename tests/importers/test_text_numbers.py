@@ -12,7 +12,7 @@ from slipstick.importers.text_numbers import (
     number_table,
     read_bytes,
     require_plausible,
-    whole,
+    whole_number,
     whole_numbers,
 )
 
@@ -55,17 +55,17 @@ def test_labels_are_whole_and_positive(tmp_path, values):
 
 
 def test_a_label_of_any_length_is_a_number_or_a_sentence():
-    assert whole("-12") == -12
+    assert whole_number("-12") == -12
     for text in ("9" * 19, "9" * 5000, "1.0", ""):
         with pytest.raises(ValueError, match=r"."):
-            whole(text)
+            whole_number(text)
 
 
 def test_files_that_are_missing_empty_folders_or_too_large(tmp_path, monkeypatch):
     (tmp_path / "empty").touch()
     (tmp_path / "file").write_bytes(b"12345")
     assert read_bytes(tmp_path / "file") == b"12345"
-    monkeypatch.setattr(text_numbers, "LARGEST", 4)
+    monkeypatch.setattr(text_numbers, "LARGEST_TEXT_FILE", 4)
     for name, said in (("none", "no such file"), (".", "no such file"), ("empty", "is empty"), ("file", "larger than")):
         with pytest.raises(InputError, match=said):
             read_bytes(tmp_path / name)

@@ -17,16 +17,16 @@ from slipstick.fem.materials import Material
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.io.loading import load_dataset
 from slipstick.io.model_file import load_model, save_model
-from slipstick.io.netcdf import Group, Variable, write_netcdf
+from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
 
 STEEL = Material(young=2e11, poisson=0.3, density=7800.0)
 
 
 def results(folder: Path) -> Path:
     variables = {
-        "omega": Variable(dims=("point",), values=np.arange(3.0)),
-        "dof": Variable(dims=("dof",), values=np.array(["x", "y"])),
-        "amplitude": Variable(dims=("point", "dof"), values=np.ones((3, 2))),
+        "omega": StoredVariable(dims=("point",), values=np.arange(3.0)),
+        "dof": StoredVariable(dims=("dof",), values=np.array(["x", "y"])),
+        "amplitude": StoredVariable(dims=("point", "dof"), values=np.ones((3, 2))),
     }
     write_netcdf(folder / "r.nc", Group(variables=variables, attributes={"case": "format = 1"}))
     assert load_dataset(folder / "r.nc").sizes == {"point": 3, "dof": 2}

@@ -11,7 +11,7 @@ import xarray
 import slipstick as ss
 from slipstick.app.case import Case
 from slipstick.app.run import Manner, run_case
-from slipstick.results.schema import KINDS, VARIABLES
+from slipstick.results.schema import POINT_KINDS, VARIABLES
 
 CASE = """
 format = 1
@@ -91,7 +91,7 @@ def test_what_is_computed_is_what_is_read(files: dict[str, Path]) -> None:
 def test_xarray_opens_results_by_itself(files: dict[str, Path]) -> None:
     """With what the package itself depends on, without naming an engine."""
     with xarray.open_dataset(files["Python"]) as data:
-        assert set(data["kind"].to_numpy()) <= set(KINDS)
+        assert set(data["kind"].to_numpy()) <= set(POINT_KINDS)
 
 
 def test_every_variable_is_described(files: dict[str, Path]) -> None:

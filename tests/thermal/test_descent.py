@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.thermal.descent import Cells, downhill, near
+from slipstick.thermal.descent import TemperatureCells, downhill, near
 
 T_LOW, T_HIGH = 0.0, 10.0
 
@@ -75,9 +75,9 @@ def test_newton_takes_near_roots_and_refuses_those_beyond_a_bend():
 def test_a_cell_says_whether_its_ends_leave_room_for_more():
     """Parabolas above zero at both ends: one dips beyond the axis, one does not; a plain crossing has one root."""
     one = np.ones(1)
-    dips = Cells(0 * one, one, -4 * one, one, one, 4 * one)
-    stays = Cells(0 * one, one, -0.4 * one, one, one, 0.4 * one)
-    crosses = Cells(0 * one, -one, 2 * one, one, one, 2 * one)
-    folds = Cells(0 * one, -one, -2 * one, one, one, 2 * one)
+    dips = TemperatureCells(0 * one, one, -4 * one, one, one, 4 * one)
+    stays = TemperatureCells(0 * one, one, -0.4 * one, one, one, 0.4 * one)
+    crosses = TemperatureCells(0 * one, -one, 2 * one, one, one, 2 * one)
+    folds = TemperatureCells(0 * one, -one, -2 * one, one, one, 2 * one)
     assert [bool(cell.may_hide_more()[0]) for cell in (dips, stays, crosses, folds)] == [True, False, False, True]
     assert [bool(cell.bent()[0]) for cell in (dips, stays, crosses)] == [True, True, False]

@@ -89,7 +89,7 @@ def test_a_function_is_kept_and_found_until_any_compiled_code_changes(
 
     assert (hits(), hits()) == (0, 1)
     assert {path.suffix for path in folder.iterdir()} == {".nbi", ".nbc"}
-    monkeypatch.setattr(compile_cache, "content_key", lambda: "other")
+    monkeypatch.setattr(compile_cache, "code_key", lambda: "other")
     assert (hits(), hits()) == (0, 1)
 
 

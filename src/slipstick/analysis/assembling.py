@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 
-HELD = ("mu", "kt", "kn", "gap")
+HELD_PARAMETERS = ("mu", "kt", "kn", "gap")
 """Contact parameters that can be given instead of the problem's."""
 
 
@@ -51,7 +51,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(h.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
     kept = [0, *(i for m in orders for i in (h.index(m, "c"), h.index(m, "s")))]
-    values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD}
+    values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
     approach[:, 0] -= values.pop("gap")
     return FrictionSystem(
         equations=equations, omega=omega, velocity=velocity, has_normal=has_normal,
@@ -62,14 +62,16 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
 def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:
     """Contact parameters given instead of the problem's, (n_contacts,) each."""
     if given is not None and not isinstance(given, Mapping):
-        raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD)}")
+        raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
     n, found, held = len(problem.elements), Gathering(), {}
     if any(batch.law.ports != FrictionLaw.ports for batch in problem.batches):
         found.problems.append("time integration: it knows friction contacts only; there are contacts of another law")
     for name, value in (given or {}).items():
         where = f"time integration, held {shown(name)}"
-        if name not in HELD:
-            found.problems.append(f"time integration, held: found {shown(name)}; expected one of {', '.join(HELD)}")
+        if name not in HELD_PARAMETERS:
+            found.problems.append(
+                f"time integration, held: found {shown(name)}; expected one of {', '.join(HELD_PARAMETERS)}"
+            )
             continue
         values = found.take(numbers, where, value)
         if values is not None and values.shape != (n,):

@@ -120,7 +120,7 @@ class Switch:
 
 
 @dataclass(kw_only=True)
-class Linear:
+class LinearPiece:
     """The linear system of one combination of states: everything is rows times z."""
 
     A: Array
@@ -149,7 +149,7 @@ class PiecewiseLinear:
 
     def __init__(self, system: FrictionSystem) -> None:
         self.system = system
-        self._systems: dict[Combination, Linear] = {}
+        self._systems: dict[Combination, LinearPiece] = {}
         equations = system.equations
         try:
             solved = np.linalg.solve(equations.M, np.hstack([equations.K, equations.C, equations.columns]))
@@ -161,7 +161,7 @@ class PiecewiseLinear:
         self._K, self._C, self._columns = np.split(solved, [n, 2 * n], axis=1)
         self._normal_of = np.cumsum(system.has_normal) - 1
 
-    def __call__(self, states: Combination) -> Linear:
+    def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
         if states not in self._systems:
             self._systems[states] = self._build(states)
@@ -190,7 +190,7 @@ class PiecewiseLinear:
                 T[j, one:] = sign * s.mu[j] * s.kn[j] * s.approach[j]
         return S, T
 
-    def _build(self, states: Combination) -> Linear:
+    def _build(self, states: Combination) -> LinearPiece:
         s = self.system
         n, nc, one = s.n, s.n_contacts, s.n_dynamic
         S, T = self._laws(states)
@@ -227,14 +227,14 @@ class PiecewiseLinear:
                 fy[j] = forces[nc + self._normal_of[j]]
             elif states[j] is not State.SEPARATION:
                 fy[j, one:] = s.kn[j] * s.approach[j]
-        linear = Linear(
+        linear = LinearPiece(
             A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
             switches=(), margins=np.zeros((0, s.size)),
         )  # fmt: skip
         self._add_switches(states, linear)
         return linear
 
-    def _add_switches(self, states: Combination, linear: Linear) -> None:
+    def _add_switches(self, states: Combination, linear: LinearPiece) -> None:
         s = self.system
         switches, rows = [], []
         for j, state in enumerate(states):

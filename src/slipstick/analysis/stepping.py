@@ -12,7 +12,7 @@ from math import factorial
 
 import numpy as np
 
-from slipstick.analysis.piecewise import Combination, Linear, PiecewiseLinear, State
+from slipstick.analysis.piecewise import Combination, LinearPiece, PiecewiseLinear, State
 from slipstick.errors import InputError, SlipstickError
 from slipstick.faults import MOST_ITEMS
 from slipstick.typing import Array
@@ -53,7 +53,7 @@ class Piece:
     tau: float
     fraction: float
     states: Combination
-    linear: Linear
+    linear: LinearPiece
     start: Array
 
 
@@ -69,7 +69,7 @@ class StateChange:
     before: State
     after: State
     z: Array
-    linear: Linear
+    linear: LinearPiece
     margin: Array
     states: Combination
 
@@ -97,7 +97,7 @@ class Stepper:
         self.degree += 4
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
-    def powers(self, linear: Linear, z: Array) -> Array:
+    def powers(self, linear: LinearPiece, z: Array) -> Array:
         """Polynomial of z over one step, (degree + 1, ...) with z a vector or a matrix of columns."""
         A = linear.A * self.step
         out = np.empty((self.degree + 1, *z.shape))
@@ -106,20 +106,20 @@ class Stepper:
             out[k] = A @ out[k - 1] / k
         return out
 
-    def propagate(self, linear: Linear, Z: Array, fraction: float) -> Array:
+    def propagate(self, linear: LinearPiece, Z: Array, fraction: float) -> Array:
         """``exp(A step fraction) Z``."""
         if fraction == 1.0:
             return self._propagator(linear) @ Z
         return np.tensordot(fraction ** np.arange(self.degree + 1), self.powers(linear, Z), 1)
 
-    def _propagator(self, linear: Linear) -> Array:
+    def _propagator(self, linear: LinearPiece) -> Array:
         if "propagator" not in linear.cache:
             from scipy.linalg import expm
 
             linear.cache["propagator"] = expm(linear.A * self.step)
         return linear.cache["propagator"]  # type: ignore[return-value]
 
-    def _margin_operator(self, linear: Linear) -> tuple[Array, Array]:
+    def _margin_operator(self, linear: LinearPiece) -> tuple[Array, Array]:
         """Rows giving the polynomials of all switching functions, and their absolute values for the rounding scale."""
         if "margins" not in linear.cache:
             rows, A = [linear.margins], linear.A * self.step
@@ -129,7 +129,7 @@ class Stepper:
             linear.cache["margins"] = (stacked, np.abs(stacked[:2]))
         return linear.cache["margins"]  # type: ignore[return-value]
 
-    def first_change(self, linear: Linear, z: Array, length: float) -> tuple[float, int] | None:
+    def first_change(self, linear: LinearPiece, z: Array, length: float) -> tuple[float, int] | None:
         """First state change in a step's first ``length`` (a fraction), as (fraction, switch), or None."""
         operator, magnitude = self._margin_operator(linear)
         c = operator @ z
@@ -171,7 +171,7 @@ class Stepper:
             if change:
                 yield self._switch(linear, change[1], tau + done * self.step)
 
-    def _advance(self, linear: Linear, tau: float, length: float) -> Piece:
+    def _advance(self, linear: LinearPiece, tau: float, length: float) -> Piece:
         uses = int(linear.cache.get("uses", 0)) + 1  # type: ignore[call-overload]
         linear.cache["uses"] = uses
         start = self.z
@@ -181,7 +181,7 @@ class Stepper:
             self.z = length ** np.arange(self.degree + 1) @ self.powers(linear, start)
         return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start)
 
-    def _switch(self, linear: Linear, index: int, tau: float) -> StateChange:
+    def _switch(self, linear: LinearPiece, index: int, tau: float) -> StateChange:
         switch = linear.switches[index]
         j, before = switch.contact, self.states[switch.contact]
         after = switch.target if switch.target is not None else self._onset(j)

@@ -22,7 +22,7 @@ from slipstick.analysis.stepping import StateChange, Stepper
 from slipstick.balance.problem import Problem
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
-from slipstick.html import MOST, html_table
+from slipstick.html import MOST_SHOWN, html_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -95,10 +95,10 @@ def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
     ended = "periodic" if result.converged else "not periodic"
     yield "outcome", f"{ended} after {result.periods} periods, relative change {result.change:.1e} over the last"
     yield "omega", f"{result.omega:.6g}"
-    for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST]:
+    for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST_SHOWN]:
         yield dof, f"amplitude {size:.5g}, zero harmonic {mean:.5g}"
     names = ("separation", "stick", "slip+", "slip-")
-    for contact, power, parts in list(zip(result.contacts, result.power, result.fractions, strict=True))[:MOST]:
+    for contact, power, parts in list(zip(result.contacts, result.power, result.fractions, strict=True))[:MOST_SHOWN]:
         shares = ", ".join(f"{name} {part:.0%}" for name, part in zip(names, parts, strict=True) if part > 0.0005)
         yield contact, f"dissipates {power:.5g}; {shares}"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import BladeTable
-from slipstick.app.reducing import CACHE, cache_folder, material_of, reduced
+from slipstick.app.reducing import CACHE, material_of, reduced, reduction_folder
 
 
 def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
@@ -25,7 +25,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
     shape = blade_shape(table.size, **{name: value for name, value in dimensions.items() if value is not None})
     given: dict[str, Any] = {} if table.material is None else {"material": material_of(table.material)}
     given |= {} if table.modes is None else {"modes": table.modes}
-    cache = cache_folder(folder)
+    cache = reduction_folder(folder)
     tell(f"structure: {table.size} blade, from {CACHE} or by mesh, matrices and influence matrix ...")
     return reduced(
         tell,

@@ -28,7 +28,7 @@ def check_case(path: Path, answer: Answer) -> None:
     case = Case.from_file(path, say)
     problem = case.problem()
     answer |= case_answer(case)
-    answer["warnings"] = warn(case)
+    answer["warnings"] = print_warnings(case)
     say(f"{case.title} ({path})")
     _structure(case, problem)
     _reduction(case, problem)
@@ -40,7 +40,7 @@ def check_case(path: Path, answer: Answer) -> None:
     say(f"ok: 'slipstick run {path}' can start")
 
 
-def warn(case: Case) -> list[str]:
+def print_warnings(case: Case) -> list[str]:
     """Print the warnings of a case on standard error; the sentences."""
     sentences = case.warnings()
     for sentence in sentences:

@@ -98,10 +98,10 @@ def resume(
 
 def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, answer: Answer) -> Manner:
     from slipstick.app.run import Manner
-    from slipstick.app.units import duration
+    from slipstick.app.units import read_duration
 
     try:
-        seconds = None if time_limit is None else duration(time_limit)
+        seconds = None if time_limit is None else read_duration(time_limit)
     except ValueError as error:
         raise InputError(f"--time-limit: found '{time_limit}'; {error}") from None
     return Manner(figures=figures, report=report, quiet=quiet, time_limit=seconds, answer=answer)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import FeTable
 from slipstick.app.paths import inside
-from slipstick.app.reducing import CACHE, NEEDED, cache_folder, material_of, reduced
+from slipstick.app.reducing import CACHE, NEEDED, material_of, reduced, reduction_folder
 from slipstick.app.sentences import shown
 from slipstick.errors import InputError
 
@@ -51,7 +51,7 @@ def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
             loss_factor=table.loss_factor,
             damping_ratio=table.damping_ratio,
             force=True,  # judged once range and harmonics are known
-            cache=cache_folder(folder),
+            cache=reduction_folder(folder),
             listener=hear,
         ),
         force=table.force,

@@ -85,12 +85,12 @@ def _from_surface(value: Any) -> str:
 
 
 Vector = Annotated[tuple[float, float, float], PlainValidator(_vector)]
-Surface = Annotated[Any, PlainValidator(_surface)]
+SurfaceName = Annotated[Any, PlainValidator(_surface)]
 Contacts = Annotated[Any, PlainValidator(_contacts)]
 Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
 Films = Annotated[dict[str, float], PlainValidator(_films)]
 Positive = Annotated[float, Field(gt=0)]
-Modes = Annotated[int, Field(ge=1, le=10_000)]
+ModeCount = Annotated[int, Field(ge=1, le=10_000)]
 
 
 class MaterialTable(Table):
@@ -112,7 +112,7 @@ class ReductionTable(Table):
     radius: Positive | None = Field(
         default=None, description="a number > 0, the radius of the contact patches (length)"
     )
-    modes: Modes | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
+    modes: ModeCount | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
     force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
 
@@ -127,7 +127,7 @@ class FeTable(ReductionTable):
     )
     quadratic: bool = Field(default=False, description="true or false: nodes in the middle of the edges of a mesh")
     fixed: list[str] = Field(default=[], description='a list of node sets or surfaces such as ["ROOT"]')
-    surface: Surface | None = Field(default=None, description=_DIRECTION)
+    surface: SurfaceName | None = Field(default=None, description=_DIRECTION)
     contacts: Contacts | None = Field(
         default=None, description="a number of contacts, a list of node numbers, or a list of positions"
     )

@@ -13,7 +13,7 @@ from slipstick.app.answers import Answer
 from slipstick.app.guard import DONE, STOPPED, complain, say
 from slipstick.app.output import RESULTS
 from slipstick.app.prepare import prepare_kernel
-from slipstick.app.units import frequency
+from slipstick.app.units import read_frequency
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.units import Units
 
@@ -89,7 +89,7 @@ def _value(branch: Branch, text: str) -> float:
         pass
     try:
         if branch.followed == "omega":
-            return frequency(text)
+            return read_frequency(text)
     except ValueError:
         pass
     expected = 'a frequency such as 6.3 or "50 Hz"' if branch.followed == "omega" else "a number"

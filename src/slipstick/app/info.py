@@ -12,7 +12,7 @@ from slipstick.app.guard import say
 _PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic", "typer", "rich", "matplotlib")
 
 
-def versions() -> dict[str, str]:
+def all_versions() -> dict[str, str]:
     """Versions of this package, Python and what it computes with."""
     from slipstick import __version__
 
@@ -30,10 +30,10 @@ def show_info(answer: Answer) -> None:
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
     from slipstick.trig.compile_cache import cache_folder
 
-    answer["versions"] = versions()
+    answer["versions"] = all_versions()
     answer |= {"platform": platform.platform(), "processors": usable_cpus()}
     answer["kernel"] = {"compiled": is_compiled(), "cache": cache_folder()}
-    for name, number in versions().items():
+    for name, number in all_versions().items():
         say(f"{name:<12} {number}")
     say(f"{'platform':<12} {platform.platform()}")
     threads = os.environ.get("NUMBA_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS")

@@ -82,7 +82,7 @@ class Reading:
         if self._heat_is_known(blocks):
             self.faults += heating_faults(tables, self.thermal)
         pairs = [p for c in contacts if (p := c.pair or self._built("contact", c.block, c.table, self._pair))]
-        forces = [p for i, c in loads if (p := self._built("load", i, c, load))]
+        forces = [p for i, c in loads if (p := self._built("load", i, c, read_load))]
         if not self.faults and top is not None and self.structure is not None:
             self.title = top.title
             self._problem(self.structure, top, pairs, forces, output, tables)
@@ -297,7 +297,7 @@ def _tables(raw: Any) -> list[Mapping[str, Any]]:
     return [t for t in raw if isinstance(t, Mapping)] if isinstance(raw, list) else []
 
 
-def load(table: LoadTable) -> Load:
+def read_load(table: LoadTable) -> Load:
     """The load of a ``[[load]]`` table: amplitude cos(m tau + phase) becomes its cosine and sine parts."""
     from slipstick.balance.loads import Load
 

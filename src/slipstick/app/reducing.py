@@ -26,7 +26,7 @@ NEEDED = ("young", "poisson", "density")
 """What a material has at least."""
 
 
-def cache_folder(folder: Path) -> Path | None:
+def reduction_folder(folder: Path) -> Path | None:
     """Where reductions are kept; None where the folder of the case cannot be written."""
     own = folder / CACHE
     return own if os.access(own if own.exists() else folder, os.W_OK) else None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.answers import files_in, results_answer
 from slipstick.app.case import Case
-from slipstick.app.check import warn
+from slipstick.app.check import print_warnings
 from slipstick.app.guard import DONE, STOPPED, complain, say
 from slipstick.app.output import FolderOfRun
 from slipstick.app.run import PLAIN, UNFINISHED, Begun, Manner, Run
@@ -80,7 +80,7 @@ def _go_on(place: FolderOfRun, manner: Manner) -> int:
     text, path = str(attributes.get("case", "")), Path(str(about.get("case_path") or "case.toml"))
     _same_text(text, [path, place.work / path.name])
     case = Case.from_text(text, path, manner.tell)
-    told = warn(case)
+    told = print_warnings(case)
     size = case.balance.size
     try:
         checkpoints = [Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from slipstick.app.answers import Answer, case_answer, files_in, results_answer
 from slipstick.app.body import silent
 from slipstick.app.case import Case
-from slipstick.app.check import warn
+from slipstick.app.check import print_warnings
 from slipstick.app.guard import (
     BAD_INPUT,
     DONE,
@@ -75,7 +75,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Ma
         If the case has faults or its results cannot be written, before anything is computed.
     """
     case = Case.from_file(path, manner.tell)
-    told = warn(case)
+    told = print_warnings(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
         case_path=path,

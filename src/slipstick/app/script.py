@@ -15,7 +15,7 @@ from slipstick.app.fe_tables import BladeTable, FeTable, SurfaceContactTable, co
 from slipstick.app.heating import background_of, cold_value
 from slipstick.app.reducing import CACHE
 from slipstick.app.script_heat import heat_lines
-from slipstick.app.script_text import Given, call, file_code, here, listed, literal, quantity
+from slipstick.app.script_text import GivenText, call, file_code, here, listed_text, literal, quantity_text
 from slipstick.app.source import parse
 from slipstick.app.spacing import Spacing
 from slipstick.app.tables import (
@@ -99,7 +99,7 @@ class _Script:
 
     def text(self, name: str) -> str:
         """The whole script."""
-        top = Given({key: value for key, value in self.raw.items() if key not in _SECTIONS}, TopTable)
+        top = GivenText({key: value for key, value in self.raw.items() if key not in _SECTIONS}, TopTable)
         self.thermal = ThermalTable.model_validate(self.raw["thermal"]) if "thermal" in self.raw else None
         lines = [*self._structure(), *self._contacts(), *self._loads()]
         heat = self._heat()
@@ -111,13 +111,13 @@ class _Script:
 
     def _structure(self) -> list[str]:
         raw = self.raw["structure"]
-        given = Given(raw, _STRUCTURES[raw["kind"]])
+        given = GivenText(raw, _STRUCTURES[raw["kind"]])
         given.take("kind")
         lines: list[str] = getattr(self, f"_{raw['kind']}")(given)
         given.end("[structure]")
         return lines
 
-    def _matrices(self, given: Given) -> list[str]:
+    def _matrices(self, given: GivenText) -> list[str]:
         named = {"M": "mass", "C": "damping", "K": "stiffness"}
         known = {letter: value for letter, key in named.items() if (value := given.take(key)) is not None}
         lines = [f"{letter} = {self._matrix(value)}" for letter, value in known.items()]
@@ -132,12 +132,12 @@ class _Script:
             return call("np.array", literal(value))
         return file_code(value, self.folder)
 
-    def _modal(self, given: Given) -> list[str]:
+    def _modal(self, given: GivenText) -> list[str]:
         given.take("force")
         arguments = given.rest("dofs", "modes", "loss_factor", "damping_ratio")
         return [f"structure = {call('ss.ModalStructure.load', here(given.take('file')), **arguments)}"]
 
-    def _fe(self, given: Given) -> list[str]:
+    def _fe(self, given: GivenText) -> list[str]:
         arguments: dict[str, str] = {}
         material = given.take("material")
         if material is not None:
@@ -151,12 +151,12 @@ class _Script:
             "loss_factor", "damping_ratio", "force",
         )  # fmt: skip
         if up_to is not None:
-            reduction["up_to"] = quantity(self.raw["structure"]["up_to"])
+            reduction["up_to"] = quantity_text(self.raw["structure"]["up_to"])
         model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
         body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
         return [model, f"body = {body}", "structure = body.structure"]
 
-    def _blade(self, given: Given) -> list[str]:
+    def _blade(self, given: GivenText) -> list[str]:
         size, _ = given.take("size"), given.take("force")
         dimensions = given.rest("height", "chord", "thickness", "twist")
         shape = call("blade_shape", literal(size), **dimensions) if dimensions else literal(size)
@@ -171,7 +171,7 @@ class _Script:
         pairs, blocks, lines = [], [], []
         for i, raw in enumerate(self.raw["contact"]):
             kind = contact_table(raw)
-            given, table = Given(raw, kind), kind.model_validate(raw)
+            given, table = GivenText(raw, kind), kind.model_validate(raw)
             law = self._law(given, table)
             if law not in laws:
                 laws[law] = "friction" if not laws else f"friction_{len(laws) + 1}"
@@ -185,9 +185,9 @@ class _Script:
                 pairs.append(_pair_call(given, laws[law]))
             given.take("thermal")
             given.end(f"[[contact]] number {i + 1}")
-        return [*lines, *blocks, f"contacts = {listed(pairs)}"]
+        return [*lines, *blocks, f"contacts = {listed_text(pairs)}"]
 
-    def _law(self, given: Given, table: Any) -> str:
+    def _law(self, given: GivenText, table: Any) -> str:
         background = background_of(table, self.thermal)
         values = {name: given.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
         total = given.take("normal_load_total") if isinstance(table, SurfaceContactTable) else None
@@ -198,14 +198,14 @@ class _Script:
     def _loads(self) -> list[str]:
         made = []
         for i, raw in enumerate(self.raw.get("load", [])):
-            given = Given(raw, LoadTable)
+            given = GivenText(raw, LoadTable)
             phase = given.take("phase")
             arguments = given.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
             if phase is not None:
-                arguments["phase"] = quantity(raw["phase"])
+                arguments["phase"] = quantity_text(raw["phase"])
             made.append(call("ss.Load", **arguments))
             given.end(f"[[load]] number {i + 1}")
-        return [f"loads = {listed(made)}"] if made else []
+        return [f"loads = {listed_text(made)}"] if made else []
 
     def _heat(self) -> list[str]:
         tables = [contact_table(raw).model_validate(raw) for raw in self.raw["contact"]]
@@ -214,7 +214,7 @@ class _Script:
         variables = {table.name: variable for variable, table in self.on_surface}
         return heat_lines(tables, self.thermal, variables, self.folder)
 
-    def _problem(self, top: Given, *, heated: bool) -> str:
+    def _problem(self, top: GivenText, *, heated: bool) -> str:
         top.take("format")
         orders, ratio, units = top.take("harmonics"), top.take("period_ratio"), top.take("units")
         whole = orders == list(range(len(orders)))
@@ -233,9 +233,9 @@ class _Script:
 
     def _response(self) -> str:
         raw = self.raw["response"]
-        given = Given(raw, ResponseTable)
+        given = GivenText(raw, ResponseTable)
         given.take("period_ratio")
-        ends = [quantity(raw[key]) for key in ("from", "to")]
+        ends = [quantity_text(raw[key]) for key in ("from", "to")]
         parameter, at = given.take("parameter"), given.take("at")
         for key in ("start", "stop", "omega"):
             given.take(key)
@@ -249,7 +249,7 @@ class _Script:
         if parameter is None:
             return call("ss.forced_response", "problem()", omega=span, **more)
         return call(
-            "ss.parameter_response", "problem()", literal(parameter), span, omega=quantity(raw["omega"]), **more
+            "ss.parameter_response", "problem()", literal(parameter), span, omega=quantity_text(raw["omega"]), **more
         )
 
 
@@ -257,10 +257,10 @@ def _requested(at: list[Any] | Spacing, ends: list[str]) -> str:
     """Values at which points are wanted."""
     if isinstance(at, Spacing):
         return call("np.geomspace" if at.spacing == "log" else "np.linspace", *ends, literal(at.count))
-    return f"[{', '.join(quantity(value) for value in at)}]"
+    return f"[{', '.join(quantity_text(value) for value in at)}]"
 
 
-def _pair_call(given: Given, law: str) -> str:
+def _pair_call(given: GivenText, law: str) -> str:
     arguments = {"name": literal(given.take("name")), "contact": law}
     for port in ("tangential", "normal"):
         direction = given.take(port)
@@ -270,7 +270,7 @@ def _pair_call(given: Given, law: str) -> str:
     return call("ss.ContactPair", **arguments, **_rubbing(given))
 
 
-def _surface_call(given: Given, table: SurfaceContactTable, law: str) -> str:
+def _surface_call(given: GivenText, table: SurfaceContactTable, law: str) -> str:
     arguments = {"contact": law, "direction": literal(list(given.take("direction")))}
     points, _ = given.take("points"), given.take("tangential")
     arguments |= {} if points in (None, "all") else {"points": literal(points)}
@@ -279,7 +279,7 @@ def _surface_call(given: Given, table: SurfaceContactTable, law: str) -> str:
     return call("ss.surface_contacts", "body", literal(given.take("name")), **arguments, **_rubbing(given))
 
 
-def _rubbing(given: Given) -> dict[str, str]:
+def _rubbing(given: GivenText) -> dict[str, str]:
     rub = given.take("rubbing")
     if rub is None:
         return {}

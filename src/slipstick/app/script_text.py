@@ -16,7 +16,7 @@ _WIDTH = 100
 _CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}
 
 
-class Given:
+class GivenText:
     """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
 
     def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
@@ -81,7 +81,7 @@ def _enclosed(start: str, items: list[str], end: str) -> str:
     return f"{start}\n{textwrap.indent(lines, '    ')}\n{end}"
 
 
-def quantity(value: Any) -> str:
+def quantity_text(value: Any) -> str:
     """A number of the file, with its unit as a factor: "150 Hz" is ``150.0 * HZ``."""
     if not isinstance(value, str):
         return literal(float(value))
@@ -90,7 +90,7 @@ def quantity(value: Any) -> str:
     return f"{number} * {_CONSTANT[unit]}" if _CONSTANT[unit] else number
 
 
-def listed(items: list[str]) -> str:
+def listed_text(items: list[str]) -> str:
     """A list with an item a line."""
     if len(items) == 1 and len(items[0]) < _WIDTH and "\n" not in items[0]:
         return f"[{items[0]}]"

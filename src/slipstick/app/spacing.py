@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-MOST = 100_000
+MOST_VALUES = 100_000
 SPACINGS = ("linear", "log")
 _EXPECTED = 'a list of values, or a table such as { count = 50, spacing = "log" }'
 
@@ -37,8 +37,8 @@ def spacing_or_list(value: Any) -> list[Any] | Spacing:
     if not isinstance(value, Mapping) or "count" not in value or set(value) - {"count", "spacing"}:
         raise ValueError(f"expected {_EXPECTED}")
     count, spacing = value["count"], value.get("spacing", "linear")
-    if type(count) is not int or not 2 <= count <= MOST:
-        raise ValueError(f"count must be a whole number from 2 to {MOST}; expected {_EXPECTED}")
+    if type(count) is not int or not 2 <= count <= MOST_VALUES:
+        raise ValueError(f"count must be a whole number from 2 to {MOST_VALUES}; expected {_EXPECTED}")
     if spacing not in SPACINGS:
         raise ValueError(f'spacing must be "linear" or "log"; expected {_EXPECTED}')
     return Spacing(count=count, spacing=spacing)

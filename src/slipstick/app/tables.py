@@ -8,13 +8,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 from slipstick.app.spacing import Spacing, spacing_or_list
-from slipstick.app.units import angle, frequency, harmonic_orders, ratio_of_periods
+from slipstick.app.units import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.errors import InputError
 from slipstick.units import LONGEST, Units, label_fault
 
 
 def _positive_frequency(value: Any) -> float:
-    number = frequency(value)
+    number = read_frequency(value)
     if number <= 0:
         raise ValueError("expected a frequency > 0")
     return number
@@ -79,7 +79,7 @@ Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
 Harmonic = Annotated[int, Field(ge=0, le=10_000)]
 NotNegative = Annotated[float, Field(ge=0)]
 NumberOrTable = Annotated[float | dict[str, Any], PlainValidator(_number_or_table)]
-Matrix = Annotated[list[Any] | str, PlainValidator(lambda value: _list_or_file(value))]
+MatrixGiven = Annotated[list[Any] | str, PlainValidator(lambda value: _list_or_file(value))]
 
 
 def _list_or_file(value: Any) -> Any:
@@ -155,9 +155,9 @@ class MatricesTable(Table):
     count: int | None = Field(
         default=None, ge=1, le=10_000_000, description='a whole number >= 1: the dofs are then named "1", "2", ...'
     )
-    mass: Matrix = Field(description="a square list of rows, or the name of an .npz or .mtx file")
-    damping: Matrix | None = Field(default=None, description="a square list of rows, or the name of a file")
-    stiffness: Matrix = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    mass: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    damping: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    stiffness: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
 
     @classmethod
@@ -196,7 +196,7 @@ class LoadTable(Table):
     cos: float = Field(default=0.0, description="a finite number, the cosine part")
     sin: float = Field(default=0.0, description="a finite number, the sine part")
     amplitude: float | None = Field(default=None, description="a finite number: amplitude * cos(harmonic tau + phase)")
-    phase: Annotated[float, PlainValidator(angle)] | None = Field(
+    phase: Annotated[float, PlainValidator(read_angle)] | None = Field(
         default=None, description='a number in rad, or text such as "90 deg"'
     )
 
@@ -240,7 +240,7 @@ class ContactThermalTable(Table):
 class ThermalTable(Table):
     """``[thermal]``: how friction heats contacts that share a body."""
 
-    influence: Matrix = Field(
+    influence: MatrixGiven = Field(
         description="a square list of rows, or the name of an .npz or .mtx file: temperature per power"
     )
     contacts: list[str] | None = Field(

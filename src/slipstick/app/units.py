@@ -21,7 +21,7 @@ HIGHEST_HARMONIC = 10_000
 MOST_HARMONICS = 500
 
 
-def frequency(value: Any) -> float:
+def read_frequency(value: Any) -> float:
     """A frequency in rad/s from a number (rad/s) or a text with its unit: Hz, kHz, rpm or rad/s.
 
     >>> frequency(2), round(frequency("0.5 Hz"), 4), round(frequency("3000 rpm"), 3)
@@ -40,7 +40,7 @@ def frequency_unit(value: Any) -> str | None:
     return next((name for name in FREQUENCIES if match and name.lower() == match[2].lower()), None)
 
 
-def angle(value: Any) -> float:
+def read_angle(value: Any) -> float:
     """An angle in rad from a number (rad) or a text with its unit: deg or rad.
 
     >>> round(angle("90 deg"), 4)
@@ -49,7 +49,7 @@ def angle(value: Any) -> float:
     return _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
 
 
-def duration(value: Any) -> float:
+def read_duration(value: Any) -> float:
     """A time in seconds from a number (s) or a text with its unit: s, min or h.
 
     >>> duration("90"), duration("1.5 h")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
-UNITS = {DISPLACEMENT: "length", ACCELERATION: "length/time^2"}
+MOTION_UNITS = {DISPLACEMENT: "length", ACCELERATION: "length/time^2"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,10 +14,9 @@ from slipstick.contact.law import Law
 from slipstick.contact.traits import kind
 
 if TYPE_CHECKING:
-    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.contacts import ContactPair, Direction
 
 Places = slice | NDArray[np.intp]
-Direction = Mapping[str, float]
 
 
 class Port(NamedTuple):

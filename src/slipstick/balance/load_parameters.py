@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, sin
 from typing import TYPE_CHECKING
 
-from slipstick.balance.base_motion import UNITS
+from slipstick.balance.base_motion import MOTION_UNITS
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.paths import Line, LoadPhase, Path
@@ -45,7 +45,7 @@ class LoadPart:
     def units(self, quantity: str) -> str:
         """Units of one of them; those of a load shape are its own."""
         if quantity == "amplitude" and self.first.motion is not None:
-            return UNITS[self.first.motion]
+            return MOTION_UNITS[self.first.motion]
         return "1" if quantity == "amplitude" and self.first.dof is None else QUANTITIES[quantity]
 
     def unit(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.structure.truncation import REFUSED, WARNED, WorstError
+from slipstick.structure.truncation import REFUSED, WARNED_REDUCTION, WorstError
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -95,5 +95,5 @@ def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
             f"the range goes up to {highest:.5g} {rate}, beyond the modes of the structure, which end at "
             f"{worst.last_mode:.5g} {rate}, and nothing tells what was left out: give static_compliance, or more modes"
         ]
-    limit = WARNED if worst.kind == "estimate" else REFUSED
+    limit = WARNED_REDUCTION if worst.kind == "estimate" else REFUSED
     return [worst.sentence(None, rate)] if worst.value > limit else []

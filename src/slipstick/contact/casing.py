@@ -17,7 +17,7 @@ from slipstick.typing import Array
 
 Profile = Callable[[Any], Any] | ArrayLike
 
-WARNED = 1e-2
+WARNED_PROFILE = 1e-2
 """Truncation error of a profile over its range, above which it is warned of."""
 
 _FEWEST_SAMPLES = 8192
@@ -183,7 +183,7 @@ def _met(series: ProfileSeries, angle: Array, sign: float) -> tuple[Array, Array
 
 
 def _tell(series: ProfileSeries, lobes: int, kept: Harmonics) -> None:
-    if series.error <= WARNED * series.range:
+    if series.error <= WARNED_PROFILE * series.range:
         return
     equal = f", which have to be {lobes} equal lobes," if lobes > 1 else ""
     sentence = (

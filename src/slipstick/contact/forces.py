@@ -15,7 +15,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.contact.kernel.tuples import Outputs, States
+    from slipstick.contact.kernel.tuples import ElementOutputs, States
 
 Interval = tuple[float, float, str]
 
@@ -124,27 +124,29 @@ def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[I
     ]
 
 
-def _evaluate(harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False) -> tuple[Outputs, States]:
+def _evaluate(
+    harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False
+) -> tuple[ElementOutputs, States]:
     """Results of a batch in new arrays of their own, and its intervals where they are asked for."""
-    from slipstick.contact.kernel.batch import DONE, most_intervals, run
-    from slipstick.contact.kernel.tuples import Outputs, States
+    from slipstick.contact.kernel.batch import ALL_DONE, most_intervals, run_elements
+    from slipstick.contact.kernel.tuples import ElementOutputs, States
     from slipstick.trig.basis import grid
     from slipstick.trig.roots import TOO_MANY
 
     count, L = X.shape
     tables = grid(harmonics)
     kept, room = (count, most_intervals(tables.top)) if states else (0, 0)
-    out = Outputs(np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)))
+    out = ElementOutputs(np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)))
     intervals = States(np.empty(kept, np.int64), np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64))
     work = ((X, Y, par), tuple(tables), tuple(out), tuple(intervals))
     parts = 1 if count < SERIAL else _threads()
     if parts == 1:
-        ended = [run(0, count, *work)]
+        ended = [run_elements(0, count, *work)]
     else:
         ends = [i * count // parts for i in range(parts + 1)]
-        ended = list(_pool().map(lambda a, b: run(a, b, *work), ends[:-1], ends[1:]))
+        ended = list(_pool().map(lambda a, b: run_elements(a, b, *work), ends[:-1], ends[1:]))
     for e in ended:
-        if e != DONE:
+        if e != ALL_DONE:
             raise SlipstickError(f"contact element {e}: " + TOO_MANY.format(orders=list(harmonics.orders)))
     return out, intervals
 

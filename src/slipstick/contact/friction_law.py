@@ -13,7 +13,7 @@ from slipstick.contact.law import ByPort, Motion, Response
 from slipstick.contact.traits import Linear, Variable
 from slipstick.typing import Array
 
-TANGENTIAL, NORMAL = 0, 1
+TANGENTIAL_PORT, NORMAL_PORT = 0, 1
 LARGEST_FRICTION = 2.0
 """A friction coefficient above it is more than dry surfaces reach."""
 
@@ -25,7 +25,7 @@ class FrictionLaw:
     optional_ports: ClassVar[tuple[str, ...]] = ("normal",)
     kind: ClassVar[str] = "friction"
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
-    dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL,)
+    dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
     """The normal force is elastic: its work over a period is zero."""
     factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
     linear_states: ClassVar[tuple[str, ...]] = ("sliding", "stuck", "free")
@@ -44,13 +44,17 @@ class FrictionLaw:
             "residual_traction", ("bound",), "force", "interval of admissible mean friction forces"
         ),
     }
-    stiffness_names: ClassVar[Mapping[int, str]] = {TANGENTIAL: "kt", NORMAL: "kn"}
+    stiffness_names: ClassVar[Mapping[int, str]] = {TANGENTIAL_PORT: "kt", NORMAL_PORT: "kn"}
     force_names: ClassVar[tuple[str, ...]] = ("friction", "normal")
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements, exact to rounding (THEORY.md sections 3 to 7)."""
         f = element_forces(
-            motion.harmonics, motion.Q[TANGENTIAL], motion.Q[NORMAL], v=motion.drift[TANGENTIAL], **values
+            motion.harmonics,
+            motion.Q[TANGENTIAL_PORT],
+            motion.Q[NORMAL_PORT],
+            v=motion.drift[TANGENTIAL_PORT],
+            **values,
         )
         return Response(
             force=(f.Fx, f.Fy),
@@ -107,9 +111,9 @@ class FrictionLaw:
         closed = (values["gap"] < 0).astype(float)
         kn = values["kn"] * closed
         if state == "sliding":
-            if not drift[TANGENTIAL].any():
+            if not drift[TANGENTIAL_PORT].any():
                 return None
-            slope = np.sign(drift[TANGENTIAL]) * values["mu"] * kn
+            slope = np.sign(drift[TANGENTIAL_PORT]) * values["mu"] * kn
             return Linear({(0, 1): slope, (1, 1): kn}, {0: -slope * values["gap"], 1: -kn * values["gap"]})
         if state == "stuck":
             return Linear({(0, 0): values["kt"] * closed, (1, 1): kn}, {1: -kn * values["gap"]})

@@ -15,7 +15,7 @@ from slipstick.errors import InputError
 from slipstick.faults import Gathering, number_or_numbers, same_length, whole, wrong
 from slipstick.trig.harmonics import Harmonics
 
-PARTS = ("cos", "sin", "normal_cos", "normal_sin")
+MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
 _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 
@@ -51,11 +51,11 @@ class RubbingMotion:
     def __post_init__(self) -> None:
         found = Gathering()
         values: dict[str, Any] = {"velocity": found.take(number_or_numbers, "rubbing velocity", self.velocity)}
-        for part in PARTS:
+        for part in MOTION_PARTS:
             least = int(part.endswith("sin"))
             values[part] = found.take(_amplitudes, f"rubbing {part}", getattr(self, part), least=least)
         found.end()
-        amplitudes = {f"{part} {order}": a for part in PARTS for order, a in values[part].items()}
+        amplitudes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
         same_length("rubbing motion", {"velocity": values["velocity"], **amplitudes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -63,7 +63,7 @@ class RubbingMotion:
     @property
     def orders(self) -> tuple[int, ...]:
         """Harmonic orders of the periodic part with a nonzero amplitude."""
-        parts = (item for part in PARTS for item in getattr(self, part).items())
+        parts = (item for part in MOTION_PARTS for item in getattr(self, part).items())
         return tuple(sorted({int(m) for m, value in parts if np.any(np.asarray(value) != 0)}))
 
     @property
@@ -85,7 +85,7 @@ class RubbingMotion:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
-        return ("velocity", *(f"{part}{order}" for part in PARTS for order in getattr(self, part)))
+        return ("velocity", *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
 
     def components(self) -> Iterator[tuple[str, ArrayLike]]:
         """Names and values."""

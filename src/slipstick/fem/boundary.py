@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from slipstick.typing import BoolArray, IntArray
 
 
 def all_faces(mesh: Mesh) -> dict[str, IntArray]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import surface_where
 from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
-
-IntArray = NDArray[np.int64]
+from slipstick.typing import IntArray
 
 _SPLITS: dict[str, tuple[tuple[int, ...], ...]] = {
     "hex8": ((0, 1, 2, 3, 4, 5, 6, 7),),

@@ -15,12 +15,11 @@ from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
-from slipstick.typing import Array, Matrix
+from slipstick.typing import Array, IntArray, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-IntArray = NDArray[np.int64]
 LinearSolver = Callable[[Any, Array], Array]
 """``solve(A, B) -> X`` for a sparse symmetric positive definite A (n, n) and B (n, m)."""
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import FACES, Element
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.typing import Array
-
-IntArray = NDArray[np.int64]
+from slipstick.typing import Array, IntArray
 
 
 def tangents(coordinates: Array, gradients: Array) -> Array:

@@ -15,12 +15,11 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import suggestion
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-IntArray = NDArray[np.int64]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz", "s")
 """Directions by number: three displacements, three rotations, and a scalar (a point without direction)."""

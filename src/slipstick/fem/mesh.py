@@ -8,13 +8,11 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS, FACES, Element
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
-IntArray = NDArray[np.int64]
 T = TypeVar("T")
 
 

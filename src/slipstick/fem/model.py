@@ -9,19 +9,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import SolidMatrices, assemble
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,12 +6,11 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.fem.elements import ELEMENTS, FACES, LINEAR_TO_QUADRATIC
 from slipstick.fem.mesh import Mesh, Surface
+from slipstick.typing import IntArray
 
-IntArray = NDArray[np.int64]
 _QUADRATIC_FACE = {"tri3": "tri6", "quad4": "quad8"}
 
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.fem.imported import COMPONENTS, ImportedModel
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-IntArray = NDArray[np.int64]
 
 RIGID = 1e-10
 """A motion whose stiffness is below this fraction of the largest diagonal entry of K is taken for a rigid body's."""

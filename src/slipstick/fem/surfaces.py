@@ -21,12 +21,11 @@ from slipstick.fem.elements import FACES
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.quadrature import Rule, gauss
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-IntArray = NDArray[np.int64]
 _PATCH_POINTS = 8
 
 

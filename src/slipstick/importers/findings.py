@@ -25,11 +25,11 @@ class Verdict(Enum):
     UNKNOWN = "listed; warned of among the data of the model"
 
 
-Row = tuple[Verdict, str]
-Table = Mapping[str, Row]
+VerdictRow = tuple[Verdict, str]
+VerdictTable = Mapping[str, VerdictRow]
 
 
-def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, Row]:
+def rows(names: str, verdict: Verdict, what: str = "") -> dict[str, VerdictRow]:
     """The same row for several names, separated by blanks."""
     return dict.fromkeys(names.split(), (verdict, what))
 
@@ -63,7 +63,7 @@ class Findings:
         """Remember one entry."""
         self.met.setdefault((verdict, name, what), []).append(line)
 
-    def look_up(self, table: Table, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
+    def look_up(self, table: VerdictTable, name: str, shown: str, line: int, *, of_the_model: bool = True) -> None:
         """Give an entry the verdict of its row; without a row it is not understood."""
         unknown = Verdict.APPROXIMATED if of_the_model else Verdict.UNKNOWN
         verdict, what = table.get(name, (unknown, "is not understood: it has no effect here"))

@@ -15,7 +15,7 @@ from slipstick.typing import Array
 
 Variants = Mapping[str, Mapping[str, int]]
 
-WARNED, REFUSED = 1.01, 2.0
+_WARNED, _REFUSED = 1.01, 2.0
 """Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
 
 
@@ -59,9 +59,9 @@ def mass_warnings(model: ImportedModel, mesh: Mesh, materials: Materials) -> Ite
         return
     ratio = max(theirs / ours, ours / theirs)
     found = f"{model.source}: the matrices have the mass {theirs:.6g}, the mesh beside them {ours:.6g}"
-    if ratio > REFUSED:
+    if ratio > _REFUSED:
         raise InputError(f"{found}; give both of one model in the same units, or the material (--young ...)")
-    if ratio > WARNED:
+    if ratio > _WARNED:
         yield f"{found}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
 
 

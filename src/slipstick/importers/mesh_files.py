@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
@@ -20,8 +19,7 @@ from slipstick.importers.extras import require
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.mesh_model import MeshModel, matching_surface
 from slipstick.importers.text_numbers import read_bytes
-
-IntArray = NDArray[np.int64]
+from slipstick.typing import IntArray
 
 MESH_SUFFIXES = (".cdb", ".inp", ".msh", ".vtu", ".vtk", ".med", ".unv", ".xdmf", ".exo", ".e")
 _SOLIDS = {

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem import refine
@@ -18,8 +17,7 @@ from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.findings import Coupling
 from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
-
-IntArray = NDArray[np.int64]
+from slipstick.typing import IntArray
 
 
 @dataclass(frozen=True, kw_only=True)

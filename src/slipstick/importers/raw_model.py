@@ -14,14 +14,13 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.symmetry import asymmetry
-from slipstick.typing import Array, Matrix
+from slipstick.typing import Array, IntArray, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-IntArray = NDArray[np.int64]
 
-ASYMMETRY = 1e-6
+FILE_ASYMMETRY = 1e-6
 """What files of few digits may differ between their halves, see ``asymmetry``; the mean is taken."""
 
 
@@ -92,7 +91,7 @@ def full_symmetric(matrix: Matrix, name: str) -> csr_array:
 
 
 def _refuse_asymmetric(matrix: csr_array, name: str) -> None:
-    pair = asymmetry(matrix, ASYMMETRY)
+    pair = asymmetry(matrix, FILE_ASYMMETRY)
     if pair is None:
         return
     i, j = pair.row + 1, pair.column + 1

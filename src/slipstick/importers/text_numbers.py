@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.typing import Array
 
-LARGEST = 16 * 1024**3
+LARGEST_TEXT_FILE = 16 * 1024**3
 """Bytes of the largest file that is read."""
 
 
@@ -32,8 +32,10 @@ def read_bytes(path: Path) -> bytes:
         raise InputError(f"{path}: there is no such file")
     if size == 0:
         raise InputError(f"{path.name}: the file is empty")
-    if size > LARGEST:
-        raise InputError(f"{path.name}: the file is larger than {LARGEST / 1e9:.3g} GB; reduce the model first")
+    if size > LARGEST_TEXT_FILE:
+        raise InputError(
+            f"{path.name}: the file is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB; reduce the model first"
+        )
     return path.read_bytes()
 
 
@@ -90,7 +92,7 @@ def fortran_real(text: str) -> float:
     return float(f"{match.group(1)}e{match.group(2) or match.group(3) or '0'}")
 
 
-def whole(text: str) -> int:
+def whole_number(text: str) -> int:
     """A whole number such as a label; ValueError where it is none, or longer than any label.
 
     >>> whole(" 12 ")

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
-from slipstick.io.notes import packed
+from slipstick.io.notes import packed_notes
 from slipstick.results.schema import Declared, Layout
 
 _MAGIC = "slipstick journal 3"
@@ -79,7 +79,7 @@ class Journal:
 
     def append(self, row: NDArray[np.float64], note: Mapping[str, Any] | None = None) -> None:
         """Write one point; on failure (a full disk) the journal keeps the points before it."""
-        payload = row.astype("<f8").tobytes() + (packed(note) if note is not None else b"")
+        payload = row.astype("<f8").tobytes() + (packed_notes(note) if note is not None else b"")
         self._write(zlib.crc32(payload).to_bytes(4, "little") + len(payload).to_bytes(8, "little") + payload)
         if time.perf_counter() - self._when > _SHARE * self._cost:
             self.sync()

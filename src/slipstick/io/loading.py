@@ -13,7 +13,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import one
 from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
-from slipstick.io.netcdf import Variable, read_netcdf
+from slipstick.io.netcdf import StoredVariable, read_netcdf
 from slipstick.io.store import file_variables
 from slipstick.results.schema import ENDING, Layout, make_dataset
 
@@ -64,7 +64,7 @@ def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
     return make_dataset(layout, layout.unpack(rows), layout.attributes)
 
 
-def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, Variable]) -> bool:
+def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, StoredVariable]) -> bool:
     """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
     if set(found) != set(map(str, dataset.variables)):
         return False
@@ -83,7 +83,7 @@ def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, V
     return True
 
 
-def _as_dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> xarray.Dataset:
+def _as_dataset(variables: Mapping[str, StoredVariable], attributes: Mapping[str, Any]) -> xarray.Dataset:
     import xarray
 
     dims = {dim for v in variables.values() for dim in v.dims}

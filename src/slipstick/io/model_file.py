@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import h5py
 
 
-FORMAT = "slipstick model"
+MODEL_FORMAT = "slipstick model"
 VERSION = 1
 
 _MATRIX = ("data", "indices", "indptr")
@@ -53,7 +53,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 
 
 def _write(file: h5py.Group, model: ImportedModel) -> None:
-    file.attrs.update(format=FORMAT, version=VERSION, source=model.source, units=model.units)
+    file.attrs.update(format=MODEL_FORMAT, version=VERSION, source=model.source, units=model.units)
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
     for name in "KMC":
@@ -115,7 +115,7 @@ def load_model(path: Path, *, quiet: bool = False) -> ImportedModel:
 
 
 def _read(file: h5py.Group, path: Path) -> ImportedModel:
-    if file.attrs.get("format") != FORMAT:
+    if file.attrs.get("format") != MODEL_FORMAT:
         raise InputError(f"{path.name}: is not a slipstick model; make one with: slipstick import FILE -o model.h5")
     if int(file.attrs["version"]) > VERSION:
         raise InputError(f"{path.name}: has format version {file.attrs['version']}, this program reads up to {VERSION}")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import h5py
 
 
-LARGEST = 16 * 1024**3
+LARGEST_RESULTS = 16 * 1024**3
 """Bytes one file may unpack to."""
 
 UNLIMITED = "point"
@@ -36,7 +36,7 @@ _BARE = "This is a netCDF dimension but not a netCDF variable."
 
 
 @dataclass(frozen=True, kw_only=True)
-class Variable:
+class StoredVariable:
     """Values with named dimensions and attributes; numbers or texts."""
 
     dims: tuple[str, ...]
@@ -48,7 +48,7 @@ class Variable:
 class Group:
     """Variables and attributes of a file, or of a group in it."""
 
-    variables: Mapping[str, Variable]
+    variables: Mapping[str, StoredVariable]
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -92,7 +92,9 @@ def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
     place.attrs.update(_storable(group.attributes))
 
 
-def _create(file: h5py.Group, name: str, variable: Variable, limits: tuple[int | None, ...] | None) -> h5py.Dataset:
+def _create(
+    file: h5py.Group, name: str, variable: StoredVariable, limits: tuple[int | None, ...] | None
+) -> h5py.Dataset:
     import h5py
 
     values = variable.values
@@ -111,7 +113,7 @@ def _storable(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: int(value) if isinstance(value, bool | np.bool_) else value for name, value in kept.items()}
 
 
-def read_netcdf(path: Path, group: str = "", *, limit: int = LARGEST) -> Group:
+def read_netcdf(path: Path, group: str = "", *, limit: int = LARGEST_RESULTS) -> Group:
     """Variables and attributes of a file, or of one of its groups; a group that is not there is empty.
 
     Raises
@@ -137,7 +139,9 @@ def read_netcdf(path: Path, group: str = "", *, limit: int = LARGEST) -> Group:
         if total > limit:
             raise InputError(f"{path}: unpacks to more than {limit / 1e9:.3g} GB; expected results of slipstick")
         variables = {
-            name: Variable(dims=tuple(_dims(file, node)), values=_values(node, size), attributes=_attributes(node))
+            name: StoredVariable(
+                dims=tuple(_dims(file, node)), values=_values(node, size), attributes=_attributes(node)
+            )
             for name, node in kept.items()
         }
         found = {name: value for name, value in _attributes(place).items() if name != "_NCProperties"}

@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.errors import InputError
 
 
-def packed(values: Mapping[str, Any]) -> bytes:
+def packed_notes(values: Mapping[str, Any]) -> bytes:
     """Values by name: numbers, texts, lists of them, and arrays (n,) of floats, which keep every bit.
 
     >>> unpacked(packed({"a": np.array([0.1, 2.0]), "b": [1, "x"]}))

@@ -22,7 +22,7 @@ from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import warn
-from slipstick.io.netcdf import Group, Variable, read_netcdf
+from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.thermal.friction_curve import FrictionCurve
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 GROUP = "problem"
 """Name of the group in a results file."""
-FORMAT = 1
+PROBLEM_FORMAT = 1
 MOST_MODAL_DOFS = 20_000
 """A modal structure has the square of that many compliances, which no other size in a file bounds."""
 DESCRIPTION, WITHOUT = "description", "without"
@@ -47,7 +47,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
     return {f.name: getattr(thing, f.name) for f in fields(thing) if f.name != "_"}
 
 
-PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
+STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "problem": (Problem, _by_fields),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
@@ -63,7 +63,7 @@ PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
 }
 """What may stand in a file: a word for each class, and the arguments that make an equal one."""
 
-_WORDS = {kind: word for word, (kind, _) in PARTS.items()}
+_WORDS = {kind: word for word, (kind, _) in STORED_PARTS.items()}
 
 
 def describe(problem: Problem) -> Group:
@@ -74,12 +74,12 @@ def describe(problem: Problem) -> Group:
     if own:
         law = type(own[0].contact).__name__
         return _left_out(f"the law of contact '{own[0].name}' is a {law}, which is code and not numbers")
-    arrays: dict[str, Variable] = {}
+    arrays: dict[str, StoredVariable] = {}
     try:
         text = json.dumps(_plain(problem, "", arrays), allow_nan=False)
     except (TypeError, ValueError) as error:
         return _left_out(str(error))
-    return Group(variables=arrays, attributes={"format": FORMAT, DESCRIPTION: text})
+    return Group(variables=arrays, attributes={"format": PROBLEM_FORMAT, DESCRIPTION: text})
 
 
 def fingerprint(problem: Problem) -> str:
@@ -96,7 +96,7 @@ def _left_out(reason: str) -> Group:
     return Group(variables={}, attributes={WITHOUT: reason})
 
 
-def _plain(value: Any, where: str, arrays: dict[str, Variable]) -> Any:
+def _plain(value: Any, where: str, arrays: dict[str, StoredVariable]) -> Any:
     """A value as JSON; arrays go to ``arrays``, under the names of the arguments that lead to them."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -104,7 +104,7 @@ def _plain(value: Any, where: str, arrays: dict[str, Variable]) -> Any:
         if value.size < 2:
             return value.tolist()
         name = where.removeprefix(".")
-        arrays[name] = Variable(
+        arrays[name] = StoredVariable(
             dims=tuple(f"axis{axis}_{n}" for axis, n in enumerate(value.shape)), values=np.asarray(value)
         )
         return {"array": name}
@@ -120,7 +120,7 @@ def _plain(value: Any, where: str, arrays: dict[str, Variable]) -> Any:
     word = _WORDS.get(type(value))
     if word is None:
         raise TypeError(f"{where.removeprefix('.')}: a {type(value).__name__} is code and not numbers")
-    arguments = PARTS[word][1](value).items()
+    arguments = STORED_PARTS[word][1](value).items()
     return {"kind": word, "arguments": {name: _plain(v, f"{where}.{name}", arrays) for name, v in arguments}}
 
 
@@ -136,8 +136,8 @@ def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, s
         group = read_netcdf(path, GROUP)
         if DESCRIPTION not in group.attributes:
             return None, str(group.attributes.get(WITHOUT, "the file does not hold it"))
-        if int(group.attributes["format"]) > FORMAT:
-            raise ValueError(f"its format is {group.attributes['format']}, this program reads up to {FORMAT}")
+        if int(group.attributes["format"]) > PROBLEM_FORMAT:
+            raise ValueError(f"its format is {group.attributes['format']}, this program reads up to {PROBLEM_FORMAT}")
         arrays = {name: variable.values for name, variable in group.variables.items()}
         problem = _made(json.loads(str(group.attributes[DESCRIPTION])), arrays)
         fault = misfit(problem, dataset)
@@ -165,7 +165,7 @@ def _made(plain: Any, arrays: Mapping[str, AnyArray]) -> Any:
     arguments = {name: _made(value, arrays) for name, value in plain["arguments"].items()}
     if plain["kind"] == "modes" and len(arguments["dofs"]) > MOST_MODAL_DOFS:
         raise ValueError(f"modes at {len(arguments['dofs'])} dofs; expected at most {MOST_MODAL_DOFS}")
-    return PARTS[plain["kind"]][0](**arguments)
+    return STORED_PARTS[plain["kind"]][0](**arguments)
 
 
 def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:

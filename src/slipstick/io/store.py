@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
-from slipstick.io.netcdf import Group, Variable, write_netcdf
+from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
 from slipstick.results.schema import Layout
 
 if TYPE_CHECKING:
@@ -169,10 +169,10 @@ def remove_leftovers(path: Path) -> None:
             part.unlink(missing_ok=True)
 
 
-def file_variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, Variable]:
+def file_variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, StoredVariable]:
     """Coordinates and variables of points, as they stand in the file."""
     tables = layout.tables(layout.unpack(rows))
-    return {name: Variable(dims=dims, values=values, attributes=about) for name, (dims, values, about) in tables}
+    return {name: StoredVariable(dims=dims, values=values, attributes=about) for name, (dims, values, about) in tables}
 
 
 def _described(problem: Problem | None, without: str = "it was not stored with the results") -> dict[str, Group]:
@@ -212,7 +212,7 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
 def save_dataset(dataset: xarray.Dataset, path: str | Path, groups: Mapping[str, Group] | None = None) -> None:
     """Write a whole dataset as netCDF-4; an existing file is replaced only when the new one is complete."""
     variables = {
-        str(name): Variable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
+        str(name): StoredVariable(dims=tuple(map(str, v.dims)), values=v.to_numpy(), attributes=v.attrs)
         for name, v in sorted(dataset.variables.items(), key=lambda item: item[0] not in dataset.coords)
     }
     with replacing(Path(path)) as temporary:

@@ -15,17 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, SMALLEST, Gathering, number, suggestion
 from slipstick.fem.boundary import boundary
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.models.blade_plan import Plan, plan_of
-from slipstick.typing import Array
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from slipstick.typing import Array, BoolArray, IntArray
 
 ELEMENT_SIZES = {"small": 6.4e-3, "medium": 3.15e-3, "large": 2.06e-3}
 """Element sizes (m) for about 5 200, 30 000 and 104 000 free degrees of freedom with the default shape."""

@@ -6,12 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipstick.typing import Array
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from slipstick.typing import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ They raise InputError for names and units that are not there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -35,12 +35,11 @@ from slipstick.plots.quantities import (
     values_of,
 )
 from slipstick.plots.style import GREY, PEAK, legend, over_decades, styled, titled
+from slipstick.typing import Names
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
-
-Names = str | Sequence[str] | None
 
 
 def response(

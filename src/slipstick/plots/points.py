@@ -17,15 +17,14 @@ from slipstick.faults import shown, whole
 from slipstick.plots.quantities import abscissa, chosen, dataset_of, motion_label, title_of, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.branch import Branch
-from slipstick.typing import Array
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Names = str | Sequence[str] | None
 
-MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
+LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
 """What a loop is drawn over: its key in ``Branch.loop`` and its name."""
 
 _LEAST = 1e-8
@@ -63,10 +62,10 @@ def loop(
     Axes
         One line for each contact.
     """
-    if over not in MOTIONS:
+    if over not in LOOP_MOTIONS:
         raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
     found, dataset, new = _branch(branch), dataset_of(branch), ax is None
-    names, (key, text) = chosen(dataset, "contact", contact), MOTIONS[over]
+    names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
     unit = units_of(dataset)
     force = with_unit("Friction force", unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)

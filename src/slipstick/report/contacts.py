@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.contact.forces import Interval, element_states
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.branch import PARAMETERS
+from slipstick.results.branch import FRICTION_VARIABLES
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
-NEEDED = (
+NEEDED_VARIABLES = (
     "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force",
-    *PARAMETERS.values(),
+    *FRICTION_VARIABLES.values(),
 )  # fmt: skip
 """Variables that make a friction contact's force."""
 STEP = 4e-11
@@ -32,16 +32,16 @@ def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) ->
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
-    if not len(kept) or not {*NEEDED, "rubbing_velocity"} <= set(dataset):
+    if not len(kept) or not {*NEEDED_VARIABLES, "rubbing_velocity"} <= set(dataset):
         return None
     own = np.flatnonzero(np.isfinite(dataset["friction_force"].to_numpy()[:, kept, 0]).all(axis=0))
     if not len(own):
         return None
-    d = {name: dataset[name].to_numpy()[:, kept[own]] for name in NEEDED}
+    d = {name: dataset[name].to_numpy()[:, kept[own]] for name in NEEDED_VARIABLES}
     drift = dataset["rubbing_velocity"].to_numpy()[:, kept[own]] / dataset["omega"].to_numpy()[:, None]
     friction, limit = d["friction_force"], d["friction_coefficient"] * d["normal_stiffness"]
     total, normal = d["contact_tangential"] + d["rubbing_motion"], d["contact_normal"] + d["normal_motion"]
-    parameters = {key: d[name] for key, name in PARAMETERS.items()}
+    parameters = {key: d[name] for key, name in FRICTION_VARIABLES.items()}
     flat = {key: value.ravel() for key, value in ({"v": drift} | parameters).items()}
     shape = (-1, harmonics.size)
     intervals = element_states(harmonics, total.reshape(shape), normal.reshape(shape), **flat)

@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.report.contacts import STATES, friction_of, series_of
 from slipstick.report.curves import curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.schema import KINDS
+from slipstick.results.schema import POINT_KINDS
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
@@ -99,11 +99,11 @@ def _marks(dataset: xarray.Dataset) -> dict[str, Any]:
     """Kind of each point, the part of the branch it belongs to, and whether it is stable where that is known."""
     count = dataset.sizes["point"]
     kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
-    known = [*KINDS, ""]
+    known = [*POINT_KINDS, ""]
     part = dataset["part"].to_numpy() if "part" in dataset else np.ones(count)
     marks = {
         "kinds": known,
-        "kind": packed([known.index(k) if k in known else len(KINDS) for k in kinds], "u1"),
+        "kind": packed([known.index(k) if k in known else len(POINT_KINDS) for k in kinds], "u1"),
         "part": packed(part, "u1"),
     }
     if "stable" in dataset:

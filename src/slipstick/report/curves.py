@@ -14,7 +14,7 @@ from slipstick.units import after_number
 if TYPE_CHECKING:
     import xarray
 
-ROUNDING = 1e-11
+_ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
 _FIRST = (
     "dissipated_power", "temperature", "friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction"
@@ -39,7 +39,7 @@ def _of_dofs(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]
 def without_rounding(mean: Array, amplitude: Array) -> Array:
     """The mean (n, dofs), zero where it is nothing beside the largest motion of any dof."""
     size = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (mean, amplitude))
-    return np.where(np.abs(mean) <= ROUNDING * size, 0.0, mean)
+    return np.where(np.abs(mean) <= _ROUNDING * size, 0.0, mean)
 
 
 def _of_contacts(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Indices = NDArray[np.intp]
-SMALLEST = 2.0**-600
+SMALLEST_STEP = 2.0**-600
 """Step of a motion that is zero."""
 _TYPES = {"f8": "<f8", "f4": "<f4", "u2": "<u2", "u1": "u1"}
 _UNSAFE = {ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}
@@ -46,7 +46,7 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     """
     values = np.asarray(coefficients, dtype=float)
     least = np.abs(values[:, :, 1:]).max(axis=2, initial=0.0) / (2.0 ** (8 * width - 1) - 1.0)
-    scale = np.exp2(np.ceil(np.log2(np.maximum(np.maximum(least, step), SMALLEST))))
+    scale = np.exp2(np.ceil(np.log2(np.maximum(np.maximum(least, step), SMALLEST_STEP))))
     whole = np.rint(np.nan_to_num(values / scale[:, :, None]))
     rest = whole[:, :, 1:].astype("<i8")
     kept = np.ascontiguousarray(rest.view(np.uint8).reshape(*rest.shape, 8)[..., :width])

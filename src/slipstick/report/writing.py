@@ -16,11 +16,16 @@ from slipstick.results.branch import Branch
 
 MARK = '<meta name="generator" content="slipstick report">'
 """By it a report is known again: any other file is not replaced."""
-MOST = 12
+MOST_WRITTEN = 12
 
 
 def write_report(
-    branches: Any, path: str | os.PathLike[str], *, title: str = "", contacts: int = MOST, dofs: int = MOST
+    branches: Any,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "",
+    contacts: int = MOST_WRITTEN,
+    dofs: int = MOST_WRITTEN,
 ) -> Path:
     """Write one self-contained page with a branch, or with several laid over each other; the path.
 

@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 
 _ROUNDING = 1e-9
 
-PARAMETERS = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+FRICTION_VARIABLES = {
+    "kt": "tangential_stiffness",
+    "mu": "friction_coefficient",
+    "kn": "normal_stiffness",
+    "gap": "gap",
+}
 """Parameters of friction contacts and the variables that hold them."""
 
 
@@ -135,7 +140,7 @@ class Branch:
             d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
             d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy(),
             v=d["rubbing_velocity"].to_numpy() / omega,
-            **{key: d[name].to_numpy() for key, name in PARAMETERS.items()},
+            **{key: d[name].to_numpy() for key, name in FRICTION_VARIABLES.items()},
         )
         forces.omega = omega
         return forces
@@ -262,7 +267,7 @@ class Branch:
         point = whole("point", point, -len(self), len(self) - 1)
         if "contact" not in self.dataset.dims:
             raise InputError("these results are of a linear response, which holds no contact forces")
-        if friction and not {*PARAMETERS.values(), "contact_tangential"} <= set(self.dataset):
+        if friction and not {*FRICTION_VARIABLES.values(), "contact_tangential"} <= set(self.dataset):
             raise InputError("these results hold no friction contact; laws of another kind have no such states")
         return self.dataset.isel(point=point)
 

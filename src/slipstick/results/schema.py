@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
     from slipstick.balance.problem import Problem
 
-Table = tuple[tuple[str, ...], AnyArray, dict[str, str]]
+VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
-KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
+POINT_KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
 
 RELATIVE = "relative to the moving support"
 """Said of the motion of a structure whose support moves."""
@@ -74,7 +74,7 @@ VARIABLES: dict[str, Declared] = {
         "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it",
     ),
     "newton_iterations": Declared((), "1", "Newton corrections", whole=True),
-    "kind": Declared((), "1", "kind of point: " + ", ".join(KINDS), texts=KINDS),
+    "kind": Declared((), "1", "kind of point: " + ", ".join(POINT_KINDS), texts=POINT_KINDS),
     "part": Declared(
         (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range", whole=True
     ),
@@ -144,7 +144,7 @@ class Layout:
             return codes
         return np.array([*declared.texts, ""])[np.clip(codes, MISSING, len(declared.texts) - 1)]
 
-    def tables(self, values: Mapping[str, AnyArray]) -> Iterator[tuple[str, Table]]:
+    def tables(self, values: Mapping[str, AnyArray]) -> Iterator[tuple[str, VariableParts]]:
         """Coordinates, then variables, by name, from values (n_points, ...)."""
         count = len(next(iter(values.values()), ()))
         yield "point", (("point",), np.arange(count), _meaning("1", DIMENSIONS["point"]))

@@ -31,7 +31,7 @@ Structures = Sequence[Mapping[str, float]]
 _MANY = 1000
 """Entries of a receptance from which on it is applied by its modes."""
 
-WARNED = 1e-2
+WARNED_TRUNCATION = 1e-2
 """From here on results are warned of."""
 
 
@@ -93,13 +93,14 @@ def truncation_sentence(name: str, values: Array, estimate: Array, unit: str = "
 
     ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies.
     """
-    if not estimate.size or not np.nanmax(estimate) > WARNED:
+    if not estimate.size or not np.nanmax(estimate) > WARNED_TRUNCATION:
         return None
     worst = int(np.nanargmax(estimate))
+    above, least = int(np.sum(estimate > WARNED_TRUNCATION)), 100.0 * WARNED_TRUNCATION
     where = f"{name} = {values[worst]:.6g}" + (f" {unit}" if name == "omega" else "")
     return (
         f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "
-        f"than {100.0 * WARNED:g} % at {int(np.sum(estimate > WARNED))} of {estimate.size} points): keep more harmonics"
+        f"than {least:g} % at {above} of {estimate.size} points): keep more harmonics"
     )
 
 

@@ -5,7 +5,6 @@ The one file of this room that may know those rooms, and only inside its functio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.reduction import worst_error
-from slipstick.results.branch import PARAMETERS
-from slipstick.typing import Array
-
-Names = str | Sequence[str] | None
+from slipstick.results.branch import FRICTION_VARIABLES
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +64,7 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         tangential=d["contact_tangential"].to_numpy(),
         normal=d["contact_normal"].to_numpy(),
     )
-    held = {name: d[variable].to_numpy() for name, variable in PARAMETERS.items()}
+    held = {name: d[variable].to_numpy() for name, variable in FRICTION_VARIABLES.items()}
     result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
     amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
     pairs = ((amplitude, result.amplitude), (mean, result.mean))

@@ -10,7 +10,7 @@ from slipstick.errors import InputError
 from slipstick.faults import number, suggestion
 from slipstick.typing import Matrix
 
-UNITS = "1"
+FACTOR_UNITS = "1"
 """Units of loss factors and of factors on the damping."""
 
 

@@ -15,11 +15,11 @@ from slipstick.errors import InputError
 from slipstick.structure.checks import REAL_MODES, number_faults, real
 from slipstick.typing import AnyArray
 
-LARGEST = 4 * 1024**3
+LARGEST_ARCHIVE = 4 * 1024**3
 """Bytes one file may unpack to."""
 
 
-def array_shapes(path: Path, *, limit: int = LARGEST) -> dict[str, tuple[int, ...]]:
+def array_shapes(path: Path, *, limit: int = LARGEST_ARCHIVE) -> dict[str, tuple[int, ...]]:
     """Names and shapes of the numeric arrays in a file, read from their headers alone.
 
     Raises
@@ -70,7 +70,7 @@ def _header(stream: object) -> tuple[tuple[int, ...], np.dtype]:
     return shape, dtype
 
 
-def read_any(path: Path, *, limit: int = LARGEST) -> dict[str, AnyArray]:
+def read_any(path: Path, *, limit: int = LARGEST_ARCHIVE) -> dict[str, AnyArray]:
     """All arrays of a file as they are, of numbers or texts; raises InputError as :func:`array_shapes` does."""
     array_shapes(path, limit=limit)
     with readable(path), np.load(path, allow_pickle=False) as data:
@@ -78,7 +78,12 @@ def read_any(path: Path, *, limit: int = LARGEST) -> dict[str, AnyArray]:
 
 
 def read_arrays(
-    path: Path, required: Mapping[str, int], optional: Iterable[str] = (), *, limit: int = LARGEST, remedy: str = ""
+    path: Path,
+    required: Mapping[str, int],
+    optional: Iterable[str] = (),
+    *,
+    limit: int = LARGEST_ARCHIVE,
+    remedy: str = "",
 ) -> dict[str, NDArray[np.float64]]:
     """The named arrays of a file as finite floats.
 

@@ -12,7 +12,7 @@ ASYMMETRY = 1e-8
 """Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
 
 
-class Pair(NamedTuple):
+class MirroredPair(NamedTuple):
     """An entry (row, column) and its mirror image (column, row) that differ."""
 
     row: int
@@ -21,7 +21,7 @@ class Pair(NamedTuple):
     mirrored: float
 
 
-def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> Pair | None:
+def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> MirroredPair | None:
     """In the first row that differs from its column, what differs most; None for a symmetric matrix.
 
     Two products with a random vector, no transposed copy: rows and columns that differ give different sums.
@@ -38,7 +38,7 @@ def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> Pair | None:
     i = int(wrong[0])
     row, column = (np.ravel(each.toarray() if hasattr(each, "toarray") else each) for each in _cross(A, i))
     j = int(np.argmax(np.abs(row - column)))
-    return Pair(i, j, float(row[j]), float(column[j]))
+    return MirroredPair(i, j, float(row[j]), float(column[j]))
 
 
 def _cross(A: Sparse, i: int) -> tuple[Any, Any]:

@@ -21,7 +21,7 @@ from slipstick.typing import Array, Matrix
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
 
-WARNED = 1e-4
+WARNED_REDUCTION = 1e-4
 """Relative error of the receptance above which a reduction is warned of."""
 
 RESONANT = 5.0
@@ -115,7 +115,7 @@ class WorstError:
 
         The error falls with the third to fifth power of the last mode's frequency, to 1e-4 at five times ``reach``.
         """
-        closer = self.last_mode * max(self.value / WARNED, 1.0) ** (1 / 3) if self.value < REFUSED else np.inf
+        closer = self.last_mode * max(self.value / WARNED_REDUCTION, 1.0) ** (1 / 3) if self.value < REFUSED else np.inf
         return float(max(min(_MODES_BEYOND * self.reach, closer), 1.05 * self.last_mode))
 
     def sentence(self, count: int | None = None, unit: str = "rad/s") -> str:
@@ -130,7 +130,7 @@ class WorstError:
         force = "; force = true takes it as it is" if self.refused else ""
         return (
             f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}: its modes "
-            f"end at {self.last_mode:.5g} {unit}, and what counts should stay below {WARNED:g}, above {REFUSED:g} it "
-            f"is of no use; {known}keep more modes, {more} {self.needed:.3g} {unit}, or lower the range or the "
-            f"harmonics{force}"
+            f"end at {self.last_mode:.5g} {unit}, and what counts should stay below {WARNED_REDUCTION:g}, "
+            f"above {REFUSED:g} it is of no use; {known}keep more modes, {more} {self.needed:.3g} {unit}, "
+            f"or lower the range or the harmonics{force}"
         )

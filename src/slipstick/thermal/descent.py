@@ -10,12 +10,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
-BoolArray = NDArray[np.bool_]
-Balance = Callable[[Array], tuple[Array, Array]]
+HeatBalance = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to ``G`` (n,) and its derivative by the own temperature (n,)."""
 
 FIRST_CELL = 1 / 384
@@ -27,7 +25,7 @@ _BENT = 0.5
 _MOST = 600
 
 
-class Cells(NamedTuple):
+class TemperatureCells(NamedTuple):
     """Ends of cells, one for each element: temperature, G and its slope, left (behind) and right (ahead)."""
 
     a: Array
@@ -55,7 +53,7 @@ class Cells(NamedTuple):
 
 
 def near(
-    balance: Balance, T: Array, longest: Array, small: Callable[[Array], Array], *, hold: bool = False
+    balance: HeatBalance, T: Array, longest: Array, small: Callable[[Array], Array], *, hold: bool = False
 ) -> tuple[Array, BoolArray]:
     """Newton from a start (n,), and where it found a root next to it: the slope hardly changes on the way.
 
@@ -80,7 +78,7 @@ def near(
 
 
 def downhill(
-    balance: Balance, T: Array, limits: tuple[Array, Array], knots: Array, small: Callable[[Array], Array]
+    balance: HeatBalance, T: Array, limits: tuple[Array, Array], knots: Array, small: Callable[[Array], Array]
 ) -> tuple[Array, BoolArray, BoolArray]:
     """First root in the direction in which ``-G`` points, (n,); beyond the limits G has the slope 1.
 
@@ -105,7 +103,7 @@ def downhill(
         marching &= ~leaving
         ahead = np.where(marching, _next_cut(a, way, h, limits, knots), a)
         G, dG = balance(ahead)
-        cell = Cells(a, Ga, da, ahead, G, dG)
+        cell = TemperatureCells(a, Ga, da, ahead, G, dG)
         finer = marching & (np.abs(ahead - a) > SHORTEST_CELL * span) & (cell.may_hide_more() | cell.bent())
         h = np.where(finer, 0.5 * np.abs(ahead - a), h)
         crossed = marching & ~finer & (Ga * G <= 0)
@@ -129,7 +127,7 @@ def _next_cut(a: Array, way: Array, h: Array, limits: tuple[Array, Array], knots
 
 
 def _bracketed(
-    balance: Balance, a: Array, Ga: Array, b: Array, small: Callable[[Array], Array]
+    balance: HeatBalance, a: Array, Ga: Array, b: Array, small: Callable[[Array], Array]
 ) -> tuple[Array, BoolArray]:
     """Newton kept inside brackets whose ends have different signs; a bracket without width is left as it is."""
     T, last = np.where(a == b, a, 0.5 * (a + b)), np.full_like(a, np.inf)

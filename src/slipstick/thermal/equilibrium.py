@@ -11,15 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
 from slipstick.thermal.descent import LONGEST_CELL, downhill, near
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
-BoolArray = NDArray[np.bool_]
-
-Evaluate = Callable[[Array], tuple[Array, Array]]
+PowerFunction = Callable[[Array], tuple[Array, Array]]
 """Temperatures (n,) to powers (n,) and their derivatives by the own temperature (n,)."""
 
 
@@ -75,7 +73,7 @@ class Equilibrium:
 
 
 def equilibrium(
-    evaluate: Evaluate,
+    evaluate: PowerFunction,
     background: ArrayLike,
     resistance: ArrayLike,
     *,
@@ -119,7 +117,7 @@ def equilibrium(
 
 
 def settled(
-    evaluate: Evaluate,
+    evaluate: PowerFunction,
     T0: Array,
     R: Array,
     limits: tuple[Array, Array],
@@ -156,7 +154,7 @@ def settled(
     )
 
 
-def dissipated(evaluate: Evaluate) -> Evaluate:
+def dissipated(evaluate: PowerFunction) -> PowerFunction:
     """The same power without what rounding takes below zero: friction only dissipates."""
 
     def at(T: Array) -> tuple[Array, Array]:
@@ -221,7 +219,7 @@ def _named(i: int, names: Sequence[str] | None) -> str:
 class _Clipped:
     """The power with parameters held beyond the limits, where its derivative is zero; counts evaluations."""
 
-    def __init__(self, evaluate: Evaluate, limits: tuple[Array, Array]) -> None:
+    def __init__(self, evaluate: PowerFunction, limits: tuple[Array, Array]) -> None:
         self.evaluate, self.limits, self.count = dissipated(evaluate), limits, 0
         with np.errstate(invalid="ignore"):
             self.longest_step = np.nan_to_num((limits[1] - limits[0]) * LONGEST_CELL, nan=np.inf, posinf=np.inf)

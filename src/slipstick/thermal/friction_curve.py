@@ -14,7 +14,7 @@ from slipstick.errors import InputError
 from slipstick.faults import numbers, shown
 from slipstick.typing import Array
 
-PARAMETERS = ("mu", "kt", "kn")
+CURVED_PARAMETERS = ("mu", "kt", "kn")
 INTERPOLATIONS = ("pchip", "cubic", "natural")
 
 
@@ -68,7 +68,7 @@ class FrictionCurve:
     ) -> None:
         problems: list[str] = []
         kinds = _interpolations(interpolation, problems)
-        given = {name: table for name, table in zip(PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
+        given = {name: table for name, table in zip(CURVED_PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
         if not given:
             problems.append("friction curve: no table was given; give at least one of mu, kt, kn")
         tables = {name: _checked_table(name, temperature, table, problems) for name, table in given.items()}
@@ -191,13 +191,13 @@ class _Spline:
 
 def _interpolations(given: Any, problems: list[str]) -> dict[str, str]:
     """Kind of interpolation by parameter; appends one sentence for each fault."""
-    kinds = dict.fromkeys(PARAMETERS, given)
+    kinds = dict.fromkeys(CURVED_PARAMETERS, given)
     if isinstance(given, Mapping):
         kinds = dict(given)
         problems += [
-            f"interpolation: found a kind for {shown(name)}; the parameters are {', '.join(PARAMETERS)}"
+            f"interpolation: found a kind for {shown(name)}; the parameters are {', '.join(CURVED_PARAMETERS)}"
             for name in kinds
-            if name not in PARAMETERS
+            if name not in CURVED_PARAMETERS
         ]
     wrong_kinds = (kind for kind in kinds.values() if not (isinstance(kind, str) and kind in INTERPOLATIONS))
     sentences = (f"interpolation: found {shown(k)}; expected one of {', '.join(INTERPOLATIONS)}" for k in wrong_kinds)

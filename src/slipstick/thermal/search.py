@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slipstick.thermal.descent import SHORTEST_CELL, Cells
-from slipstick.thermal.equilibrium import Evaluate, checked, dissipated, equilibrium, is_stable, onto
-from slipstick.typing import Array
+from slipstick.thermal.descent import SHORTEST_CELL, TemperatureCells
+from slipstick.thermal.equilibrium import PowerFunction, checked, dissipated, equilibrium, is_stable, onto
+from slipstick.typing import Array, BoolArray
 
-BoolArray = NDArray[np.bool_]
 Scalar = Callable[[float], tuple[float, float]]
 
 
@@ -31,7 +30,7 @@ class ElementEquilibria:
 
 
 def element_equilibria(
-    evaluate: Evaluate,
+    evaluate: PowerFunction,
     background: ArrayLike,
     resistance: ArrayLike,
     *,
@@ -88,7 +87,7 @@ class SurfaceEquilibria:
 
 
 def surface_equilibria(
-    evaluate: Evaluate,
+    evaluate: PowerFunction,
     background: ArrayLike,
     resistance: ArrayLike,
     *,
@@ -128,13 +127,13 @@ def surface_equilibria(
 _MOST_FOUND = 200
 
 
-def _starting_range(evaluate: Evaluate, T0: Array, R: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _starting_range(evaluate: PowerFunction, T0: Array, R: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """Range to start from, finite also for elements without a table: what the cold powers bring about, and twice it."""
     reach = 2.0 * np.abs(R @ evaluate(T0)[0]) + 1.0
     return np.where(np.isfinite(low), low, T0), np.where(np.isfinite(high), high, T0 + reach)
 
 
-def _one_changed(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
+def _one_changed(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
     """Starts with one element at another equilibrium of its own while the others heat it as they are."""
     own = R.diagonal()
     heated = np.clip(T0 + R @ evaluate(T)[0] - own * evaluate(T)[0], low, high)
@@ -147,7 +146,7 @@ def _one_changed(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, 
     return starts
 
 
-def _plain_newton(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
+def _plain_newton(evaluate: PowerFunction, T0: Array, R: Array, T: Array, low: Array, high: Array) -> list[Array]:
     """The temperatures plain Newton settles at, [] where it does not."""
     for _ in range(30):
         power, slope = evaluate(T)
@@ -161,13 +160,13 @@ def _plain_newton(evaluate: Evaluate, T0: Array, R: Array, T: Array, low: Array,
     return []
 
 
-def _balance(evaluate: Evaluate, T0: Array, R: Array, T: Array) -> tuple[Array, Array]:
+def _balance(evaluate: PowerFunction, T0: Array, R: Array, T: Array) -> tuple[Array, Array]:
     """``G = T - T0 - R Edot`` and its derivative, element-wise."""
     power, slope = evaluate(T)
     return T - T0 - R * power, 1.0 - R * slope
 
 
-def _one(evaluate: Evaluate, T0: Array, R: Array, others: Array, i: int) -> Scalar:
+def _one(evaluate: PowerFunction, T0: Array, R: Array, others: Array, i: int) -> Scalar:
     def balance(t: float) -> tuple[float, float]:
         T = others.copy()
         T[i] = t
@@ -189,7 +188,7 @@ def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> Elemen
     cells = list(pairwise(samples))[::-1]
     while cells:
         left, right = cells.pop()
-        if right[0] - left[0] > SHORTEST_CELL * span and Cells(*np.array((*left, *right))).may_hide_more():
+        if right[0] - left[0] > SHORTEST_CELL * span and TemperatureCells(*np.array((*left, *right))).may_hide_more():
             middle = 0.5 * (left[0] + right[0])
             between = (middle, *balance(middle))
             cells += [(between, right), (left, between)]

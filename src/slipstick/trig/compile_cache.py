@@ -28,7 +28,7 @@ ROOMS = ("trig", "contact/kernel")
 
 
 @cache
-def content_key() -> str:
+def code_key() -> str:
     """Key of all compiled code."""
     package = Path(__file__).parent.parent
     found = hashlib.sha256(f"{__version__} {numba.__version__}".encode())
@@ -42,7 +42,7 @@ def cache_folder() -> Path:
     """Folder of the compiled functions: the user's cache, or a temporary one where that cannot be written."""
     for root in _roots():
         try:
-            if found := _private(root / content_key()):
+            if found := _private(root / code_key()):
                 return found
         except OSError:
             continue
@@ -73,7 +73,7 @@ def _roots() -> list[Path]:
     return [*(root / "slipstick" for root in (*map(Path, given), usual)), Path(tempfile.gettempdir()) / shared]
 
 
-class Place:
+class CachePlace:
     """Where one function is kept, in the words of numba's cache."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -90,7 +90,7 @@ class Place:
 
     def get_source_stamp(self) -> str:
         """What must be equal for a kept function to be used."""
-        return content_key()
+        return code_key()
 
     def get_disambiguator(self) -> str:
         """What tells functions of one name apart."""
@@ -115,7 +115,7 @@ def keep(dispatcher: Any) -> None:
 def _place(self: Any, function: Callable[..., Any]) -> None:
     """What numba's own initialisation sets, which looks into its configuration for the place."""
     self._lineno = function.__code__.co_firstlineno
-    self._locator = Place(function)
+    self._locator = CachePlace(function)
     self._filename_base = self.get_filename_base(function.__qualname__, getattr(sys, "abiflags", ""))
 
 

@@ -15,4 +15,4 @@ def run(names: str | Sequence[str] | None = None) -> Iterator[Row]:
     """Rows (name, what, expected, found, tolerance, verdict) of the table, computed one after another."""
     from slipstick.verify import table
 
-    return table.run(names)
+    return table.computed_rows(names)

@@ -12,9 +12,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, LOAD, MASS, STIFFNESS, oscillator
-from slipstick.verify.table import Check
-
-Pair = tuple[float, float]
+from slipstick.verify.table import Check, ExpectedFound
 
 H = Harmonics(range(4))
 OMEGA, MU, N = 2.5, 0.3, 100.0
@@ -35,15 +33,15 @@ def _element(X: Array, Y: Array | None = None, *, v: float = 0.0, kt: float = 50
     return contact_forces(contact, H, X, Y, omega=OMEGA, rubbing=RubbingMotion(velocity=v * OMEGA))
 
 
-def _masing_energy() -> Pair:
+def _masing_energy() -> ExpectedFound:
     return cf.masing(2.0, 50.0, LIMIT).energy, float(2 * np.pi * _element(_motion(cos=2.0)).work)
 
 
-def _masing_cos() -> Pair:
+def _masing_cos() -> ExpectedFound:
     return cf.masing(2.0, 50.0, LIMIT).cos, float(_element(_motion(cos=2.0)).Fx[1])
 
 
-def _rigid() -> Pair:
+def _rigid() -> ExpectedFound:
     """Slope of the difference from rigid friction over kt."""
     exact = np.array(cf.rigid_coulomb(1.0, 0.7, LIMIT))
     stiffness = np.array([1e5, 1e6, 1e7])
@@ -51,7 +49,7 @@ def _rigid() -> Pair:
     return -1.0, float(np.polyfit(np.log(stiffness), np.log(found), 1)[0])
 
 
-def _regimes() -> Pair:
+def _regimes() -> ExpectedFound:
     cases = [(v, kt) for v in (0.01, 0.3, 0.5, 0.8, 0.99999, 1.00001, 1.5) for kt in (1.0, 30.0, 60.0, 100.0, 1e3)]
     right = 0
     for v, kt in cases:
@@ -60,25 +58,25 @@ def _regimes() -> Pair:
     return float(len(cases)), float(right)
 
 
-def _one_stick() -> Pair:
+def _one_stick() -> ExpectedFound:
     return cf.one_stick(1.0, 0.5, 30.0, LIMIT)[2], float(_element(_motion(sin=1.0), v=0.5, kt=30.0).Fx[0])
 
 
-def _slow_rubbing() -> Pair:
+def _slow_rubbing() -> ExpectedFound:
     return cf.slow_rubbing(1.0, 20.0, LIMIT)[0], float(_element(_motion(sin=1.0), v=1e-13, kt=20.0).Fx[0])
 
 
-def _permanent_slip() -> Pair:
+def _permanent_slip() -> ExpectedFound:
     f = _element(_motion(sin=1.0), _motion(cos=0.4), v=16.0, kn=70.0)
     return cf.slip_power(MU, N, 16.0 * OMEGA, 70.0, 1.0, 0.4, OMEGA), float(f.power)
 
 
-def _permanent_slip_tangent() -> Pair:
+def _permanent_slip_tangent() -> ExpectedFound:
     f = _element(_motion(sin=1.0), _motion(cos=0.4), v=16.0, kn=70.0)
     return 0.0, float(np.abs(f.dFx_dY - MU * 70.0 * np.eye(H.size)).max() + np.abs(f.dFx_dX).max())
 
 
-def _normal_threshold() -> Pair:
+def _normal_threshold() -> ExpectedFound:
     """Rubbing velocity at which the stick is born, by bisection on the state sequence."""
     low, high = 0.0, 1.0
     for _ in range(60):
@@ -88,12 +86,12 @@ def _normal_threshold() -> Pair:
     return cf.normal_vibration_slip_velocity(MU, 70.0, 50.0, 0.4, OMEGA), high * OMEGA
 
 
-def _normal_vibration_slow() -> Pair:
+def _normal_vibration_slow() -> ExpectedFound:
     f = _element(_motion(), _motion(cos=0.4), v=1e-13, kn=70.0)
     return cf.normal_vibration_slow(MU, N, 70.0, 0.4), float(f.Fx[0])
 
 
-def _separation() -> Pair:
+def _separation() -> ExpectedFound:
     f = contact_forces(FrictionContact(kt=50.0, mu=MU, kn=70.0, gap=0.5), H, _motion(), _motion(0.2, 1.0), omega=OMEGA)
     return cf.separation(0.2, 1.0, 0.5, 70.0)[1], float(f.Fy[1])
 
@@ -113,17 +111,17 @@ def _hot(mu: NDArray[np.float64], T: NDArray[np.float64]) -> float:
     return float(equilibrium(evaluate, [0.0], 8.0, limits=curve.limits).temperature[0])
 
 
-def _hot_exponential() -> Pair:
+def _hot_exponential() -> ExpectedFound:
     T = np.linspace(0.0, 600.0, 400)
     return cf.temperature_exponential(8.0, 20.0, 5.0, 0.5, 2e-3), _hot(0.5 * np.exp(-2e-3 * T), T)
 
 
-def _hot_rational() -> Pair:
+def _hot_rational() -> ExpectedFound:
     T = np.linspace(0.0, 600.0, 400)
     return cf.temperature_rational(8.0, 20.0, 5.0, 0.5, 3e-3), _hot(0.5 / (1 + 3e-3 * T), T)
 
 
-def _den_hartog() -> Pair:
+def _den_hartog() -> ExpectedFound:
     """Slope over kt of the difference from rigid friction, by time integration."""
     from slipstick.analysis.transient import transient
     from slipstick.balance.contacts import ContactPair
@@ -143,7 +141,7 @@ def _den_hartog() -> Pair:
     return -0.5, float(np.polyfit(np.log(stiffness), np.log(difference), 1)[0])
 
 
-def _oscillator_power() -> Pair:
+def _oscillator_power() -> ExpectedFound:
     """Power of the oscillator just above its slip threshold: mu N v."""
     from slipstick.analysis.transient import transient
 
@@ -151,7 +149,7 @@ def _oscillator_power() -> Pair:
     return 240.0 * velocity, float(transient(oscillator(velocity=velocity), 5.0).power[0])
 
 
-CHECKS = (
+CLOSED_FORM_CHECKS = (
     Check(name="CF1", what="Masing loop, energy a period", compute=_masing_energy, tolerance=EXACT),
     Check(name="CF1", what="Masing loop, cosine of the friction force", compute=_masing_cos, tolerance=EXACT),
     Check(name="CF2", what="approach to rigid friction under rubbing, order in kt", compute=_rigid, tolerance=0.02),

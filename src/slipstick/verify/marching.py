@@ -13,7 +13,7 @@ import numpy as np
 from slipstick.typing import Array
 
 
-class Elements(NamedTuple):
+class MarchedElements(NamedTuple):
     """Inputs of n elements: motions (n, L), the rest (n,)."""
 
     X: Array
@@ -25,20 +25,20 @@ class Elements(NamedTuple):
     gap: Array
 
 
-def random_elements(rng: np.random.Generator, n: int, orders: int) -> Elements:
+def random_elements(rng: np.random.Generator, n: int, orders: int) -> MarchedElements:
     """Elements with harmonics 0 .. orders; about half open now and then, one in five without rubbing velocity."""
     L = 2 * orders + 1
     X, Y = rng.normal(size=(2, n, L)) / np.repeat(np.arange(1.0, orders + 2), 2)[1:]
     v = rng.choice([-1.0, 1.0], n) * 10 ** rng.uniform(-3, 1, n)
     v[rng.random(n) < 0.2] = 0.0
     swing = np.abs(Y[:, 1:]).sum(axis=1)
-    return Elements(
+    return MarchedElements(
         X=X, Y=Y, v=v, kt=10 ** rng.uniform(-1, 1, n), mu=rng.uniform(0.1, 1.0, n),
         kn=10 ** rng.uniform(-0.5, 0.5, n), gap=Y[:, 0] + swing * rng.uniform(-1.2, 0.5, n),
     )  # fmt: skip
 
 
-def march(e: Elements, samples: int) -> tuple[Array, Array]:
+def marched_forces(e: MarchedElements, samples: int) -> tuple[Array, Array]:
     """Coefficients of the tangential and the normal force, (n, L) each."""
     tau = 2 * np.pi * np.arange(samples) / samples
     angle = tau[:, None] * np.arange(1, e.X.shape[1] // 2 + 1)

@@ -10,10 +10,8 @@ import numpy as np
 from slipstick.contact.forces import element_forces
 from slipstick.trig.harmonics import Harmonics
 from slipstick.verify.cases import EXACT_OSCILLATOR, oscillator
-from slipstick.verify.marching import Elements, march, random_elements
-from slipstick.verify.table import Check
-
-Pair = tuple[float, float]
+from slipstick.verify.marching import MarchedElements, marched_forces, random_elements
+from slipstick.verify.table import Check, ExpectedFound
 
 _SEED, _COUNT, _ORDERS = 5, 400, 4
 
@@ -21,26 +19,26 @@ _SEED, _COUNT, _ORDERS = 5, 400, 4
 def _errors(samples: int) -> np.ndarray:
     elements = random_elements(np.random.default_rng(_SEED), _COUNT, _ORDERS)
     f = element_forces(Harmonics(range(_ORDERS + 1)), **elements._asdict())
-    Fx, Fy = march(elements, samples)
+    Fx, Fy = marched_forces(elements, samples)
     scale = elements.kn * np.abs(elements.Y).sum(axis=1)
     return np.maximum(np.abs(f.Fx - Fx).max(axis=1), np.abs(f.Fy - Fy).max(axis=1)) / scale
 
 
-def _marching() -> Pair:
+def _marching() -> ExpectedFound:
     return 0.0, float(np.median(_errors(8192)))
 
 
-def _marching_order() -> Pair:
+def _marching_order() -> ExpectedFound:
     samples = np.array([1024, 4096])
     means = [float(_errors(int(n)).mean()) for n in samples]
     return 2.0, float(np.log(means[0] / means[1]) / np.log(samples[1] / samples[0]))
 
 
-def _moved(elements: Elements, name: str, step: float) -> Elements:
+def _moved(elements: MarchedElements, name: str, step: float) -> MarchedElements:
     return elements._replace(**{name: getattr(elements, name) + step})
 
 
-def _differences(name: str, derivative: str) -> Pair:
+def _differences(name: str, derivative: str) -> ExpectedFound:
     """Derivative by one input against central differences: the middle of the relative errors over all elements."""
     elements, h, step = (
         random_elements(np.random.default_rng(_SEED), _COUNT, _ORDERS),
@@ -56,7 +54,7 @@ def _differences(name: str, derivative: str) -> Pair:
     return 0.0, float(np.median(np.abs((high - low) / (2 * step) - exact).max(axis=1) / scale))
 
 
-def _integrated(velocity: float, omega: float, which: int) -> Pair:
+def _integrated(velocity: float, omega: float, which: int) -> ExpectedFound:
     from slipstick.analysis.transient import transient
 
     r = transient(oscillator(velocity=velocity), omega)
@@ -78,4 +76,4 @@ def _checks() -> Iterator[Check]:
             )
 
 
-CHECKS = tuple(_checks())
+METHOD_CHECKS = tuple(_checks())

@@ -11,12 +11,11 @@ import numpy as np
 from slipstick.typing import Array
 from slipstick.verify import closed_forms as cf
 from slipstick.verify.cases import DAMPING, EXACT_OSCILLATOR, LOAD, MASS, SLIP_OFFSET, STIFFNESS, oscillator
-from slipstick.verify.table import Check
+from slipstick.verify.table import Check, ExpectedFound
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
-Pair = tuple[float, float]
 
 RANGE = (2.0, 15.0)
 RESONANCE = float(np.sqrt(STIFFNESS))
@@ -54,15 +53,15 @@ def _values(name: str, velocity: float, drive: float = 0.0) -> Array:
     return np.asarray(curve(velocity, drive=drive).dataset[name])[:, 0]
 
 
-def _slip_offset() -> Pair:
+def _slip_offset() -> ExpectedFound:
     return SLIP_OFFSET, float(_values("mean", 250.0).max())
 
 
-def _most_stick() -> Pair:
+def _most_stick() -> ExpectedFound:
     return 0.0, float(_values("stick_fraction", 250.0).max())
 
 
-def _undamped_by_friction() -> Pair:
+def _undamped_by_friction() -> ExpectedFound:
     """Largest difference of the v = 250 curve from the oscillator without damper."""
     omega, amplitude = _values_over_omega(250.0)
     exact = np.array([cf.slip_threshold(MASS, DAMPING, STIFFNESS, LOAD, w) / w for w in omega])
@@ -73,25 +72,25 @@ def _values_over_omega(velocity: float) -> tuple[Array, Array]:
     return np.asarray(curve(velocity).dataset["omega"]), _values("amplitude", velocity)
 
 
-def _threshold(velocity: float) -> Pair:
+def _threshold(velocity: float) -> ExpectedFound:
     return 0.0, point(velocity, RESONANCE)[2]
 
 
-def _largest_mean(velocity: float, drive: float = 0.0) -> Pair:
+def _largest_mean(velocity: float, drive: float = 0.0) -> ExpectedFound:
     return 0.0, float(np.abs(_values("mean", velocity, drive)).max())
 
 
-def _mean_at_peak() -> Pair:
+def _mean_at_peak() -> ExpectedFound:
     d = curve(1.0).dataset
     at = int(np.argmax(np.asarray(d["amplitude"])[:, 0]))
     return -0.19, float(d["mean"][at, 0])
 
 
-def _peak(velocity: float, index: int, part: int, expected: float) -> Pair:
+def _peak(velocity: float, index: int, part: int, expected: float) -> ExpectedFound:
     return expected, peaks(velocity)[index][part]
 
 
-def _mean(velocity: float, omega: float, expected: float) -> Pair:
+def _mean(velocity: float, omega: float, expected: float) -> ExpectedFound:
     return expected, point(velocity, omega)[0]
 
 
@@ -105,35 +104,35 @@ def _on_grid(branch: Branch) -> Array:
     return np.array([float(branch.dataset["amplitude"][branch.at(w), 0]) for w in GRID])
 
 
-def _seven_harmonics() -> Pair:
+def _seven_harmonics() -> ExpectedFound:
     return 1e-3, float(_deviation(tuple(range(8))).max())
 
 
-def _three_harmonics() -> Pair:
+def _three_harmonics() -> ExpectedFound:
     """Distance from 4 rad/s of the farthest frequency at which harmonics 0..3 differ by more than 2 %."""
     differing = np.array(GRID)[_deviation(tuple(range(4))) > 0.02]
     return 0.5, float(np.abs(differing - 4.0).max(initial=0.0))
 
 
-def _odd_harmonics() -> Pair:
+def _odd_harmonics() -> ExpectedFound:
     return 0.3, float(_deviation((0, 1, 3, 5, 7, 9)).max())
 
 
-def _drive_falls(index: int) -> Pair:
+def _drive_falls(index: int) -> ExpectedFound:
     """Largest step of the resonance frequency (0), or of amplitude over drive (1), from one drive to the next."""
     found = [peaks(0.0, drive=a)[0] for a in (1.0, 2.0, 5.0, 10.0, 20.0)]
     values = [w if index == 0 else size / a for (w, size), a in zip(found, (1.0, 2.0, 5.0, 10.0, 20.0), strict=True)]
     return 0.0, float(np.diff(values).max())
 
 
-def _odd_sticks(velocity: float) -> Pair:
+def _odd_sticks(velocity: float) -> ExpectedFound:
     """How many points of a curve have an odd number of stick intervals a period (stuck all period not counted)."""
     branch = curve(velocity)
     sequences = ([name for *_, name in branch.states(k)["damper"]] for k in range(len(branch)))
     return 0.0, float(sum(names.count("stick") % 2 for names in sequences if len(names) > 1))
 
 
-def _always_slips() -> Pair:
+def _always_slips() -> ExpectedFound:
     return 1.0, max(float(_values("stick_fraction", v).max()) for v in (1.0, 10.0, 50.0))
 
 
@@ -151,12 +150,12 @@ def _best_loads() -> tuple[float, float]:
     return float(loads[int(np.argmin(amplitude))]), float(loads[int(np.argmax(power))])
 
 
-def _load_of_least_amplitude() -> Pair:
+def _load_of_least_amplitude() -> ExpectedFound:
     least, most = _best_loads()
     return most, least
 
 
-def _exact(velocity: float, omega: float, which: int, expected: float) -> Pair:
+def _exact(velocity: float, omega: float, which: int, expected: float) -> ExpectedFound:
     return expected, point(velocity, omega)[which]
 
 
@@ -175,7 +174,7 @@ def truncation_error(velocity: float, omega: float, highest: Array) -> Array:
     return np.array(errors)
 
 
-def _truncation_order() -> Pair:
+def _truncation_order() -> ExpectedFound:
     """Order in the highest harmonic of the largest error over the period, of all exact cases together.
 
     The friction force has kinks: its coefficients fall like m^-2, those of the motion like m^-4, their sum like m^-3.
@@ -186,7 +185,9 @@ def _truncation_order() -> Pair:
 
 
 def _checks() -> Iterator[Check]:
-    def row(name: str, what: str, compute: partial[Pair], tolerance: float = 0.0, relation: str = "=") -> Check:
+    def row(
+        name: str, what: str, compute: partial[ExpectedFound], tolerance: float = 0.0, relation: str = "="
+    ) -> Check:
         return Check(name=name, what=what, compute=compute, tolerance=tolerance, relation=relation)
 
     drive = "u = 2 cos(omega t) alone"
@@ -229,4 +230,4 @@ def _checks() -> Iterator[Check]:
     yield row("order", "truncation error over the highest harmonic, order", partial(_truncation_order), 0.4)
 
 
-CHECKS = tuple(_checks())
+OSCILLATOR_CHECKS = tuple(_checks())

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from slipstick.errors import InputError
 
-Compute = Callable[[], tuple[float, float]]
+ExpectedFound = tuple[float, float]
+Compute = Callable[[], ExpectedFound]
 
 
 class Row(NamedTuple):
@@ -75,10 +76,10 @@ def all_checks() -> tuple[Check, ...]:
     """Every row of the table, in its order."""
     from slipstick.verify import closed_form_checks, method_checks, oscillator_checks
 
-    return (*closed_form_checks.CHECKS, *method_checks.CHECKS, *oscillator_checks.CHECKS)
+    return (*closed_form_checks.CLOSED_FORM_CHECKS, *method_checks.METHOD_CHECKS, *oscillator_checks.OSCILLATOR_CHECKS)
 
 
-def run(names: str | Sequence[str] | None = None) -> Iterator[Row]:
+def computed_rows(names: str | Sequence[str] | None = None) -> Iterator[Row]:
     """Rows one after another, each computed when it is asked for.
 
     ``names`` keeps the rows whose name or description contains one of the given texts, whatever the case.

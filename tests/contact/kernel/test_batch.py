@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.contact.kernel.batch import DONE, most_intervals, run
-from slipstick.contact.kernel.tuples import NAMES, SLIP_PLUS, Inputs, Outputs, States
+from slipstick.contact.kernel.batch import ALL_DONE, most_intervals, run_elements
+from slipstick.contact.kernel.tuples import NAMES, SLIP_PLUS, ElementInputs, ElementOutputs, States
 from slipstick.trig.basis import Grid, grid
 from slipstick.trig.harmonics import Harmonics
 
 COUNT = 4
 
 
-def batch(tables: Grid, states: bool) -> tuple[Inputs, Outputs, States]:
+def batch(tables: Grid, states: bool) -> tuple[ElementInputs, ElementOutputs, States]:
     """A cosine of unit size against kt = 1, limit 0.5, and outputs that no one has written."""
     L = 2 * tables.n + 1
     X, Y = np.zeros((COUNT, L)), np.zeros((COUNT, L))
@@ -20,20 +20,20 @@ def batch(tables: Grid, states: bool) -> tuple[Inputs, Outputs, States]:
     parameters = np.tile([0.0, 1.0, 0.5, 1.0, -1.0], (COUNT, 1))
     kept, room = (COUNT, most_intervals(tables.top)) if states else (0, 0)
     return (
-        Inputs(X, Y, parameters),
-        Outputs(*(np.full((COUNT, *shape), np.nan) for shape in ((7, L), (3, L, L), (6,)))),
+        ElementInputs(X, Y, parameters),
+        ElementOutputs(*(np.full((COUNT, *shape), np.nan) for shape in ((7, L), (3, L, L), (6,)))),
         States(np.full(kept, -1), np.zeros((kept, room, 3)), np.zeros((kept, room, 2), np.int64)),
     )
 
 
-def go(first: int, last: int, tables: Grid, states: bool = False) -> tuple[int, Outputs, States]:
+def go(first: int, last: int, tables: Grid, states: bool = False) -> tuple[int, ElementOutputs, States]:
     inputs, outputs, kept = batch(tables, states)
-    return run(first, last, tuple(inputs), tuple(tables), tuple(outputs), tuple(kept)), outputs, kept
+    return run_elements(first, last, tuple(inputs), tuple(tables), tuple(outputs), tuple(kept)), outputs, kept
 
 
 def test_a_run_writes_its_own_elements_and_no_others() -> None:
     ended, outputs, _ = go(1, 3, grid(Harmonics(3)))
-    assert ended == DONE
+    assert ended == ALL_DONE
     for array in outputs:
         assert np.isnan(array[[0, 3]]).all()
         assert np.isfinite(array[1:3]).all()
@@ -51,8 +51,8 @@ def test_states_are_kept_where_they_are_asked_for() -> None:
 
 def test_a_run_ends_at_the_element_that_cannot_be_computed() -> None:
     """No motion has more roots than fit; so the room is made too small."""
-    assert go(2, COUNT, grid(Harmonics([0, 6])))[0] == DONE
+    assert go(2, COUNT, grid(Harmonics([0, 6])))[0] == ALL_DONE
     tables = grid(Harmonics([0, 6]))._replace(top=2)
     inputs, outputs, kept = batch(tables, states=False)
     inputs.X[:, 1], inputs.X[3, 1] = 0.0, 1.0
-    assert run(0, COUNT, tuple(inputs), tuple(tables), tuple(outputs), tuple(kept)) == 3
+    assert run_elements(0, COUNT, tuple(inputs), tuple(tables), tuple(outputs), tuple(kept)) == 3

@@ -10,7 +10,9 @@ from slipstick.trig.roots import roots
 def element_of(inputs, k):
     v, kt, mu, kn, gap = inputs.parameters
     X = critical.padded(inputs.X, 0.0, k.parts[:2])
-    return tuples.Element(X, critical.padded(inputs.Y, inputs.Y[0] - gap, k.parts[2:]), v, kt, mu, kn, mu * kn, False)
+    return tuples.ElementMotion(
+        X, critical.padded(inputs.Y, inputs.Y[0] - gap, k.parts[2:]), v, kt, mu, kn, mu * kn, False
+    )
 
 
 def trial_functions(inputs):

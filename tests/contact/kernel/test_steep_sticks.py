@@ -14,8 +14,8 @@ def test_against_dense_quadrature(start, end):
     inputs, k = given(2, v=0.3, gap=-1e6), batch.workspace(GRID)
     X = critical.padded(inputs.X, 0.0, k.parts[:2])
     Y = critical.padded(inputs.Y, inputs.Y[0] + 1e6, k.parts[2:])
-    e = tuples.Element(X, Y, 0.3, 2.0, 0.4, 1.5, 0.6, True)
-    out = tuples.Outputs(np.zeros((7, H.size)), np.zeros((3, H.size, H.size)), np.zeros(6))
+    e = tuples.ElementMotion(X, Y, 0.3, 2.0, 0.4, 1.5, 0.6, True)
+    out = tuples.ElementOutputs(np.zeros((7, H.size)), np.zeros((3, H.size, H.size)), np.zeros(6))
     h, force = np.empty(H.size), 0.7
     steep.steep_stick(np.array([start, end, force]), e, GRID, k.scratch, h, out)
     x, w = np.polynomial.legendre.leggauss(200)

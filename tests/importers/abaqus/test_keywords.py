@@ -6,7 +6,7 @@ from helpers.input_file import CUBE, HELD, write
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
 from slipstick.importers.abaqus.input_file import _HANDLERS, _LATE
-from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, TABLE
+from slipstick.importers.abaqus.keywords import KEYWORD_VERDICTS, MATERIAL_FAULTS
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
@@ -49,8 +49,10 @@ COUPLED = [
 
 @pytest.mark.parametrize("more", COUPLED, ids=lambda more: more.split(",")[0].split("\n")[0][1:])
 def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
-    name = [line.split(",")[0] for line in more.split("\n") if line.split(",")[0].replace(" ", "")[1:] in TABLE]
-    refused = [n for n in name if TABLE[n.replace(" ", "")[1:]][0].name == "COUPLING"]
+    name = [
+        line.split(",")[0] for line in more.split("\n") if line.split(",")[0].replace(" ", "")[1:] in KEYWORD_VERDICTS
+    ]
+    refused = [n for n in name if KEYWORD_VERDICTS[n.replace(" ", "")[1:]][0].name == "COUPLING"]
     with pytest.raises(InputError) as caught:
         read_model(write(tmp_path, CUBE + HELD + more + "\n"))
     for problem in caught.value.problems:
@@ -133,8 +135,8 @@ def test_the_rest_is_listed_with_its_count(tmp_path):
 
 def test_no_keyword_has_two_fates():
     read = {*_HANDLERS, *_LATE}
-    assert not read & set(TABLE)
-    assert not MATERIAL_FAULTS & {*TABLE, *read}
+    assert not read & set(KEYWORD_VERDICTS)
+    assert not MATERIAL_FAULTS & {*KEYWORD_VERDICTS, *read}
 
 
 def test_rotated_nodes_that_are_free_or_wholly_held_do_not_matter(tmp_path):

@@ -3,13 +3,13 @@
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.importers.ansys.commands import classify, commands
+from slipstick.importers.ansys.commands import classify_commands, commands
 from slipstick.importers.findings import Findings
 
 
 def classified(text):
     findings = Findings(source="a.cdb")
-    return classify(findings, text), findings
+    return classify_commands(findings, text), findings
 
 
 def test_supports_add_up():

@@ -8,9 +8,9 @@ import numpy as np
 
 from slipstick.contact.kernel.element import evaluate
 from slipstick.contact.kernel.tuples import (
-    Inputs,
+    ElementInputs,
+    ElementOutputs,
     Intervals,
-    Outputs,
     Search,
     Segments,
     States,
@@ -21,7 +21,7 @@ from slipstick.trig.basis import Grid, Scratch
 from slipstick.trig.compiled import compiled
 from slipstick.trig.roots import FULL, STACK
 
-DONE = -1
+ALL_DONE = -1
 """What a run returns when every element was computed."""
 
 
@@ -52,7 +52,7 @@ def workspace(grid: Grid) -> Workspace:
 
 
 @compiled(allocates=True, nogil=True)
-def run(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: Any) -> int:
+def run_elements(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: Any) -> int:
     """Elements from ``first`` to ``last`` with one workspace; other threads may run theirs at the same time.
 
     The last four are plain tuples of the fields of ``Inputs``, ``Grid``, ``Outputs`` and ``States``: numba knows the
@@ -60,12 +60,12 @@ def run(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: A
 
     Returns ``DONE``, or the number of an element that cannot be computed, where the run ends.
     """
-    given, grid, out, kept = Inputs(*inputs), Grid(*tables), Outputs(*outputs), States(*states)
+    given, grid, out, kept = ElementInputs(*inputs), Grid(*tables), ElementOutputs(*outputs), States(*states)
     k = workspace(grid)
     for e in range(first, last):
         total = evaluate(
-            Inputs(given.X[e], given.Y[e], given.parameters[e]), grid, k,
-            Outputs(out.vectors[e], out.matrices[e], out.scalars[e]),
+            ElementInputs(given.X[e], given.Y[e], given.parameters[e]), grid, k,
+            ElementOutputs(out.vectors[e], out.matrices[e], out.scalars[e]),
         )  # fmt: skip
         if total == FULL:
             return e
@@ -75,7 +75,7 @@ def run(first: int, last: int, inputs: Any, tables: Any, outputs: Any, states: A
             for i in range(total):
                 kept.at[e, i, 0], kept.at[e, i, 1], kept.at[e, i, 2] = at[i, 0], at[i, 1], at[i, 2]
                 kept.code[e, i, 0], kept.code[e, i, 1] = code[i, 0], code[i, 1]
-    return DONE
+    return ALL_DONE
 
 
 def most_intervals(top: int) -> int:

@@ -14,7 +14,7 @@ def is_compiled() -> bool:
     """Whether the compiled kernel lies in the cache, so that the first evaluation starts at once."""
     from slipstick.trig.compile_cache import cache_folder
 
-    return any(cache_folder().glob("run-slipstick.contact.kernel.batch-*.nbc"))
+    return any(cache_folder().glob("run_elements-slipstick.contact.kernel.batch-*.nbc"))
 
 
 def compile_kernel() -> float:

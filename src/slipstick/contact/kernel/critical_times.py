@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 
-from slipstick.contact.kernel.tuples import BOTH, LOWER, NONE, NORMAL, UPPER, Element, Search, Segments, Workspace
+from slipstick.contact.kernel.tuples import BOTH, LOWER, NONE, NORMAL, UPPER, ElementMotion, Search, Segments, Workspace
 from slipstick.trig.basis import Grid, Polynomial
 from slipstick.trig.compiled import compiled, inlined
 from slipstick.trig.roots import FULL, Cells, Roots, isolate, rounding_floor
@@ -14,7 +14,7 @@ from slipstick.typing import Array, BoolArray, IntArray
 
 
 @compiled
-def tabulate(e: Element, grid: Grid, varying: bool, g: Array) -> None:
+def tabulate(e: ElementMotion, grid: Grid, varying: bool, g: Array) -> None:
     """Fill ``g`` (9, cells) at cell middles: ``y, y', y''``, then ``p, p', p''`` of ``phi_+'`` and of ``phi_-'``."""
     orders, cos, sin = grid.orders, grid.cos, grid.sin
     xcos, xsin, ycos, ysin = e.X.cos, e.X.sin, e.Y.cos, e.Y.sin
@@ -121,7 +121,7 @@ def segment_signs(count: int, first: IntArray, segments: Segments) -> None:
 
 
 @compiled
-def fill_polynomials(e: Element, orders: Array, p: Array) -> tuple[float, float, float]:
+def fill_polynomials(e: ElementMotion, orders: Array, p: Array) -> tuple[float, float, float]:
     """Cosines and sines of ``y - g``, of ``phi_+'`` and of ``phi_-'`` in the rows of ``p`` (6, n4).
 
     Returns the rounding floors of the first and of the other two, and the largest rate ``kt w'`` the motion can have.
@@ -147,7 +147,7 @@ def fill_polynomials(e: Element, orders: Array, p: Array) -> tuple[float, float,
 
 
 @inlined
-def critical_times(e: Element, grid: Grid, k: Workspace) -> tuple[int, float, float]:
+def critical_times(e: ElementMotion, grid: Grid, k: Workspace) -> tuple[int, float, float]:
     """Critical times of one element, merged, with contact and signs of the segments after them; returns their number,
     the largest rate ``kt w'`` the motion can have and the largest friction limit.
 

@@ -30,10 +30,10 @@ from slipstick.contact.kernel.tuples import (
     V_FX,
     V_FY,
     V_YKN,
-    Element,
-    Inputs,
+    ElementInputs,
+    ElementMotion,
+    ElementOutputs,
     Intervals,
-    Outputs,
     Sums,
     Workspace,
 )
@@ -45,7 +45,7 @@ from slipstick.typing import Array
 
 
 @inlined
-def find_states(given: Inputs, grid: Grid, k: Workspace) -> tuple[int, Element]:
+def find_states(given: ElementInputs, grid: Grid, k: Workspace) -> tuple[int, ElementMotion]:
     """Intervals of one element in ``k.intervals``; returns their number (or ``FULL``) and the element.
 
     Rows of ``k.clamps`` receive, for the clamps behind ``lo`` and ``hi``: time (-1 where the motion is constant), bound
@@ -54,8 +54,8 @@ def find_states(given: Inputs, grid: Grid, k: Workspace) -> tuple[int, Element]:
     par = given.parameters
     v, kt, mu, kn = par[P_V], par[P_KT], par[P_MU], par[P_KN]
     X, Y = padded(given.X, 0.0, k.parts[:2]), padded(given.Y, given.Y[0] - par[P_GAP], k.parts[2:])
-    count, rate, limit = critical_times(Element(X, Y, v, kt, mu, kn, mu * kn, False), grid, k)
-    e = Element(X, Y, v, kt, mu, kn, mu * kn, rate > STEEP * limit)
+    count, rate, limit = critical_times(ElementMotion(X, Y, v, kt, mu, kn, mu * kn, False), grid, k)
+    e = ElementMotion(X, Y, v, kt, mu, kn, mu * kn, rate > STEEP * limit)
     if count == FULL:
         return FULL, e
     segments, clamps = k.segments, k.clamps
@@ -133,7 +133,7 @@ def integral(i: int, grid: Grid, sums: Sums, W: Array) -> None:
 
 
 @inlined
-def evaluate(given: Inputs, grid: Grid, k: Workspace, out: Outputs) -> int:
+def evaluate(given: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
     """Forces, tangents and sensitivities of one element; returns the number of its intervals, or ``FULL`` where they
     cannot be found.
     """

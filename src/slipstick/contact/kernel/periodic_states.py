@@ -13,7 +13,7 @@ from slipstick.contact.kernel.tuples import (
     SLIP_MINUS,
     SLIP_PLUS,
     STICK,
-    Element,
+    ElementMotion,
     Intervals,
     Segments,
 )
@@ -41,7 +41,7 @@ def send_round(f: float, side: int, count: int, kt: float, segments: Segments) -
 
 @inlined
 def slip_time(
-    start: float, right: float, xi: float, f: float, x: float, e: Element, grid: Grid, scratch: Scratch
+    start: float, right: float, xi: float, f: float, x: float, e: ElementMotion, grid: Grid, scratch: Scratch
 ) -> float:
     """The stick-to-slip time of a segment, the only root of a monotone function [Eq. 12], by safeguarded Newton.
 
@@ -93,7 +93,7 @@ def push(total: int, a: float, b: float, state: int, origin: int, f: float, inte
 
 @compiled
 def march(
-    f: float, side: int, count: int, segments: Segments, e: Element, grid: Grid, scratch: Scratch, out: Intervals
+    f: float, side: int, count: int, segments: Segments, e: ElementMotion, grid: Grid, scratch: Scratch, out: Intervals
 ) -> int:
     """March once round the period from the periodic start value, recording the intervals; returns their number.
 
@@ -144,7 +144,7 @@ def march(
 
 
 @compiled
-def motion(count: int, segments: Segments, e: Element, grid: Grid, scratch: Scratch) -> None:
+def motion(count: int, segments: Segments, e: ElementMotion, grid: Grid, scratch: Scratch) -> None:
     """Total tangential motion and friction limit at every critical time and, one period on, at the first again, and
     the motion gained over each segment.
 

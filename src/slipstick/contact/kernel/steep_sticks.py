@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.contact.kernel.tuples import V_DKT, V_DV, V_FX, Element, Outputs
+from slipstick.contact.kernel.tuples import V_DKT, V_DV, V_FX, ElementMotion, ElementOutputs
 from slipstick.trig.basis import Grid, Scratch, basis, rise, value
 from slipstick.trig.compiled import compiled
 from slipstick.typing import Array
@@ -24,7 +24,7 @@ NODES, SHARES = 0.5 + 0.5 * NODES, 0.5 * SHARES
 
 
 @compiled
-def steep_stick(at: Array, e: Element, grid: Grid, scratch: Scratch, h: Array, out: Outputs) -> None:
+def steep_stick(at: Array, e: ElementMotion, grid: Grid, scratch: Scratch, h: Array, out: ElementOutputs) -> None:
     """Add one stick interval ``at`` (start, end, force at start) to the force, its tangent by X and its derivatives by
     ``v`` and ``kt``; ``h`` (L,) receives ``(1/pi) int H_+``.
     """

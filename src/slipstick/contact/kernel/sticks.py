@@ -14,8 +14,8 @@ from slipstick.contact.kernel.tuples import (
     V_DMU,
     V_DV,
     V_FX,
-    Element,
-    Outputs,
+    ElementMotion,
+    ElementOutputs,
     Stick,
     StickRows,
     Workspace,
@@ -36,7 +36,7 @@ def add_outer(factor: float, a: Array, b: Array, out: Array) -> None:
 
 
 @inlined
-def add_stick(stick: Stick, rows: StickRows, e: Element, out: Outputs) -> None:
+def add_stick(stick: Stick, rows: StickRows, e: ElementMotion, out: ElementOutputs) -> None:
     """Add the part of one stick interval that moves with its start: ``c h`` and its derivatives."""
     h, hv, vec = rows.h, rows.hv, out.vectors
     over_mu = stick.load / e.mu if e.mu > 0.0 else 0.0
@@ -53,7 +53,7 @@ def add_stick(stick: Stick, rows: StickRows, e: Element, out: Outputs) -> None:
 
 
 @compiled
-def stuck(e: Element, grid: Grid, k: Workspace, out: Outputs) -> None:
+def stuck(e: ElementMotion, grid: Grid, k: Workspace, out: ElementOutputs) -> None:
     """Add the constant part of a contact stuck all period: the mean of the sticks led to by ``lo`` and ``hi``."""
     L, clamps, c, s = 2 * grid.n + 1, k.clamps, k.scratch.c, k.scratch.s
     h, hv, H = k.rows[0, :L], k.rows[1, :L], k.rows[2, :L]
@@ -73,7 +73,7 @@ def stuck(e: Element, grid: Grid, k: Workspace, out: Outputs) -> None:
 
 
 @compiled
-def sum_sticks(total: int, e: Element, grid: Grid, k: Workspace, out: Outputs) -> None:
+def sum_sticks(total: int, e: ElementMotion, grid: Grid, k: Workspace, out: ElementOutputs) -> None:
     """Add all stick intervals that begin within the period (THEORY.md section 5, table)."""
     kt, orders, c, s = e.kt, grid.orders, k.scratch.c, k.scratch.s
     at, code = k.intervals.at, k.intervals.code

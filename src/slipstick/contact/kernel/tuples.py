@@ -27,7 +27,7 @@ P_V, P_KT, P_MU, P_KN, P_GAP = range(5)
 """Columns of the parameter input."""
 
 
-class Inputs(NamedTuple):
+class ElementInputs(NamedTuple):
     """Of a batch, or of one element without the first axis."""
 
     X: Array
@@ -38,7 +38,7 @@ class Inputs(NamedTuple):
     """``v, kt, mu, kn, gap`` (elements, 5)."""
 
 
-class Outputs(NamedTuple):
+class ElementOutputs(NamedTuple):
     """Of a batch, or of one element without the first axis."""
 
     vectors: Array
@@ -60,7 +60,7 @@ class States(NamedTuple):
     """State, and origin of a stick (elements, room, 2)."""
 
 
-class Element(NamedTuple):
+class ElementMotion(NamedTuple):
     """Motion and constants of one element."""
 
     X: Polynomial

@@ -11,17 +11,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
-from slipstick.typing import Array, Sparse
+from slipstick.typing import Array, IntArray, Sparse
 
-IntArray = NDArray[np.int64]
-
-HELD = 1e30
+HELD_DIAGONAL = 1e30
 """Abaqus marks a held degree of freedom by 1e36 on the diagonal of the stiffness."""
 
 
@@ -179,7 +176,7 @@ def _without_marked(raw: RawModel) -> RawModel:
 
     assert raw.dof_map is not None
     stiffness = csr_array(raw.matrices["K"])
-    marked = stiffness.diagonal() >= HELD
+    marked = stiffness.diagonal() >= HELD_DIAGONAL
     if not marked.any():
         return raw
     keep = diags_array((~marked).astype(float))

@@ -12,9 +12,9 @@ from pathlib import Path
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.importers.abaqus.blocks import Block, blocks
-from slipstick.importers.abaqus.keywords import MATERIAL_FAULTS, PARAMETERS, TABLE, solid_type
+from slipstick.importers.abaqus.keywords import KEYWORD_PARAMETERS, KEYWORD_VERDICTS, MATERIAL_FAULTS, solid_type
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
 
 _INSTANCES = (
     'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
@@ -86,7 +86,9 @@ def _handle(content: Content, block: Block) -> None:
     if handler is None and block.keyword in MATERIAL_FAULTS:
         handler = _law
     if handler is None:
-        content.findings.look_up(TABLE, block.keyword, block.shown, block.line, of_the_model=not content.steps)
+        content.findings.look_up(
+            KEYWORD_VERDICTS, block.keyword, block.shown, block.line, of_the_model=not content.steps
+        )
         return
     _parameters(content, block)
     try:
@@ -95,7 +97,7 @@ def _handle(content: Content, block: Block) -> None:
         raise
     except KeyError as error:
         missing = str(error.args[0])
-        lacks = missing in PARAMETERS.get(block.keyword, ())
+        lacks = missing in KEYWORD_PARAMETERS.get(block.keyword, ())
         fault = f"lacks {missing}=" if lacks else f"names {missing}, which the file does not have"
         raise InputError(f"{content.where(block.line)}: {block.shown} {fault}") from None
     except (ValueError, IndexError) as error:
@@ -108,7 +110,7 @@ def _parameters(content: Content, block: Block) -> None:
         content.findings.add(
             Verdict.INCOMPLETE, block.shown, "has its data in another file; merge the files into one", block.line
         )
-    for name in block.parameters.keys() - PARAMETERS.get(block.keyword, block.parameters.keys()):
+    for name in block.parameters.keys() - KEYWORD_PARAMETERS.get(block.keyword, block.parameters.keys()):
         content.findings.add(
             Verdict.APPROXIMATED, block.shown, f"has the parameter {name}, which is not understood", block.line
         )
@@ -137,7 +139,7 @@ def _node(content: Content, block: Block) -> None:
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
-        label = whole(row[0])
+        label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
             raise InputError(f"{content.where(line)}: node {label} is given again at another place; {_INSTANCES}")
         labels.append(label)
@@ -154,13 +156,13 @@ def _element(content: Content, block: Block) -> None:
 
 
 def _skipped(content: Content, block: Block, name: str) -> list[int]:
-    labels = [whole(words[0]) for _, words in block.joined() if words]
+    labels = [whole_number(words[0]) for _, words in block.joined() if words]
     content.skipped.setdefault(name, []).extend(labels)
     return labels
 
 
 def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
-    words = [whole(word) for row in block.rows for word in row if word]
+    words = [whole_number(word) for row in block.rows for word in row if word]
     width = 1 + ELEMENTS[kind].n_nodes
     if len(words) % width:
         raise ValueError(f"{len(words)} numbers for elements of {width - 1} nodes")
@@ -192,7 +194,11 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
     if "GENERATE" in block.parameters:
         members: list[int] = []
         for row in block.rows:
-            first, last, step = whole(row[0]), whole(row[1]), whole(row[2]) if len(row) > 2 and row[2] else 1
+            first, last, step = (
+                whole_number(row[0]),
+                whole_number(row[1]),
+                whole_number(row[2]) if len(row) > 2 and row[2] else 1,
+            )
             if step <= 0 or (last - first) // step > 50_000_000:
                 raise ValueError(f"range {first}, {last}, {step}")
             members += range(first, last + 1, step)
@@ -205,7 +211,7 @@ def named(word: str, sets: dict[str, list[int]]) -> list[int]:
     word = word.strip('"').upper()
     if word not in sets:
         word = word.split(".")[-1]
-    return [whole(word)] if word.isdigit() else sets[word]
+    return [whole_number(word)] if word.isdigit() else sets[word]
 
 
 def _surface(content: Content, block: Block) -> None:
@@ -330,8 +336,8 @@ def _directions(row: list[str]) -> tuple[int, ...]:
     """
     if row[1].upper() in _NAMED:
         return _NAMED[row[1].upper()]
-    first = whole(row[1])
-    last = whole(row[2]) if len(row) > 2 and row[2] else first
+    first = whole_number(row[1])
+    last = whole_number(row[2]) if len(row) > 2 and row[2] else first
     if last - first > 1000:
         raise ValueError(f"directions {first} to {last}")
     return tuple(range(first, last + 1))

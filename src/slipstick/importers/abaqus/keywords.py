@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from slipstick.importers.findings import Row, Verdict, rows
+from slipstick.importers.findings import Verdict, VerdictRow, rows
 
 _WHOLE = "is not read: the mesh would be incomplete; write one flat input file with all nodes and elements"
 _TIES = "ties degrees of freedom to each other"
@@ -21,7 +21,7 @@ def _gives(what: str) -> str:
     return f"gives {what}, elements that are not read"
 
 
-_INCOMPLETE: dict[str, Row] = {
+_INCOMPLETE: dict[str, VerdictRow] = {
     **rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
     **rows("PARAMETER", Verdict.INCOMPLETE, "is not read; write the values in place of the parameters"),
     **rows(
@@ -30,7 +30,7 @@ _INCOMPLETE: dict[str, Row] = {
     **rows("NGEN NFILL NCOPY NMAP ELGEN ELCOPY IMPORT IMPORTNSET IMPORTELSET", Verdict.INCOMPLETE, _WHOLE),
     **rows("SYMMETRICMODELGENERATION", Verdict.INCOMPLETE, _WHOLE),
 }
-_COUPLING: dict[str, Row] = {
+_COUPLING: dict[str, VerdictRow] = {
     **rows("EQUATION MPC NETWORKMPC", Verdict.COUPLING, _TIES),
     **rows("TIE TIEDCONTACT", Verdict.COUPLING, "glues surfaces together"),
     **rows("CYCLICSYMMETRYMODEL", Verdict.COUPLING, "ties the two sides of a sector to each other"),
@@ -59,7 +59,7 @@ _COUPLING: dict[str, Row] = {
     **rows("SUBSTRUCTUREPROPERTY", Verdict.COUPLING, _gives("stiffness and mass to substructures")),
     **rows("MATRIX MATRIXINPUT MATRIXASSEMBLE", Verdict.COUPLING, "gives stiffness and mass by matrices"),
 }
-_APPROXIMATED: dict[str, Row] = {
+_APPROXIMATED: dict[str, VerdictRow] = {
     **rows("DAMPING MODALDAMPING GLOBALDAMPING", Verdict.APPROXIMATED, _DAMPING),
     **rows("CHANGEMATERIAL", Verdict.APPROXIMATED, "is left out: the materials of the model stay"),
     **rows("CHANGESOLIDSECTION", Verdict.APPROXIMATED, "is left out: the sections of the model stay"),
@@ -96,14 +96,14 @@ _OUTPUT = """NODEPRINT NODEFILE NODEOUTPUT ELPRINT ELFILE ELEMENTOUTPUT OUTPUT C
     SECTIONPRINT SECTIONFILE FACEPRINT FILEFORMAT MONITOR MODALFILE MODALPRINT ENERGYPRINT ENERGYFILE
     ENERGYOUTPUT PRINT FILEOUTPUT RADIATIONOUTPUT INTEGRATEDOUTPUTSECTION INTEGRATEDOUTPUT DIAGNOSTICS"""
 
-TABLE: dict[str, Row] = {
+KEYWORD_VERDICTS: dict[str, VerdictRow] = {
     **_INCOMPLETE,
     **_COUPLING,
     **_APPROXIMATED,
     **rows(" ".join((_LOADS, _DEFINITIONS, _PROCEDURES, _OUTPUT)), Verdict.HARMLESS),
 }
 
-PARAMETERS = {
+KEYWORD_PARAMETERS = {
     "NODE": {"NSET", "SYSTEM", "INPUT"},
     "ELEMENT": {"TYPE", "ELSET", "INPUT"},
     "NSET": {"NSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED", "ELSET"},

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS, FACES
@@ -16,8 +15,7 @@ from slipstick.importers.abaqus.input_file import Content, Section, named, read_
 from slipstick.importers.findings import Verdict
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, matching_surface, with_surfaces
-
-IntArray = NDArray[np.int64]
+from slipstick.typing import IntArray
 
 _ELASTIC = {"young", "poisson"}
 

@@ -12,19 +12,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.mesh import Mesh, node_indices
-from slipstick.importers.ansys.commands import classify
+from slipstick.importers.ansys.commands import classify_commands
 from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, with_surfaces
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
-
-IntArray = NDArray[np.int64]
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.typing import IntArray
 
 _HEAD = 10
 """Numbers of an EBLOCK row before its nodes: material, type, ..., element number, one more."""
@@ -87,7 +85,7 @@ def read_archive(path: Path) -> MeshModel:
         element_labels=numbers,
     )
     findings = Findings(source=path.name)
-    held = np.array(sorted(classify(findings, text)), dtype=np.int64).reshape(-1, 2)
+    held = np.array(sorted(classify_commands(findings, text)), dtype=np.int64).reshape(-1, 2)
     found = read_materials(findings, text)
     findings.refuse_incomplete()
     used = {name: int(name.split()[1]) for name in sets}
@@ -144,7 +142,7 @@ def _rotated_nodes(text: str, path: Path) -> IntArray:
             angles = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
             try:
                 if any(fortran_real(angle) for angle in angles if angle.strip()):
-                    rotated.append(whole(line[:width]))
+                    rotated.append(whole_number(line[:width]))
             except ValueError as error:
                 raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
     return np.array(sorted(rotated), dtype=np.int64)

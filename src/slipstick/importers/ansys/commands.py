@@ -6,15 +6,15 @@ import re
 from collections.abc import Iterator, Mapping
 
 from slipstick.errors import InputError
-from slipstick.importers.findings import Findings, Row, Verdict, rows
-from slipstick.importers.text_numbers import fortran_real, whole
+from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
+from slipstick.importers.text_numbers import fortran_real, whole_number
 
 _TIES = "ties degrees of freedom to each other"
 _MISSING = "brings in data that are not in the file; write one archive with CDWRITE,DB"
 _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
 
-TABLE: dict[str, Row] = {
+COMMAND_VERDICTS: dict[str, VerdictRow] = {
     **rows("CE CEQN CEINTF CERIG CESGEN CECYC CYCLIC", Verdict.COUPLING, _TIES),
     **rows("CP CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
     "NROTAT": (Verdict.COUPLING, "rotates the directions of nodes"),
@@ -34,7 +34,7 @@ TABLE: dict[str, Row] = {
     "*USE": (Verdict.INCOMPLETE, _MISSING),
     "MPAMOD": (Verdict.APPROXIMATED, "is left out"),
 }
-_ZERO: dict[str, Row] = {
+_ZERO: dict[str, VerdictRow] = {
     **rows("ALPHAD BETAD DMPRAT DMPSTR MDAMP", Verdict.APPROXIMATED, _DAMPING),
     **rows("OMEGA CMOMEGA CGOMGA CGOMEGA", Verdict.APPROXIMATED, _ROTATES),
     "CORIOLIS": (Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
@@ -79,7 +79,7 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
                 yield number, head.strip().upper(), [word.strip() for word in words]
 
 
-def classify(findings: Findings, text: str) -> set[tuple[int, int]]:
+def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
     """Give each command its verdict; the supports (node, direction 0..2) are returned."""
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
@@ -91,10 +91,10 @@ def classify(findings: Findings, text: str) -> set[tuple[int, int]]:
         elif name in _ZERO:
             verdict, what = _ZERO[name] if any(map(_value, words)) else (Verdict.HARMLESS, "")
             findings.add(verdict, name, what, line)
-        elif name in _HARMLESS or (name.startswith("*") and name not in TABLE):
+        elif name in _HARMLESS or (name.startswith("*") and name not in COMMAND_VERDICTS):
             findings.add(Verdict.HARMLESS, name, "", line)
         elif name not in _READ:
-            findings.look_up(TABLE, name, name, line)
+            findings.look_up(COMMAND_VERDICTS, name, name, line)
     return held
 
 
@@ -122,7 +122,7 @@ def _support(findings: Findings, line: int, words: list[str]) -> set[tuple[int, 
     if not node.isdigit() or last not in ("", "0", node):
         findings.add(Verdict.COUPLING, "D", "names its nodes otherwise than one on a line, which is not read", line)
         return set()
-    return {(whole(node), axis) for name in labels for axis in _AXES.get(name, ())}
+    return {(whole_number(node), axis) for name in labels for axis in _AXES.get(name, ())}
 
 
 _AXES: Mapping[str, tuple[int, ...]] = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}

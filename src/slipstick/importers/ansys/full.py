@@ -18,7 +18,6 @@ from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.typing import Sparse
 
 Words = NDArray[np.int32]
-IntArray = NDArray[np.int64]
 
 _DAMAGED = "the file is damaged or truncated, or not an Ansys .full file"
 _SYMBOLIC = -4

@@ -6,16 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.nastran.cards import cards, classify
+from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.raw_model import Nodes
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole
-from slipstick.typing import Sparse
-
-IntArray = NDArray[np.int64]
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.typing import IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +53,7 @@ def read_bulk(path: Path) -> BulkData:
     reader = _Reader(path)
     for number, name, fields in cards(read_bytes(path).decode("latin-1"), _READ):
         if name not in _READ:
-            classify(reader.findings, name, number)
+            classify_card(reader.findings, name, number)
             continue
         try:
             reader.line = number
@@ -88,7 +85,7 @@ class _Reader:
 
     def on_grid(self, fields: list[str]) -> None:
         fields = fields + [""] * 4  # a card may end after the position
-        node = whole(fields[0])
+        node = whole_number(fields[0])
         self._basic(f"GRID {node}", fields)
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
         if self.grids.setdefault(node, (x, y, z)) != (x, y, z):
@@ -118,21 +115,21 @@ class _Reader:
         fields = fields + [""] * 4
         for node, directions, value in (fields[1:4], fields[4:7]):
             if node:
-                self._constrain(whole(fields[0]), whole(node), directions)
+                self._constrain(whole_number(fields[0]), whole_number(node), directions)
             if value and fortran_real(value):
                 self.findings.add(Verdict.COUPLING, "SPC", "prescribes a displacement that is not 0", self.line)
 
     def on_spcadd(self, fields: list[str]) -> None:
-        self.sums[whole(fields[0])] = [whole(field) for field in fields[1:] if field]
+        self.sums[whole_number(fields[0])] = [whole_number(field) for field in fields[1:] if field]
 
     def on_spc1(self, fields: list[str]) -> None:
         for node in _labels(fields[2:]):
-            self._constrain(whole(fields[0]), node, fields[1])
+            self._constrain(whole_number(fields[0]), node, fields[1])
 
     def on_aset(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
             if node:
-                self.analysis |= _pairs(whole(node), directions)
+                self.analysis |= _pairs(whole_number(node), directions)
 
     def on_aset1(self, fields: list[str]) -> None:
         for node in _labels(fields[1:]):
@@ -141,7 +138,7 @@ class _Reader:
     def on_dmig(self, fields: list[str]) -> None:
         name = fields[0].upper()
         if fields[1] in ("", "0"):
-            form, kind = whole(fields[2]), whole(fields[3] or "2")
+            form, kind = whole_number(fields[2]), whole_number(fields[3] or "2")
             if kind in (3, 4) or form not in (1, 6):
                 found = "complex" if kind in (3, 4) else f"of form {form}"
                 raise InputError(f"{self.path.name}: DMIG {name} is {found}; expected a real square or symmetric one")
@@ -193,24 +190,24 @@ def _labels(fields: list[str]) -> list[int]:
     labels: list[int] = []
     for i, word in enumerate(words):
         if word.upper() == "THRU":
-            first, last = whole(words[i - 1]), whole(words[i + 1])
+            first, last = whole_number(words[i - 1]), whole_number(words[i + 1])
             if last - first > 10_000_000:
                 raise ValueError(f"the range {first} THRU {last} is too long")
             labels += range(first + 1, last)
         else:
-            labels.append(whole(word))
+            labels.append(whole_number(word))
     return labels
 
 
 def _pairs(node: int, directions: str) -> set[tuple[int, int]]:
-    return {(node, (whole(digit) - 1) % 7) for digit in directions or "0"}
+    return {(node, (whole_number(digit) - 1) % 7) for digit in directions or "0"}
 
 
 def _pair(node: str, direction: str) -> tuple[int, int]:
-    component = whole(direction or "0")
+    component = whole_number(direction or "0")
     if not 0 <= component <= 6:
         raise ValueError(f"direction {component}; expected 0 to 6")
-    return whole(node), (component - 1) % 7
+    return whole_number(node), (component - 1) % 7
 
 
 def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Sparse:

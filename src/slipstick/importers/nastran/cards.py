@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 
-from slipstick.importers.findings import Findings, Row, Verdict, rows
+from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 
 _SUPER = "belongs to a superelement, which is not read; export the residual structure with its own bulk data"
 
-TABLE: dict[str, Row] = {
+CARD_VERDICTS: dict[str, VerdictRow] = {
     **rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
     **rows("SUPER", Verdict.INCOMPLETE, _SUPER),
     **rows(
@@ -37,12 +37,12 @@ _IN_THE_MATRICES = re.compile(
 """Elements, properties, materials, loads, tables, parameters: they are in the matrices, or not needed."""
 
 
-def classify(findings: Findings, name: str, line: int) -> None:
+def classify_card(findings: Findings, name: str, line: int) -> None:
     """Give a card that is not read its verdict."""
-    if name not in TABLE and _IN_THE_MATRICES.fullmatch(name):
+    if name not in CARD_VERDICTS and _IN_THE_MATRICES.fullmatch(name):
         findings.add(Verdict.HARMLESS, name, "", line)
     else:
-        findings.look_up(TABLE, name, name, line)
+        findings.look_up(CARD_VERDICTS, name, name, line)
 
 
 def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[str]]]:

@@ -9,13 +9,13 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.importers.text_numbers import require_plausible
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
-from slipstick.structure.npz import LARGEST, array_shapes, read_any, read_arrays
+from slipstick.structure.npz import LARGEST_ARCHIVE, array_shapes, read_any, read_arrays
 from slipstick.typing import Matrix
 
 _SPARSE = {"format", "shape", "data", "indices", "indptr"}
 
 
-def read_matrix(path: Path, *, limit: int = LARGEST) -> Matrix:
+def read_matrix(path: Path, *, limit: int = LARGEST_ARCHIVE) -> Matrix:
     """A matrix (n, m) as a dense array or a scipy sparse array.
 
     Raises

@@ -121,7 +121,7 @@ class Corrector:
         length = metric.length(second.state - first.state)
         a = first.tangent / metric.length(first.tangent)
         b = second.tangent / metric.length(second.tangent)
-        turn = angle(metric.cosine(a, b))
+        turn = angle_of(metric.cosine(a, b))
         return Arc(first.state, a, second.state, b, length * (1.0 + turn * turn / 24.0))
 
     def is_kink(self, first: Step, second: Step) -> bool:
@@ -143,6 +143,6 @@ class Corrector:
         return norm(rest) <= _CORNER_FIT * (1.0 - g * g) * norm(chord)
 
 
-def angle(cosine: float) -> float:
+def angle_of(cosine: float) -> float:
     """Angle of a cosine that may be beyond 1 by rounding."""
     return acos(max(-1.0, min(1.0, cosine)))

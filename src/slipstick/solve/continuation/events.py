@@ -9,7 +9,7 @@ from typing import Protocol
 from slipstick.typing import Array
 
 
-class Point(Protocol):
+class EventPoint(Protocol):
     """What an event function may look at."""
 
     @property
@@ -63,7 +63,7 @@ class BranchEvent:
         return (rising and self.direction >= 0) or (falling and self.direction <= 0)
 
 
-def turning_parameter(step: Point) -> float:
+def turning_parameter(step: EventPoint) -> float:
     """Zero where the parameter turns back."""
     return step.tangent_parameter
 

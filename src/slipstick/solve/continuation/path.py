@@ -10,7 +10,7 @@ import numpy as np
 from slipstick.errors import Outcome, Reason
 from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.corner import turn
-from slipstick.solve.continuation.corrector import Corrector, angle
+from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.events import BranchEvent, turning_points
 from slipstick.solve.continuation.judging import Rejection, objection
 from slipstick.solve.continuation.locate import Locator
@@ -116,7 +116,7 @@ class Continuation(Iterator[Step]):
 
     def _ahead(self, last: Step, new: Step) -> Arc | None:
         """The arc that leads on from two neighbours, unless there is a corner between; the metric follows the newer."""
-        sharp = angle(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
+        sharp = angle_of(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
         arc = None if sharp else self._corrector.arc(last, new)
         self._metric.renew(new.x)
         return arc
@@ -192,7 +192,7 @@ class Continuation(Iterator[Step]):
             length,
             contraction=0.0 if result.stagnated else result.contraction,
             iterations=0 if result.stagnated else result.iterations,
-            angle=angle(metric.cosine(last.tangent, new.tangent)),
+            angle=angle_of(metric.cosine(last.tangent, new.tangent)),
             order=order,
             options=self._options,
         )

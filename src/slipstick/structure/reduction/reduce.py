@@ -39,7 +39,7 @@ from slipstick.structure.reduction.request import (
     checked_request,
     real_matrices,
 )
-from slipstick.structure.truncation import WARNED, WorstError
+from slipstick.structure.truncation import WARNED_REDUCTION, WorstError
 from slipstick.typing import Array, Matrix
 
 
@@ -225,7 +225,7 @@ def _worst(structure: ModalStructure, frequency_range: tuple[float, float], meas
 def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> None:
     if worst.refused and not force:
         raise InputError(worst.sentence(count()))
-    if worst.value > WARNED:
+    if worst.value > WARNED_REDUCTION:
         warnings.warn(worst.sentence(), SlipstickWarning, stacklevel=3)
 
 

@@ -93,7 +93,7 @@ def checked_request(
     names = None if names is None else found.take(name_list, "names", names, "a name for each direction")
     directions, kept, faults = kept_directions(n, keep, dofs, names)
     shapes = named_shapes(load_shapes, found.problems)
-    loads, load_faults = load_columns(n, shapes)
+    loads, load_faults = shape_columns(n, shapes)
     found.problems += faults + load_faults
     found.take(truth, "force", force)
     found.take(tools, solver, cache, listener)
@@ -208,7 +208,7 @@ def _examples(dofs: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in list(dofs)[:3])
 
 
-def load_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[str]]:
+def shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[str]]:
     """Load vectors as columns (n, n_loads), and what is wrong with them."""
     faults: list[str] = []
     columns: list[Array] = []
