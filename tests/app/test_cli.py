@@ -412,6 +412,15 @@ def test_init_python(tmp_path: Path) -> None:
     assert not (tmp_path / "wrong.py").exists()
 
 
+def test_a_moving_support_is_told(tmp_path: Path) -> None:
+    slipstick("init", "shaken", tmp_path)
+    assert "all motion, in results and figures too, is relative to it" in told(
+        slipstick("check", tmp_path / "shaken.toml")
+    )
+    ran = slipstick("run", tmp_path / "shaken.toml", "-o", tmp_path / "out", "--no-figures")
+    assert "all motion is relative to the moving support" in told(ran)
+
+
 def test_examples_never_overwrite(tmp_path: Path) -> None:
     path = tmp_path / "oscillator.toml"
     path.write_text("mine")

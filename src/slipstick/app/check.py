@@ -80,6 +80,8 @@ def _request(case: Case, problem: Problem) -> None:
         ratio = "{}/{}".format(*problem.period_ratio)
         say(f"period of the load over that of the rub: {ratio}; omega belongs to the common period")
     say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
+    if problem.relative:
+        say("the support moves: all motion, in results and figures too, is relative to it")
 
 
 _ALONG = {"tangential": "slides along"}

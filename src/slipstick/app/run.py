@@ -276,6 +276,8 @@ class Run:
             iterations = int(data["newton_iterations"].sum())
             for line in peak_lines(data):
                 self.manner.tell(line)
+            if "coordinates_of_motion" in data.attrs:
+                self.manner.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
             for sentence in warnings_of(data):
                 complain(f"warning: {sentence}")
             self.manner.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")

@@ -27,6 +27,7 @@ from slipstick.app.tables import (
     Table,
     ThermalTable,
     TopTable,
+    UnitsTable,
 )
 
 _STRUCTURES: dict[str, type[Table]] = {
@@ -72,7 +73,7 @@ if __name__ == "__main__":
     print(branch.outcome.text)
     for dof in branch.problem.outputs:
         for at, amplitude in branch.peaks(dof):
-            print(f"peak of {{dof}}: {{amplitude:.6g}} at {{at:.6g}}")
+            print(f"peak of {{dof}}: {{amplitude:.6g}} at {{at:.6g}}{unit}")
     branch.save(Path(__file__).with_suffix(".nc"))
 '''
 
@@ -106,7 +107,12 @@ class _Script:
         lines += [*heat, f"return {self._problem(top, heated=bool(heat))}"]
         made, followed = "\n".join(lines), self._response()
         title = self.raw.get("title") or Path(name).stem
-        body = _BODY.format(made=textwrap.indent(made, "    "), followed=textwrap.indent(followed, "    ").lstrip())
+        angular = UnitsTable.model_validate(self.raw.get("units", {})).units.angular
+        body = _BODY.format(
+            unit="" if "parameter" in self.raw["response"] else f" {angular}",
+            made=textwrap.indent(made, "    "),
+            followed=textwrap.indent(followed, "    ").lstrip(),
+        )
         return f'"""{_docstring(title)}\n\nWhat {_docstring(name)} says, in Python.\n"""\n\n{_head(body)}\n\n\n{body}'
 
     def _structure(self) -> list[str]:
