@@ -86,27 +86,28 @@ class ContactPair:
     @cached_property
     def directions(self) -> Mapping[str, tuple[Direction | None, ...]]:
         """Direction cosines of each port, one for each contact; raises InputError where they cannot be matched."""
+        count = self._count
+        return {port: value if len(value) == count else value * count for port, value in self._given.items()}
+
+    @cached_property
+    def _given(self) -> dict[str, tuple[Direction | None, ...]]:
+        """Direction cosines of each port: one for all contacts, or one for each."""
         given = dict(self.ports or {})
         given |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
-        found: dict[str, tuple[Direction | None, ...]] = {}
-        for port, value in given.items():
-            found[port] = value if isinstance(value, tuple) else (value,)
-        sizes = {len(v) for v in found.values()} | {s for s in self._array_sizes() if s != 1} | {1}
-        count = max(sizes)
-        if sizes - {1, count}:
-            several = sorted(sizes - {1})
+        return {port: value if isinstance(value, tuple) else (value,) for port, value in given.items()}
+
+    @cached_property
+    def _count(self) -> int:
+        """Number of contacts; raises InputError where arrays and directions do not agree on one."""
+        several = sorted({size for size in (*map(len, self._given.values()), *self._array_sizes()) if size != 1})
+        if len(several) > 1 or 0 in several:
             raise InputError(f"contact '{self.name}': found {several} contacts in its arrays; expected one number")
-        return {port: v if len(v) == count else v * count for port, v in found.items()}
+        return several[0] if several else 1
 
     def _array_sizes(self) -> list[int]:
         rub = self.rubbing
         arrays = [*self.contact.values.values(), *(v for _, v in rub.components())]
         return [int(np.size(v)) for v in arrays if np.ndim(v)]
-
-    @cached_property
-    def _count(self) -> int:
-        sizes = [len(v) for v in self.directions.values()] + [1]
-        return max([*sizes, *self._array_sizes()])
 
     def __len__(self) -> int:
         return self._count
