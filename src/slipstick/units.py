@@ -107,13 +107,10 @@ class Units:
 
     def frequency_factor(self, unit: str) -> float:
         """How many rad/time a frequency unit is: "Hz", "kHz", "rpm", or the angular one; InputError for another."""
-        if unit == self.angular:
-            return 1.0
-        known = [self.angular, *(FREQUENCIES if self.in_seconds else ())]
-        if unit not in known:
-            listed = ", ".join(dict.fromkeys(known))
-            raise InputError(f"frequency: found {shown(unit)}; expected one of {listed}")
-        return FREQUENCIES[unit]
+        known = {self.angular: 1.0, **(FREQUENCIES if self.in_seconds else {})}
+        if not isinstance(unit, str) or unit not in known:
+            raise InputError(f"frequency: found {shown(unit)}; expected one of {', '.join(known)}")
+        return known[unit]
 
     def frequency_text(self, omega: float, unit: str = "Hz") -> str:
         """A frequency for the reader: "4.26 rad/s (0.678 Hz)"; with a time other than the second in rad/time alone."""

@@ -53,7 +53,7 @@ def compare(
     kinds = ["amplitude", *(["mean"] if moved else []), *(["power"] if rubbed else [])]
     figure = new_figure(7.2, 1.4 + 2.3 * len(kinds))
     axes = dict(zip(kinds, figure.subplots(len(kinds), 1, sharex=True, squeeze=False)[:, 0], strict=True))
-    if log is None:
+    if log is None:  # of all branches together
         log = over_decades(values_of(d, "amplitude", "dof", name) for d in pairs.values())
     response(pairs, name, ax=axes["amplitude"], frequency=frequency, log=log)
     if "mean" in axes:

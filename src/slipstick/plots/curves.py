@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import whole
+from slipstick.faults import text, truth, whole
 from slipstick.plots.quantities import (
     ROUNDING,
     abscissa,
@@ -77,11 +77,12 @@ def response(
     """
     curves = _Curves(branches, ax, label, frequency)
     ax = curves.draw("amplitude", "dof", dof)
-    if peaks:
+    log = None if log is None else truth("log", log)
+    if truth("peaks", peaks):
         for _, dataset in curves.found:
             _mark_peaks(ax, curves, dataset, dof)
     limits, drawn = ax.get_ylim(), [np.asarray(line.get_ydata()) for line in ax.lines]
-    for (name, dataset), line in zip(datasets(references) if references else (), _THIN * 20, strict=False):
+    for (name, dataset), line in zip(_references(references), _THIN * 20, strict=False):
         y = values_of(dataset, "amplitude", "dof", chosen(dataset, "dof", dof)[0])
         x = curves.abscissa.values(dataset)
         ax.plot(x, y, color=GREY, linewidth=0.9, linestyle=line, label=name or "linear", zorder=1)
@@ -89,13 +90,22 @@ def response(
         ax.set_yscale("log", nonpositive="mask")
         low = min(float(y[y > 0].min(initial=limits[1])) for y in drawn)
         limits = (0.7 * low, limits[1] * (limits[1] / low) ** 0.05)
-    if references:
+    thin = ax.lines[len(drawn) :]
+    if thin:
         ax.set_ylim(limits if ax.get_yscale() == "log" else (0.0, limits[1]))
+    for line in thin:
+        if not np.any((np.asarray(line.get_ydata()) >= ax.get_ylim()[0]) & (line.get_ydata() <= ax.get_ylim()[1])):
+            line.set_label("_outside")  # a name of what is not seen
     curves.legend()
     return ax
 
 
 _THIN = (":", (0, (4, 2)))
+
+
+def _references(given: Any) -> list[tuple[str | None, xarray.Dataset]]:
+    """Linear responses by label; there may be none."""
+    return [] if given is None or (isinstance(given, Mapping) and not given) else datasets(given)
 
 
 def phase(
@@ -216,6 +226,8 @@ class _Curves:
 
     def __post_init__(self) -> None:
         self.found = datasets(self.branches)
+        if self.label is not None:
+            text("label", self.label)
         self.new = self.ax is None
         self.abscissa = abscissa(self.first, self.frequency)
         for _, dataset in self.found[1:]:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import shown, whole
+from slipstick.faults import shown, truth, whole
+from slipstick.faults import text as one_text
 from slipstick.plots.quantities import abscissa, chosen, dataset_of, motion_label, title_of, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
 from slipstick.results.branch import Branch
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 
 LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
 """What a loop is drawn over: its key in ``Branch.loop`` and its name."""
+
+_MOST_ROWS = 40
+"""With more contacts the bars become thinner and not each is named."""
 
 _LEAST = 1e-8
 """Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
@@ -62,11 +66,14 @@ def loop(
     Axes
         One line for each contact.
     """
-    if over not in LOOP_MOTIONS:
+    if not isinstance(over, str) or over not in LOOP_MOTIONS:
         raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
     found, dataset, new = _branch(branch), dataset_of(branch), ax is None
+    point = _place(dataset, point)
     names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
-    unit = units_of(dataset)
+    unit, limit = units_of(dataset), truth("limit", limit)
+    if label is not None:
+        one_text("label", label)
     force = with_unit("Friction force", unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
     for name in names:
@@ -89,6 +96,7 @@ def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False
     Arguments as in :func:`loop`; always a new figure.
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
+    point = _place(dataset, point)
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
         loop(branch, point, names, over=over, limit=limit, ax=ax)
@@ -117,7 +125,8 @@ def _shade(ax: Axes, dataset: Any, point: int, contact: str) -> None:
 def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> Axes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom."""
     found, dataset, new = _branch(branch), dataset_of(branch), ax is None
-    names = chosen(dataset, "contact", contact or [str(name) for name in dataset["contact"].to_numpy()])
+    every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
+    names, point = chosen(dataset, "contact", every if contact is None else contact), _place(dataset, point)
     intervals = found.states(point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
@@ -127,14 +136,15 @@ def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = 
 
 def draw_states(intervals: Mapping[str, Sequence[tuple[float, float, str]]], ax: Axes | None = None) -> Axes:
     """Intervals (start, end, state) in rad, by contact; one that ends beyond 2 pi is wrapped round: two patches."""
-    ax = styled(ax, "Phase τ = ω t", "", height=1.5 + 0.3 * len(intervals))
+    ax = styled(ax, "Phase τ = ω t", "", height=1.5 + 0.3 * min(len(intervals), _MOST_ROWS))
     ax.grid(False)
     shown: dict[str, Any] = {}
     for row, spans in enumerate(intervals.values()):
         for start, end, name in (piece for span in spans for piece in _wrapped(*span)):
             bars = ax.barh(row, end - start, left=start, height=0.7, color=STATE_COLOURS.get(name, GREY), linewidth=0)
             shown.setdefault(name, bars)
-    ax.set_yticks(range(len(intervals)), labels=short(list(intervals), 24), parse_math=False)
+    every = -(-len(intervals) // _MOST_ROWS)
+    ax.set_yticks(range(0, len(intervals), every), labels=short(list(intervals), 24)[::every], parse_math=False)
     ax.set_ylim(len(intervals) - 0.5, -0.5)
     _period_axis(ax)
     order = [name for name in STATE_COLOURS if name in shown]
@@ -165,8 +175,8 @@ def history(
     The force is that of the states themselves, not the truncated series; ``limit`` draws its bounds, dotted, for one
     contact.
     """
-    dataset, new = dataset_of(branch), ax is None
-    names, y_label = _names(dataset, dof, contact)
+    dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
+    point, (names, y_label) = _place(dataset, point), _names(dataset, dof, contact)
     ax = styled(ax, "Phase τ = ω t", y_label)
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
@@ -201,7 +211,8 @@ def spectrum(
     they span decades, unless ``log`` says otherwise.
     """
     dataset, new, orders = dataset_of(branch), ax is None, _branch(branch).harmonics.orders
-    names, text = _names(dataset, dof, contact)
+    point, (names, text) = _place(dataset, point), _names(dataset, dof, contact)
+    log = None if log is None else truth("log", log)
     of, y_label = _motion if contact is None else _force, f"Amplitude of the {text[0].lower()}{text[1:]}"
     sizes = {name: _sizes(of(dataset, point, name)) for name in names}
     ax = styled(ax, "Harmonic of the principal frequency", y_label)
@@ -239,9 +250,16 @@ def _names(dataset: Any, dof: Names, contact: Names) -> tuple[list[str], str]:
     return chosen(dataset, "dof", dof), motion_label(dataset)
 
 
-def _motion(dataset: Any, point: int, dof: str) -> Array:
+def _place(dataset: Any, point: Any) -> int:
+    """The number of a point; InputError where there is none."""
     count = dataset.sizes["point"]
-    return np.asarray(dataset["displacement"].isel(point=whole("point", point, -count, count - 1)).sel(dof=dof))
+    if not count:
+        raise InputError("the branch has no points to draw")
+    return whole("point", point, -count, count - 1)
+
+
+def _motion(dataset: Any, point: int, dof: str) -> Array:
+    return np.asarray(dataset["displacement"].isel(point=point).sel(dof=dof))
 
 
 def _force(dataset: Any, point: int, contact: str) -> Array:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import shown, suggestion
+from slipstick.faults import listed, shown, suggestion
+from slipstick.faults import names as texts
+from slipstick.faults import text as one_text
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
@@ -24,11 +26,11 @@ def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
     if _is_one(branches):
         return [(None, dataset_of(branches))]
-    pairs: Iterable[tuple[str | None, Any]] = ()
+    pairs: Iterable[tuple[str | None, Any]]
     if isinstance(branches, Mapping):
-        pairs = ((str(label), branch) for label, branch in branches.items())
-    elif isinstance(branches, Iterable) and not isinstance(branches, str):
-        pairs = ((None, branch) for branch in branches)
+        pairs = ((one_text("label", label), branch) for label, branch in branches.items())
+    else:
+        pairs = ((None, branch) for branch in listed("nothing to draw", branches, "a branch, or several"))
     found = [(label, dataset_of(branch)) for label, branch in pairs]
     if not found:
         raise InputError(f"nothing to draw: found {shown(branches)}; expected a branch, or several")
@@ -52,7 +54,7 @@ def dataset_of(branch: Any) -> xarray.Dataset:
 def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None) -> list[str]:
     """Names along a dimension: one, several, or the first; InputError for one that is not there."""
     known = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.coords else []
-    names = known[:1] if given is None else [given] if isinstance(given, str) else list(given)
+    names = known[:1] if given is None else list(texts(dim, given, f"the name of a {dim}"))
     for name in names:
         if name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
@@ -88,10 +90,10 @@ def _largest(values: xarray.DataArray) -> float:
 def quantity(dataset: xarray.Dataset, name: str) -> str:
     """Label of a variable: its long name, less what stands in brackets, and its unit, from the dataset itself."""
     attributes = dataset[name].attrs
-    text = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
+    words = re.sub(r" \([^)]*\)", "", str(attributes.get("long_name", name.replace("_", " "))))
     if name != "parameter":  # that is the user's own name
-        text = text[:1].upper() + text[1:]
-    return with_unit(text, str(attributes.get("units", "")))
+        words = words[:1].upper() + words[1:]
+    return with_unit(words, str(attributes.get("units", "")))
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -154,8 +156,9 @@ def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abs
     """The frequency in the unit given, else in that of the range of its case; InputError for a unit that is none."""
     units = units_of(dataset)
     unit = frequency if frequency is not None else str(dataset.attrs.get("frequency_unit", units.angular))
+    factor = units.frequency_factor(unit)
     label = with_unit(quantity(dataset, "omega").split(" [")[0], unit)
-    return Abscissa(name="omega", label=label, unit=unit, factor=units.frequency_factor(unit))
+    return Abscissa(name="omega", label=label, unit=unit, factor=factor)
 
 
 def held_text(dataset: xarray.Dataset) -> str:

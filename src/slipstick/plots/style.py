@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from cycler import cycler
 
+from slipstick.faults import wrong
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -28,6 +30,8 @@ _LETTERS_PER_INCH = 12.0
 _LONGEST_NAME = 36
 _MOST_INSIDE = 7
 """With more entries a legend stands beside the axes."""
+_MOST_NAMED = 20
+"""With more entries a legend says how many there are."""
 DECADES = 100.0
 """From this ratio of the largest to the smallest value a scale is logarithmic."""
 
@@ -44,6 +48,8 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
 
 def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> Axes:
     """The given or new axes with labels, a light grid and the palette."""
+    if ax is not None and not hasattr(ax, "set_xlabel"):
+        raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
     ax = new_figure(height=height).add_subplot() if ax is None else ax
     if not ax.lines:
         count = len(COLOURS) * len(DASHES)
@@ -97,10 +103,12 @@ def legend(ax: Axes, *, least: int = 1) -> None:
         found[PEAK] = found.pop(PEAK)
     if len(found) < max(least, 1):
         return
-    many = len(found) > _MOST_INSIDE
+    many, names = len(found) > _MOST_INSIDE, short(list(found))
+    if len(found) > _MOST_NAMED:
+        names = [*names[: _MOST_NAMED - 1], f"... ({len(names)} in all)"]
     place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
     made = ax.legend(
-        list(found.values()), short(list(found)), frameon=True, framealpha=0.85, edgecolor="none",
+        list(found.values())[: len(names)], names, frameon=True, framealpha=0.85, edgecolor="none",
         fontsize="small", **place,
     )  # fmt: skip
     for text in made.get_texts():
