@@ -59,6 +59,8 @@ def test_references_are_thin_and_do_not_set_the_scale() -> None:
     assert free.get_linewidth() < ax.lines[0].get_linewidth()
     np.testing.assert_allclose(drawn(free)[1], dataset(50.0)["amplitude"].values[:, 0])
     assert named(ax) == ["x", "free", "peak"]
+    far = plots.response(dataset(), references={"free": dataset(1e9)})
+    assert named(far) == ["x", "peak"]  # what is out of sight is not named
 
 
 def test_decades_ask_for_a_logarithmic_scale() -> None:

@@ -15,7 +15,7 @@ They raise InputError for names and units that are not there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -81,26 +81,29 @@ def response(
     if truth("peaks", peaks):
         for _, dataset in curves.found:
             _mark_peaks(ax, curves, dataset, dof)
-    limits, drawn = ax.get_ylim(), [np.asarray(line.get_ydata()) for line in ax.lines]
-    for (name, dataset), line in zip(_references(references), _THIN * 20, strict=False):
+    drawn = [np.asarray(line.get_ydata()) for line in ax.lines]
+    limits = _amplitude_scale(ax, drawn, log or (log is None and curves.new and over_decades(drawn)))
+    for (name, dataset), dashes in zip(_references(references), _THIN * 20, strict=False):
         y = values_of(dataset, "amplitude", "dof", chosen(dataset, "dof", dof)[0])
-        x = curves.abscissa.values(dataset)
-        ax.plot(x, y, color=GREY, linewidth=0.9, linestyle=line, label=name or "linear", zorder=1)
-    if log or (log is None and curves.new and over_decades(drawn)):
-        ax.set_yscale("log", nonpositive="mask")
-        low = min(float(y[y > 0].min(initial=limits[1])) for y in drawn)
-        limits = (0.7 * low, limits[1] * (limits[1] / low) ** 0.05)
-    thin = ax.lines[len(drawn) :]
-    if thin:
-        ax.set_ylim(limits if ax.get_yscale() == "log" else (0.0, limits[1]))
-    for line in thin:
-        if not np.any((np.asarray(line.get_ydata()) >= ax.get_ylim()[0]) & (line.get_ydata() <= ax.get_ylim()[1])):
-            line.set_label("_outside")  # a name of what is not seen
+        seen = np.any((y >= limits[0]) & (y <= limits[1]))  # what is outside needs no name
+        style: dict[str, Any] = {"linestyle": dashes, "label": (name or "linear") if seen else "_"}
+        ax.plot(curves.abscissa.values(dataset), y, color=GREY, linewidth=0.9, zorder=1, **style)
+        ax.set_ylim(limits)
     curves.legend()
     return ax
 
 
 _THIN = (":", (0, (4, 2)))
+
+
+def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[float, float]:
+    """Set the scale for the curves drawn; the limits that references beside them have to keep to."""
+    high = ax.get_ylim()[1]
+    if not log:
+        return 0.0, high
+    ax.set_yscale("log", nonpositive="mask")
+    low = min(float(y[y > 0].min(initial=high)) for y in drawn)
+    return 0.7 * low, high * (high / low) ** 0.05
 
 
 def _references(given: Any) -> list[tuple[str | None, xarray.Dataset]]:
