@@ -366,7 +366,7 @@ def test_any_value_anywhere_is_taken_or_told(line: str, value: object) -> None:
 def test_a_byte_order_mark_is_read_over(tmp_path):
     """Editors on Windows write one."""
     path = tmp_path / "case.toml"
-    example = Path(__file__).parent.parent.parent / "examples/oscillator/case.toml"
+    example = Path(__file__).parent.parent.parent / "examples/oscillator/oscillator.toml"
     path.write_bytes(b"\xef\xbb\xbf" + example.read_bytes())
     assert Case.from_file(path).problem().title.startswith("SDOF")
 
