@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import slipstick as ss
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
@@ -129,6 +131,14 @@ def test_blade_reduced(tmp_path):
         assert branches[name].outcome.ok
     assert max(float(branch.dataset.separation_fraction.max()) for branch in branches.values()) > 0.05
     module.draw(branches, tmp_path)
+
+
+def test_shaken():
+    """A support that shakes: time integration agrees, and the numbers are those of the page."""
+    branch = ss.Case.from_file(EXAMPLES / "oscillator" / "shaken.toml").run()
+    omega, amplitude = highest(branch, "x")
+    assert (omega, amplitude) == (pytest.approx(6.844, rel=1e-4), pytest.approx(7.386, rel=1e-4))
+    assert branch.check_in_time(branch.at(omega)).relative_difference < 2e-4
 
 
 def test_lobed_casing(tmp_path):

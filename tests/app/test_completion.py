@@ -40,3 +40,4 @@ def test_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert case_files("nowhere/x") == []
     assert completed("slipstick check ca") == ["case.toml"]
     assert completed("slipstick verify runs/r") == ["runs/results.nc"]
+    assert completed("slipstick report r.nc runs/r") == ["runs/results.nc"]

@@ -110,7 +110,10 @@ def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, an
 @app.command()
 def report(
     results: Annotated[
-        list[Path], typer.Argument(metavar="RESULTS.nc...", help="Results files, laid over each other.")
+        list[Path],
+        typer.Argument(
+            metavar="RESULTS.nc...", help="Results files, laid over each other.", autocompletion=results_files
+        ),
     ],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The page; by default report.html beside the first file.")
