@@ -1,29 +1,166 @@
-"""Pages whose blocks are run: what they print is what they say."""
+"""Every block of README and docs runs, page by page in a folder of its own, and prints what the page shows.
+
+``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written to
+that file instead, and so are ``toml`` blocks. ``sh`` blocks run line by line. A ``text`` block is what has been printed since the
+one before: "..." stands for anything, numbers may differ by two units of their last digit.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import doctest
 import io
+import json
 import re
+import shlex
+import subprocess
+import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-DOCS = Path(__file__).parent.parent / "docs"
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+FENCE = re.compile(r"^( *)```([\w{}.-]+)[^\n]*\n(.*?)^\1```", flags=re.DOTALL | re.MULTILINE)
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
+
+NOT_RUN = {
+    "pip install": "installs from the package index",
+    "python -m venv": "makes an environment",
+    "sbatch": "hands a job to a cluster",
+    "#!/bin/bash": "a job for a cluster",
+    "make ": "makes an environment",
+    "pytest": "the tests themselves",
+    "git clone": "needs the network",
+    "flowchart": "a drawing",
+    "{eval-rst}": "what the site makes from docstrings",
+}
+"""Blocks and lines that are not run, by how they begin, and why."""
+
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
+SLOW = {"tutorial-blade-tip.md"}
 
 
-@pytest.mark.parametrize("page", ["own-law-and-structure.md"])
-def test_the_blocks_print_what_is_shown(page: str) -> None:
-    names: dict[str, Any] = {}
-    out = io.StringIO()
-    blocks = re.findall(r"```(\w+)\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), flags=re.DOTALL)
-    for language, text in blocks:
-        if language == "python":
-            with contextlib.redirect_stdout(out):
-                exec(compile(text, page, "exec"), names)
-        else:
-            assert language == "text"
-            assert out.getvalue() == text
-            out = io.StringIO()
-    assert out.getvalue() == ""
+def not_run(text: str) -> bool:
+    return any(text.lstrip().startswith(start) for start in NOT_RUN)
+
+
+def same(printed: str, shown: str) -> bool:
+    """Whether a page shows what was printed."""
+    if doctest.OutputChecker().check_output(shown, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE):
+        return True
+    pattern = re.escape(" ".join(NUMBER.sub("#", shown).split())).replace(re.escape("..."), ".*")
+    if not re.fullmatch(pattern, " ".join(NUMBER.sub("#", printed).split())) or "..." in shown:
+        return False
+    pairs = zip(NUMBER.findall(printed), NUMBER.findall(shown), strict=True)
+    return all(abs(float(found) - float(text)) <= 2.0 * last_digit(text) for found, text in pairs)
+
+
+def last_digit(text: str) -> float:
+    """One unit of the last digit of a number as written."""
+    mantissa, _, exponent = text.partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
+class Session:
+    """One page: its files lie in ``folder``, its Python names live on from block to block."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.names, self.printed = folder, {}, ""
+
+    def run(self, language: str, text: str) -> None:
+        getattr(self, language)(text)
+
+    def python(self, text: str) -> None:
+        if self._is_file(text):
+            return
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(compile(text, "page", "exec"), self.names)
+        self.printed += out.getvalue()
+
+    def toml(self, text: str) -> None:
+        tomllib.loads(text)
+        self._is_file(text)
+
+    def sh(self, text: str) -> None:
+        for line in text.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            if words and not not_run(line):
+                self.printed += self._command(words)
+
+    def text(self, shown: str) -> None:
+        assert same(self.printed, shown), f"shown:\n{shown}\nprinted:\n{self.printed}"
+        self.printed = ""
+
+    def _is_file(self, text: str) -> bool:
+        named = re.match(r"# ([\w-]+\.(?:py|toml))\b", text)
+        if named:
+            (self.folder / named[1]).write_text(text, encoding="utf-8")
+        return bool(named)
+
+    def _command(self, words: list[str]) -> str:
+        if words[0] == "slipstick":
+            from typer.testing import CliRunner
+
+            from slipstick.app.cli import app
+
+            done = CliRunner().invoke(app, words[1:], catch_exceptions=False)
+            assert done.exit_code == 0, f"{' '.join(words)}\n{done.output}"
+            return done.stdout
+        assert words[0] == "python", words
+        script = subprocess.run([sys.executable, *words[1:]], capture_output=True, text=True, timeout=300)
+        assert script.returncode == 0, f"{' '.join(words)}\n{script.stderr}"
+        return script.stdout
+
+
+def blocks(path: Path) -> list[tuple[str, str]]:
+    if path.suffix == ".ipynb":
+        return notebook_blocks(path)
+    found = FENCE.findall(path.read_text(encoding="utf-8"))
+    return [(language, re.sub(f"^{indent}", "", text, flags=re.MULTILINE)) for indent, language, text in found]
+
+
+def notebook_blocks(path: Path) -> list[tuple[str, str]]:
+    """Code cells, each followed by what it printed."""
+    found = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            streams = [out for out in cell["outputs"] if out["output_type"] == "stream" and out["name"] == "stdout"]
+            found.append(("python", "".join(cell["source"])))
+            found += [("text", "".join(line for out in streams for line in out["text"]))] if streams else []
+    return found
+
+
+NOTEBOOKS = sorted(DOCS.glob("*.ipynb"))
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, id=p.name, marks=[pytest.mark.verify] if p.name in SLOW else [])
+        for p in (*PAGES, *NOTEBOOKS)
+        if blocks(p)
+    ],
+)
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_the_blocks_run_and_print_what_is_shown(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    session = Session(tmp_path)
+    for language, text in blocks(page):
+        if not_run(text) or not_run(language):
+            continue
+        session.run(language, text)
+    assert session.printed == "" or page.suffix == ".ipynb"
+
+
+def test_what_is_not_run_is_there() -> None:
+    pages = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for start in NOT_RUN:
+        assert re.search(rf"^ *(```)?{re.escape(start)}", pages, flags=re.MULTILINE), start

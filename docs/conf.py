@@ -1,0 +1,80 @@
+"""The site: `make docs`. The pages are plain markdown that also reads on its own; what only the site needs is here."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SOURCE = PROJECT["urls"]["Source"]
+
+project = PROJECT["name"]
+author = copyright = PROJECT["authors"][0]["name"]
+version = release = PROJECT["version"]
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_heading_anchors = 4
+suppress_warnings = ["mystnb.unknown_mime_type"]
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+
+html_theme = "furo"
+html_title = f"slipstick {version}"
+html_theme_options = {"source_repository": SOURCE, "source_branch": "main", "source_directory": "docs/"}
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+
+nitpicky = True
+# other projects' names, and our own type aliases: no links are made to them
+nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", r"slipstick\.(?!__).*\.(Array|Listener)")]
+autodoc_typehints = "none"  # docstrings say shapes and units
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
+autosummary_generate = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+MERMAID = "https://cdn.jsdelivr.net/npm/mermaid@11/dist/mermaid.esm.min.mjs"
+
+
+def navigation(text: str) -> str:
+    """The lists of links of the first page, section by section, as tables of contents for the site."""
+    parts = []
+    for section in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
+        caption, _, body = section.partition("\n")
+        pages = re.findall(r"^- \[(.+?)\]\(([\w-]+)\.(?:md|ipynb)\)", body, flags=re.MULTILINE)
+        entries = "\n".join(f"{title} <{page}>" for title, page in pages)
+        parts.append(f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{entries}\n```\n")
+    return text + "\n" + "\n".join(parts)
+
+
+def for_the_site(app: Any, page: str, source: list[str]) -> None:
+    """Links that leave this folder lead to the repository; the first page gets its tables of contents."""
+    if page == "changelog":
+        source[0] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
+    source[0] = re.sub(r"\]\(\.\./([^)]+)\)", rf"]({SOURCE}/blob/main/\1)", source[0])
+    if page == app.config.root_doc:
+        source[0] = navigation(source[0])
+
+
+def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    """What a docstring cites of THEORY.md leads there."""
+    for i, line in enumerate(lines):
+        lines[i] = re.sub(r"THEORY\.md( section)? \(?(\d+)(\.\d+\))?", _theory_link, line)
+
+
+def _theory_link(cited: re.Match[str]) -> str:
+    return f"`{cited[0]} <../THEORY.html#section-{cited[2]}>`__"
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    app.connect("source-read", for_the_site)
+    app.connect("autodoc-process-docstring", equations_linked)
