@@ -11,7 +11,7 @@ SCRIPTS = bin
 endif
 BIN = $(VENV)/$(SCRIPTS)
 
-.PHONY: demo test verify lowest lint bench clean
+.PHONY: demo test verify docs lowest lint bench clean
 
 $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -29,6 +29,14 @@ verify: $(VENV)/.ready
 	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
 	$(MAKE) lowest
+
+# the site, in build/site; warnings are errors
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/site
+
+$(VENV)/.docs: $(VENV)/.ready
+	$(BIN)/python -m pip install -q --group docs
+	$(BIN)/python -c "open('$(VENV)/.docs', 'w').close()"
 
 # the fast tests with every dependency at the lower bound that pyproject.toml gives it
 lowest: $(LOWEST)/.ready

@@ -15,10 +15,11 @@ project = PROJECT["name"]
 author = copyright = PROJECT["authors"][0]["name"]
 version = release = PROJECT["version"]
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinxcontrib.mermaid", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
+myst_fence_as_directive = ["mermaid"]
 suppress_warnings = ["mystnb.unknown_mime_type"]
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
@@ -36,12 +37,9 @@ nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", r"slipstick\.
 autodoc_typehints = "none"  # docstrings say shapes and units
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
-autosummary_generate = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
-
-MERMAID = "https://cdn.jsdelivr.net/npm/mermaid@11/dist/mermaid.esm.min.mjs"
 
 
 def navigation(text: str) -> str:
@@ -55,23 +53,25 @@ def navigation(text: str) -> str:
     return text + "\n" + "\n".join(parts)
 
 
+def numbered(equation: re.Match[str]) -> str:
+    """An equation with its own number, as a target of links."""
+    anchor = f'<a id="eq-{equation[2]}"></a>'
+    return f"{anchor}\n\n```{{math}}\n:nowrap: true\n\n\\begin{{equation}}\n{equation[1]}\n\\end{{equation}}\n```"
+
+
 def for_the_site(app: Any, page: str, source: list[str]) -> None:
     """Links that leave this folder lead to the repository; the first page gets its tables of contents."""
     if page == "changelog":
         source[0] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
     source[0] = re.sub(r"\]\(\.\./([^)]+)\)", rf"]({SOURCE}/blob/main/\1)", source[0])
+    source[0] = re.sub(r"^\$\$\n(.*?\\tag\{([\d.]+)\})\n\$\$$", numbered, source[0], flags=re.MULTILINE | re.DOTALL)
     if page == app.config.root_doc:
         source[0] = navigation(source[0])
 
 
 def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     """What a docstring cites of THEORY.md leads there."""
-    for i, line in enumerate(lines):
-        lines[i] = re.sub(r"THEORY\.md( section)? \(?(\d+)(\.\d+\))?", _theory_link, line)
-
-
-def _theory_link(cited: re.Match[str]) -> str:
-    return f"`{cited[0]} <../THEORY.html#section-{cited[2]}>`__"
+    lines[:] = [re.sub(r"THEORY\.md \((\d+\.\d+)\)", r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in lines]
 
 
 def setup(app: Any) -> None:

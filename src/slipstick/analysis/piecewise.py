@@ -3,7 +3,7 @@
 Time is ``tau = omega t``. The state vector is ``z = [q, dq/dtau, e, 1, cos m_1 tau, sin m_1 tau, ...]``: with the
 forcing carried along, every combination has ``dz/dtau = A z`` and all forces, motions and switching functions are
 rows times ``z``. ``e`` (one entry a contact) is what a stuck friction spring remembers: ``f_x = kt (x + u_p) + e`` with
-``de/dtau = kt v`` (THEORY.md section 2). A massless feedthrough (static residual) makes the motion depend on the
+``de/dtau = kt v`` (THEORY.md (12.1), (12.2)). A massless feedthrough (static residual) makes the motion depend on the
 forces at once: both are solved for together, exactly, in each combination.
 
 This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against.

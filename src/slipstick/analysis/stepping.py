@@ -201,7 +201,7 @@ class Stepper:
             self.z[e] = spring_memory(self.model, self.states, contact, self.z, force)
 
     def _onset(self, contact: int) -> State:
-        """Stick or slip where contact begins: stick if the limit grows faster than the stuck force [Eq. 16]."""
+        """Stick or slip where contact begins: stick if the limit grows faster than the force [THEORY.md (3.4)]."""
         if not self.model.frictional[contact]:
             return self.model.without_friction(contact)
         states = replaced(self.states, contact, State.STICK)

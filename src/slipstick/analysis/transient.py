@@ -64,7 +64,7 @@ class TransientResult:
     normal_coefficients: Array
     """Harmonic coefficients F_y, (n_contacts, L)."""
     amplitude: Array
-    """max |x - mean| over the last period, (n_outputs,)."""
+    """Largest ``|x - mean|`` over the last period, (n_outputs,)."""
     mean: Array
     """Zero harmonic, (n_outputs,)."""
     power: Array

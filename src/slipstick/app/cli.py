@@ -232,6 +232,9 @@ def verify(
     only: Annotated[
         str | None, typer.Option("--only", help="Without RESULTS: only the rows whose name contains this.")
     ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Without RESULTS: also write the table to this file, as markdown.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Hold this installation, or points of RESULTS, against time integration and what is known."""
@@ -241,9 +244,11 @@ def verify(
                 raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
             from slipstick.app.verify import show_verification
 
-            raise typer.Exit(show_verification(only, answer))
+            raise typer.Exit(show_verification(only, answer, markdown))
         if only is not None:
             raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
+        if markdown is not None:
+            raise InputError("--markdown: writes the installation's table; leave it out with RESULTS")
         from slipstick.app.in_time import verify_results
 
         raise typer.Exit(verify_results(results, point or (), at or (), tolerance, answer))

@@ -12,17 +12,18 @@ from slipstick.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from slipstick.verify.table import Row
 
 
-def show_verification(only: str | None, answer: Answer) -> int:
-    """Run the checks and print their table; 1 if any fails.
+def show_verification(only: str | None, answer: Answer, markdown: Path | None = None) -> int:
+    """Run the checks and print their table; 1 if any fails. ``markdown``: the file that gets the table, too.
 
     Raises
     ------
     InputError
-        If no check has the name asked for.
+        If no check has the name asked for, or the file cannot be written.
     """
     from slipstick.verify import run
 
@@ -38,12 +39,24 @@ def show_verification(only: str | None, answer: Answer) -> int:
     if not rows:
         raise InputError(f"no check is called '{only}'; run 'slipstick verify' without --only to see their names")
     print_rows(rows)
+    if markdown is not None:
+        _write(rows, markdown)
     failed = [row for row in rows if not row.ok]
     answer["checks"] = [{**row._asdict(), "ok": row.ok} for row in rows]
     say(f"{len(rows) - len(failed)} of {len(rows)} checks hold")
     for row in failed:
         say(f"failed: {row.name} {row.what}: expected {row.expected}, found {row.found} ({row.verdict})")
     return STOPPED if failed else DONE
+
+
+def _write(rows: Sequence[Row], path: Path) -> None:
+    from slipstick import __version__
+    from slipstick.verify.page import page
+
+    try:
+        path.write_text(page(rows, __version__), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another file") from None
 
 
 def print_rows(rows: Sequence[Row]) -> None:

@@ -2,7 +2,7 @@
 
 With ``T = T_0 + R Edot`` solved for the temperatures, every derivative of the residual gains ``C dEdot``, where
 ``C = A F_T (I - R Edot_T)^-1 R`` (N, n) and ``dEdot`` is the derivative of the powers at fixed temperatures
-(THEORY.md section 8). The heated contacts are one batch.
+(THEORY.md (8.2)). The heated contacts are one batch.
 """
 
 from __future__ import annotations

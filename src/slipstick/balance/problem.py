@@ -166,7 +166,7 @@ class Problem:
 
     @cached_property
     def orders(self) -> tuple[int, int]:
-        """Harmonics of the principal frequency on which excitation and rubbing motion sit [Eqs. 2, 3]."""
+        """Harmonics of the principal frequency on which excitation and rubbing motion sit [THEORY.md (1.2)]."""
         return common_period(*self.period_ratio)
 
     @property

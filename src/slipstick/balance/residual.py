@@ -1,4 +1,4 @@
-"""Residual ``R = X + A (F - P)`` of the multiharmonic balance and its derivatives (THEORY.md section 9)."""
+"""Residual ``R = X + A (F - P)`` of the multiharmonic balance and its derivatives (THEORY.md (9.2))."""
 
 from __future__ import annotations
 

@@ -32,21 +32,21 @@ class ContactForces:
     """
 
     Fx: Array
-    """Tangential force coefficients, force [Eq. 19]."""
+    """Tangential force coefficients, force [THEORY.md (4.1)]."""
     Fy: Array
-    """Normal force coefficients, force [Eq. 19]."""
+    """Normal force coefficients, force [THEORY.md (4.1)]."""
     dFx_dX: Array
-    """(..., L, L), force/length [Eqs. 25, 26, 28]."""
+    """(..., L, L), force/length [THEORY.md (5.1), (5.2)]."""
     dFx_dY: Array
     dFy_dY: Array
     dFx_dv: Array
-    """By ``v = velocity / omega`` (..., L) [Eq. 35]."""
+    """By ``v = velocity / omega`` (..., L) [THEORY.md (6.1)]."""
     dFx_dmu: Array
     dFx_dkt: Array
     dFx_dkn: Array
     dFy_dkn: Array
     work: Array
-    """Dissipated energy a period divided by 2 pi, (...), force x length [Eq. 39]."""
+    """Dissipated energy a period divided by 2 pi, (...), force x length [THEORY.md (7.1)]."""
     residual_traction: Array
     """Interval (..., 2) of admissible mean friction forces: its ends differ only for a contact stuck all period with
     no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3)."""
@@ -78,7 +78,7 @@ class ContactForces:
 
     @property
     def dFx_domega(self) -> Array:
-        """By frequency at constant rubbing velocity in length/time: ``-(v / omega) dFx/dv`` [Eqs. 34 to 36]."""
+        """By frequency at constant rubbing velocity in length/time: ``-(v / omega) dFx/dv`` [THEORY.md (6.1)]."""
         return -(np.asarray(self._v)[..., None] / self._frequency) * self.dFx_dv
 
     @property
@@ -88,7 +88,7 @@ class ContactForces:
 
     @property
     def power(self) -> Array:
-        """Dissipated power (...), force x length / time [Eq. 41]."""
+        """Dissipated power (...), force x length / time [THEORY.md (7.2)]."""
         return self._frequency * self.work
 
     @property

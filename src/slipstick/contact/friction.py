@@ -25,7 +25,7 @@ class FrictionContact(FrictionLaw):
     """Parameters of one friction contact element, or of many (arrays of shape (n_elements,)).
 
     Normal force ``f_y = kn max(y - gap, 0)``, friction limit ``mu f_y``, tangential stiffness ``kt`` while stuck
-    (THEORY.md section 2). A negative gap is an interference: the static preload is ``N0 = -kn gap``.
+    (THEORY.md (2.1), (2.2)). A negative gap is an interference: the static preload is ``N0 = -kn gap``.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def contact_forces(
     omega: float,
     rubbing: RubbingMotion | None = None,
 ) -> ContactForces:
-    """Exact multiharmonic forces of friction contact elements, with tangents and sensitivities (THEORY.md 2 to 7).
+    """Exact multiharmonic forces of friction contact elements, with all derivatives (THEORY.md sections 2 to 7).
 
     Parameters
     ----------

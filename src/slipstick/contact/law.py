@@ -1,7 +1,7 @@
 """What a contact law is: ports, named parameters, and an answer to multiharmonic motion.
 
 A port is a direction of relative motion with the force along it. Forces act ON the left-hand side of the structure's
-equations: they resist the motion (THEORY.md section 2). The balance and everything round it know ports and names only,
+equations: they resist the motion (THEORY.md (1.1)). The balance and everything round it know ports and names only,
 so a new law is one class that has the members of ``Law``.
 """
 
@@ -57,7 +57,7 @@ class Response:
     values: Mapping[str, Array]
     """The parameters it was computed with, (n,) each."""
     work: Array
-    """Dissipated energy a period over 2 pi, (n,), force x length [Eq. 39]."""
+    """Dissipated energy a period over 2 pi, (n,), force x length [THEORY.md (7.1)]."""
     detail: Any = None
     """What the law itself wants to find again."""
 

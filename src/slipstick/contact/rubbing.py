@@ -21,7 +21,7 @@ _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 @dataclass(frozen=True, kw_only=True)
 class RubbingMotion:
-    """Prescribed motion of the counter surface [Eq. 7]: ``u(t) = velocity t + sum cos_m cos(m omega t) + ...``
+    """Motion of the counter surface [THEORY.md (1.5)]: ``u(t) = velocity t + sum cos_m cos(m omega t) + ...``
 
     The friction force pulls a soft structure towards ``x < 0`` where ``velocity > 0`` (THEORY.md section 2).
 
@@ -79,7 +79,7 @@ class RubbingMotion:
         return _coefficients(harmonics, self.cos, self.sin, order_factor)
 
     def normal_coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
-        """Coefficients ``N`` of the normal motion, added to ``Y`` (THEORY.md section 9), (L,) or (n_elements, L)."""
+        """Coefficients ``N`` of the normal motion, added to ``Y`` (THEORY.md (1.5)), (L,) or (n_elements, L)."""
         return _coefficients(harmonics, self.normal_cos, self.normal_sin, order_factor)
 
     @property
@@ -147,7 +147,7 @@ def _amplitudes(name: str, given: Any, least: int) -> dict[int, Any]:
 
 
 def common_period(j1: int, j2: int) -> tuple[int, int]:
-    """Harmonics of the principal frequency on which excitation and rubbing motion sit [Eqs. 2, 3].
+    """Harmonics of the principal frequency on which excitation and rubbing motion sit [THEORY.md (1.2)].
 
     With periods in the ratio ``T_p / T_u = j1 / j2`` the response has the period ``T = (T_p / j1) lcm(j1, j2)``; the
     excitation sits on harmonic ``lcm / j1`` of ``2 pi / T`` and its multiples, the rubbing motion on ``lcm / j2``.

@@ -1,8 +1,9 @@
 """What the harmonics left out would add: one element call with more of them at the points found.
 
 The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
-the balance leaves out. Orders taken: all that are missing below the highest one kept (a set of odd harmonics under
-rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none of them.
+the balance leaves out (THEORY.md (11.1)). Orders taken: all that are missing below the highest one kept (a set of odd
+harmonics under rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none
+of them.
 """
 
 from __future__ import annotations

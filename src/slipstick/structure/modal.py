@@ -1,4 +1,4 @@
-"""Structure given by modes and the exact static compliance of what the modes leave out (THEORY.md section 9)."""
+"""Structure given by modes and the exact static compliance of what the modes leave out (THEORY.md (10.1))."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class ModalStructure:
     + [static_compliance - sum_r phi_r phi_r^T / w_r^2] / e + w^2 second_residual / e^2``
 
     with ``e = 1 + i eta`` where one loss factor holds for all modes (the modes left out have it too: this is the
-    expansion of ``(K (1 + i eta) - w^2 M)^-1``), else ``e = 1`` (THEORY.md section 9).
+    expansion of ``(K (1 + i eta) - w^2 M)^-1``), else ``e = 1`` (THEORY.md section 10).
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from slipstick.typing import Array, ComplexArray
 
 @runtime_checkable
 class Receptance(Protocol):
-    """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md section 9).
+    """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md (9.1)).
 
     Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric.
     """

@@ -1,4 +1,4 @@
-"""Receptances between a few directions: summed over modes, or solved for directly (THEORY.md section 9)."""
+"""Receptances between a few directions: summed over modes, or solved for directly (THEORY.md (9.1))."""
 
 from __future__ import annotations
 

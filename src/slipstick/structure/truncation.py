@@ -2,7 +2,7 @@
 
 A mode left out adds ``a_r a_r^T / (w_r^2 - w^2)``, of which the residuals hold the first terms in ``w^2``. With all
 modes up to ``w_n`` kept, ``R0 = sum a_r a_r^T / w_r^2`` and ``R1 = sum a_r a_r^T / w_r^4`` over those left out, the
-rest is, as a symmetric form and below ``w_n``, at most (THEORY.md section 9)::
+rest is, as a symmetric form and below ``w_n``, at most (THEORY.md (10.3))::
 
     R1 w^4 / (w_n^2 - w^2)   with both residuals,      R0 w^2 / (w_n^2 - w^2)   with the static one alone
 

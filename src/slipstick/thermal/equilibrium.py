@@ -1,4 +1,4 @@
-"""Contact temperature at which friction heats and the body cools alike [Eqs. 42-45; THEORY.md section 8].
+"""Contact temperature at which friction heats and the body cools alike [THEORY.md (8.1), (8.2)].
 
 ``T = T_0 + R Edot(b(T))``: the contact parameters b follow the temperature, the power Edot follows the parameters. The
 solution taken is the one that the body itself would reach when it is let go at the start temperature, following

@@ -1,4 +1,4 @@
-"""Contact parameters as functions of the contact temperature, from tables [Eqs. 37, 38; THEORY.md section 8]."""
+"""Contact parameters as functions of the contact temperature, from tables [THEORY.md section 8]."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from slipstick.typing import Array
 
 
 class Power:
-    """Dissipated power ``Edot = omega sum_i [drift_i F_i0 + (1/2) (L Q_i)^T F_i]`` [Eq. 41] and its derivatives.
+    """Power ``Edot = omega sum_i [drift_i F_i0 + (1/2) (L Q_i)^T F_i]`` dissipated, and derivatives [THEORY.md (7.2)].
 
     Each derivative is at fixed other arguments; those by omega are at constant velocity in length/time. The sum goes
     over the ports whose force does work.
@@ -74,7 +74,7 @@ class Power:
         return self.response.work - moved + self.along(self.response.by_omega)
 
     def by_parameter(self, name: str) -> Array:
-        """By a parameter of the law, (n,) [Eqs. 46 to 52]."""
+        """By a parameter of the law, (n,) [THEORY.md (6.2), (6.3)]."""
         return self.along(self.response.by_parameter(name))
 
 
@@ -95,7 +95,7 @@ class ThermalTangent:
 
 
 def power_by_temperature(power: Power, sampled: Mapping[str, Sampled]) -> Array:
-    """``dEdot/dT`` (n,) at fixed motion: ``Edot_b b_T`` over the parameters b that depend on temperature [Eq. 45]."""
+    """``dEdot/dT`` (n,) at fixed motion: ``Edot_b b_T`` over the parameters b with curves [THEORY.md (8.4)]."""
     slope = np.zeros(power.motion.drift.shape[1])
     for name, parameter in sampled.items():
         slope += power.by_parameter(name) * parameter.derivative

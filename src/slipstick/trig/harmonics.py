@@ -102,7 +102,7 @@ class Harmonics:
         return 2 * self.orders.index(order) - (known == "c")
 
     def H_minus(self, tau: ArrayLike) -> Array:
-        """``{1, cos m_1 tau, sin m_1 tau, ...}``, shape (..., L) [Eq. 6]."""
+        """``{1, cos m_1 tau, sin m_1 tau, ...}``, shape (..., L) [THEORY.md (1.3)]."""
         tau = _floats("tau", tau)
         out = np.ones((*tau.shape, self.size))
         angle = tau[..., None] * self.m
@@ -111,13 +111,13 @@ class Harmonics:
         return out
 
     def H_plus(self, tau: ArrayLike) -> Array:
-        """As ``H_minus`` with first entry 1/2 [Eq. 19]."""
+        """As ``H_minus`` with first entry 1/2 [THEORY.md (4.1)]."""
         out = self.H_minus(tau)
         out[..., 0] = 0.5
         return out
 
     def derivative(self, X: ArrayLike) -> Array:
-        """Coefficients of ``dx/dtau``: the operator ``L`` of Eq. (40) applied to (..., L)."""
+        """Coefficients of ``dx/dtau``: the operator ``L`` of THEORY.md (1.4) applied to (..., L)."""
         X = _floats("X", X)
         if X.shape[-1:] != (self.size,):
             raise InputError(f"X: found shape {X.shape}; expected (..., {self.size}), coefficients of {self}")

@@ -1,4 +1,4 @@
-"""Exact integrals of harmonics over intervals (THEORY.md section 4).
+"""Exact integrals of harmonics over intervals (THEORY.md (4.2)).
 
 Every entry of ``W = (1/pi) int H_+ H_-^T`` is a sum of ``C_k = int cos k tau`` and ``S_k = int sin k tau``,
 ``k = 0 .. 2 m_n``. These primitives are accumulated over all intervals of one state; the matrix is built once.
@@ -95,7 +95,7 @@ def _interval(a: float, b: float, grid: Grid) -> tuple[Array, Array, Array]:
 def interval_integrals(harmonics: Harmonics, a: float, b: float) -> tuple[Array, Array, Array]:
     """``W = (1/pi) int H_+ H_-^T``, ``h = (1/pi) int H_+``, ``h_v = (1/pi) int (tau - a) H_+`` over ``[a, b]``.
 
-    Shapes (L, L), (L,), (L,) [Eqs. 22, 23].
+    Shapes (L, L), (L,), (L,) [THEORY.md (4.2)].
 
     >>> W, h, hv = interval_integrals(Harmonics([0, 1]), 0.0, 2 * np.pi)
     >>> bool(np.allclose(W, np.eye(3))), bool(np.allclose(h, [1, 0, 0]))

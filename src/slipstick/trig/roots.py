@@ -1,4 +1,4 @@
-"""All roots of a trigonometric polynomial in one period, with certainty (THEORY.md section 3).
+"""All roots of a trigonometric polynomial in one period, with certainty (THEORY.md (3.5), (3.6)).
 
 A cell of half-width ``h`` with middle values ``p, p', p''`` and ``B3 = sum m^3 |c_m| >= max |p'''|``
 

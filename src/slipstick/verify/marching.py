@@ -1,7 +1,7 @@
 """Brute-force marching of the contact law, many elements at once: the slow truth behind one row of the table.
 
 Shares no code with the element. Each element is marched from a limit of its friction force, so that one period suffices
-(THEORY.md section 3); the error is of second order in the step.
+(THEORY.md (3.1)); the error is of second order in the step.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Critical times of a contact element: where its trial functions turn and its gap opens or closes (THEORY.md 3)."""
+"""Critical times of a contact: its trial functions turn, its gap opens or closes (THEORY.md section 3)."""
 
 from __future__ import annotations
 

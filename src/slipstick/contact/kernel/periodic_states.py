@@ -1,4 +1,4 @@
-"""The periodic sequence of stick, slip and separation, exactly (THEORY.md section 3).
+"""The periodic sequence of stick, slip and separation, exactly (THEORY.md (3.1), (3.2)).
 
 Between two neighbouring critical times the trial functions ``phi_+ = kt w - mu kn y`` and ``phi_- = kt w + mu kn y``
 are monotone and contact is fixed, so that over a segment the friction force is a shift clamped between its bounds.
@@ -43,7 +43,7 @@ def send_round(f: float, side: int, count: int, kt: float, segments: Segments) -
 def slip_time(
     start: float, right: float, xi: float, f: float, x: float, e: ElementMotion, grid: Grid, scratch: Scratch
 ) -> float:
-    """The stick-to-slip time of a segment, the only root of a monotone function [Eq. 12], by safeguarded Newton.
+    """The stick-to-slip time of a segment, the only root of a monotone function [THEORY.md (3.3)]; safeguarded Newton.
 
     ``f`` and ``x`` are the force and the periodic motion at the start.
     """

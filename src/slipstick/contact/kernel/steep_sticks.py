@@ -1,6 +1,6 @@
 """Stick intervals of a contact that is steep: ``kt w`` moves far more than the friction limit lets the force change.
 
-There the closed form ``kt W (X + U) + c h`` (THEORY.md section 4) is a small difference of large numbers: of the order
+There the closed form ``kt W (X + U) + c h`` (THEORY.md (4.3)) is a small difference of large numbers: of the order
 of ``mu N`` while its terms are ``kt |X|``. Such intervals are mostly short, as the motion turns. The force itself,
 ``f_x(a) + kt (w(tau) - w(a))`` with the motion gained taken as a product, is integrated by Gauss's rule instead: exact
 to rounding on pieces of one radian of the highest harmonic, and every value is held within the friction limit.

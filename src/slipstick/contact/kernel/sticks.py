@@ -1,4 +1,4 @@
-"""Stick intervals of one element: the constant ``c h`` of the force and all its derivatives (THEORY.md section 5)."""
+"""Stick intervals of one element: the constant ``c h`` of the force and its derivatives (THEORY.md (5.1), (5.2))."""
 
 from __future__ import annotations
 

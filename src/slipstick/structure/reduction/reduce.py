@@ -1,6 +1,6 @@
 """Sparse stiffness and mass of a finite element model reduced to modes and two residual terms at a few directions.
 
-For directions B (n, n_keep) and modes phi_r, omega_r (THEORY.md section 9 and the next term of the series)::
+For directions B (n, n_keep) and modes phi_r, omega_r (THEORY.md (10.1))::
 
     A(omega) = sum_r a_r a_r^T / (omega_r^2 - omega^2) + [B^T U - sum_r a_r a_r^T / omega_r^2]
                + omega^2 [U^T M U - sum_r a_r a_r^T / omega_r^4],      a_r = B^T phi_r,   U = K^-1 B

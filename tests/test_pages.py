@@ -1,0 +1,110 @@
+"""The pages of the documentation: complete, linked, and what the code cites of them is there."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import slipstick as ss
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+URLS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
+THEORY = (DOCS / "THEORY.md").read_text(encoding="utf-8")
+CITED = re.compile(r"THEORY\.md\s+(?:(?:sections?\s+)(\d+)(?:(?:,| and| to) (\d+))*|(\(\d+\.\d+\)(?:, \(\d+\.\d+\))*))")
+
+
+def text(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def anchors(page: Path) -> set[str]:
+    """Those that GitHub and the site make of headings."""
+    titles = re.findall(r"^#+ (.+)$", text(page), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda p: p.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    here = URLS["Source"] + "/blob/main/"
+    raw = here.replace("github.com", "raw.githubusercontent.com").replace("/blob/", "/")
+    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL)):
+        for start in (here, raw):
+            target = target.replace(start, "" if page.parent == ROOT else "../")
+        if target.startswith("http"):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path) if path else page
+        assert file.exists(), target
+        assert not anchor or anchor in anchors(file), target
+
+
+def test_every_page_is_in_the_navigation() -> None:
+    linked = set(re.findall(r"^- \[.+?\]\(([\w-]+\.(?:md|ipynb))\)", text(DOCS / "index.md"), flags=re.MULTILINE))
+    assert linked == {p.name for p in (*PAGES, *DOCS.glob("*.ipynb"))} - {"index.md"}
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    listed = re.findall(r"^\.\. auto\w+:: (\w+)$", text(DOCS / "python.md"), flags=re.MULTILINE)
+    assert sorted(listed) == ss.__all__
+
+
+def test_every_verb_is_on_the_page_of_the_command_line() -> None:
+    import typer
+
+    from slipstick.app.cli import app
+
+    verbs = typer.main.get_command(app).commands
+    named = re.findall(r"^\| `slipstick (\w+)", text(DOCS / "command-line.md"), flags=re.MULTILINE)
+    assert set(named) == set(verbs)
+
+
+def test_every_outcome_and_strategy_is_explained() -> None:
+    from slipstick.balance import start
+    from slipstick.contact.friction_law import FrictionLaw
+
+    page = text(DOCS / "non-convergence.md")
+    assert re.findall(r"^\| `([A-Z_]+)`", page, flags=re.MULTILINE) == list(ss.Outcome.__members__)
+    source = text(Path(start.__file__))
+    found = [*re.findall(r'yield \(?\s*f?"([^"{]+)', source), "friction ramp", "normal load ramp"]
+    assert {"guess given", "load ramp", "Newton homotopy", "time integration"} <= set(found)
+    for name in found:
+        assert f"| {name.split(',')[0]}" in page, name
+    for state in FrictionLaw.linear_states:
+        assert state in page
+
+
+def test_what_docstrings_cite_is_in_the_theory() -> None:
+    equations = set(re.findall(r"\\tag\{([\d.]+)\}", THEORY))
+    sections = set(re.findall(r"^## (\d+) ", THEORY, flags=re.MULTILINE))
+    assert {e.partition(".")[0] for e in equations} == sections
+    cited = 0
+    for file in (ROOT / "src").rglob("*.py"):
+        for mention in re.findall(r"THEORY\.md[^\n]{0,60}(?:\n[^\n]{0,40})?", text(file)):
+            if mention.startswith(("THEORY.md:", "THEORY.md)")):
+                continue
+            found = CITED.match(mention.replace("\n", " "))
+            assert found, f"{file.name}: {mention!r} names no section or equation"
+            numbers = re.findall(r"\d+(?:\.\d+)?", found[0])
+            cited += len(numbers)
+            assert set(numbers) <= (equations if found[3] else sections), f"{file.name}: {found[0]}"
+    assert cited > 40
+
+
+def test_numbers_of_equations_ascend() -> None:
+    numbers = [tuple(map(int, n.split("."))) for n in re.findall(r"\\tag\{([\d.]+)\}", THEORY)]
+    assert numbers == sorted(set(numbers))
+    for section, number in numbers:
+        assert number == 1 or (section, number - 1) in numbers
+
+
+def test_one_home_everywhere() -> None:
+    """Addresses are said in pyproject.toml; the others follow it."""
+    assert URLS["Issues"].startswith(URLS["Source"])
+    assert URLS["Changelog"].startswith(URLS["Source"])
+    for name in ("README.md", "CITATION.cff", "paper/paper.md"):
+        assert URLS["Source"] in text(ROOT / name), name
