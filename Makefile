@@ -11,7 +11,7 @@ SCRIPTS = bin
 endif
 BIN = $(VENV)/$(SCRIPTS)
 
-.PHONY: demo test verify docs lowest lint bench clean
+.PHONY: demo test verify docs package lowest lint bench clean
 
 $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -28,6 +28,7 @@ test: $(VENV)/.ready
 verify: $(VENV)/.ready
 	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
+	$(MAKE) docs
 	$(MAKE) lowest
 
 # the site, in build/site; warnings are errors
@@ -37,6 +38,14 @@ docs: $(VENV)/.docs
 $(VENV)/.docs: $(VENV)/.ready
 	$(BIN)/python -m pip install -q --group docs
 	$(BIN)/python -c "open('$(VENV)/.docs', 'w').close()"
+
+# what is published, in dist/, checked
+package: $(VENV)/.ready
+	$(BIN)/python -m pip install -q --group release
+	$(PYTHON) -c "import shutil; shutil.rmtree('dist', ignore_errors=True)"
+	$(BIN)/python -m build -q
+	$(BIN)/python -m twine check --strict dist/*
+	$(BIN)/python .ci/package.py
 
 # the fast tests with every dependency at the lower bound that pyproject.toml gives it
 lowest: $(LOWEST)/.ready

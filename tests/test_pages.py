@@ -32,7 +32,9 @@ def anchors(page: Path) -> set[str]:
 def test_links_lead_somewhere(page: Path) -> None:
     here = URLS["Source"] + "/blob/main/"
     raw = here.replace("github.com", "raw.githubusercontent.com").replace("/blob/", "/")
-    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL)):
+    prose = re.sub(r"```.*?```", "", text(page), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)|^\[[^\]]+\]: (\S+)", prose, flags=re.MULTILINE):
+        target = "".join(target)
         for start in (here, raw):
             target = target.replace(start, "" if page.parent == ROOT else "../")
         if target.startswith("http"):
@@ -108,3 +110,8 @@ def test_one_home_everywhere() -> None:
     assert URLS["Changelog"].startswith(URLS["Source"])
     for name in ("README.md", "CITATION.cff", "paper/paper.md"):
         assert URLS["Source"] in text(ROOT / name), name
+
+
+def test_the_case_of_the_readme_is_the_example() -> None:
+    (shown,) = re.findall(r"```toml\n(.*?)```", text(ROOT / "README.md"), flags=re.DOTALL)
+    assert tomllib.loads(shown) == tomllib.loads(text(ROOT / "examples/oscillator/oscillator.toml"))
