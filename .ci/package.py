@@ -12,11 +12,13 @@ LARGEST = {"wheel": 2e6, "sdist": 8e6, "file": 1e6}
 
 
 def in_wheel(path: Path) -> dict[str, int]:
+    """Names and sizes."""
     with zipfile.ZipFile(path) as archive:
         return {item.filename: item.file_size for item in archive.infolist()}
 
 
 def in_sdist(path: Path) -> dict[str, int]:
+    """Names and sizes, without the folder that holds them."""
     with tarfile.open(path) as archive:
         return {item.name.partition("/")[2]: item.size for item in archive.getmembers() if item.isfile()}
 
@@ -57,6 +59,7 @@ def faults(wheel: dict[str, int], sdist: dict[str, int]) -> list[str]:
 
 
 def main() -> int:
+    """1 if something is wrong."""
     dist = ROOT / "dist"
     (wheel,), (sdist,) = dist.glob("*.whl"), dist.glob("*.tar.gz")
     found = faults(in_wheel(wheel), in_sdist(sdist))

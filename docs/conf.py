@@ -32,11 +32,12 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 
 nitpicky = True
-# other projects' names, and our own type aliases: no links are made to them
-nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", r"slipstick\.(?!__).*\.(Array|Listener)")]
+# no links are made to names of other projects, type aliases, and classes that a documented one only builds on
+ALIASES = r"slipstick\..*\.(Array|Listener|Event|Reason|SlipstickError|StepOptions|NewtonOptions|FrictionLaw)"
+nitpick_ignore_regex = [("py:.*", r"(?!slipstick\.).*"), ("py:.*", ALIASES)]
 autodoc_typehints = "none"  # docstrings say shapes and units
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "undoc-members": False, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True

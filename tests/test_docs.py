@@ -1,9 +1,9 @@
 """Every block of README, docs and notebooks runs, page by page in a folder of its own, and prints what is shown.
 
-``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written to
-that file instead, and so are ``toml`` blocks. ``sh`` blocks run line by line. A ``text`` block is what the block before
-it printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints must be
-shown.
+``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written
+to that file instead, and so are ``toml`` blocks. ``sh`` blocks run line by line. A ``text`` block is what the block
+before it printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints
+must be shown.
 """
 
 from __future__ import annotations
@@ -30,9 +30,6 @@ NOT_RUN = {
     "python -m venv": "makes an environment",
     "#!/bin/bash": "a job for a cluster",
     ". rubs": "enters an environment",
-    "make ": "makes an environment",
-    "pytest": "the tests themselves",
-    "git clone": "needs the network",
     "flowchart": "a drawing",
     "{eval-rst}": "what the site makes from docstrings",
 }

@@ -23,8 +23,8 @@ _DOFS, _ROUNDS, _NEARER = 3, 6, 9
 def linear_references(problem: Problem, omega: tuple[float, float]) -> Iterator[tuple[str, xarray.Dataset]]:
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
-    As many frequencies as a few seconds allow, structures that are solved anew at each get fewer; those known as natural
-    frequencies, and more about the largest amplitudes, so that these do not depend on how many there are.
+    As many frequencies as a few seconds allow, structures that are solved anew at each get fewer; the natural ones
+    besides, and more about the largest amplitudes, so that these do not depend on how many there are.
     """
     from slipstick.analysis.response import linear_response
 

@@ -133,7 +133,7 @@ def reduced_blade(
     ----------
     shape
         "small", "medium" or "large" (about 5 200, 30 000, 104 000 dofs), or dimensions: see
-        :func:`slipstick.models.blade_mesh.blade_shape`.
+        ``slipstick.models.blade_mesh.blade_shape``.
     material, contacts, radius, film, modes
         See :class:`BladeModel`.
     loss_factor

@@ -177,7 +177,7 @@ class ModalStructure:
 
         Relative to the receptance there, or at the frequencies ``relative_to``.
 
-        An estimate from the residuals (:mod:`slipstick.structure.truncation`): a bound below the last mode, mostly 1 to
+        An estimate from the residuals (``slipstick.structure.truncation``): a bound below the last mode, mostly 1 to
         5 times the error; without ``second_residual`` it can be far above it, without ``static_compliance`` it is zero,
         because nothing is known of what is left out. Load shapes do not enter.
         """

@@ -105,7 +105,7 @@ def reduce(
     loss_factor, damping_ratio, rayleigh
         See :class:`Damping`.
     solver
-        One of :func:`slipstick.solve.linear.factorisation.available_solvers`; the best one by default.
+        One of ``slipstick.solve.linear.factorisation.available_solvers()``; the best one by default.
     cache
         Folder in which reductions are kept and found again by content; damping is not part of it.
 
