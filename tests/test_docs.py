@@ -48,7 +48,7 @@ def given_results(session: Session) -> None:
     session.run("sh", "slipstick init oscillator\nslipstick run oscillator.toml -o .")
 
 
-GIVEN = {"importing.md": given_mesh, "results.md": given_results}
+GIVEN = {"importing.md": given_mesh, "results.md": given_results, "figures.md": given_results}
 """Files that a page speaks of."""
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
