@@ -13,6 +13,7 @@ import io
 import json
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -48,7 +49,20 @@ def given_results(session: Session) -> None:
     session.run("sh", "slipstick init oscillator\nslipstick run oscillator.toml -o .")
 
 
-GIVEN = {"importing.md": given_mesh, "results.md": given_results, "figures.md": given_results}
+def given_reports(session: Session) -> None:
+    """Results under the names of the page."""
+    given_results(session)
+    for name in ("results/results.nc", "v0/results.nc", "v10/results.nc", "v0.nc"):
+        (session.folder / name).parent.mkdir(exist_ok=True)
+        shutil.copy(session.folder / "results.nc", session.folder / name)
+
+
+GIVEN = {
+    "importing.md": given_mesh,
+    "results.md": given_results,
+    "figures.md": given_results,
+    "report.md": given_reports,
+}
 """Files that a page speaks of."""
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
