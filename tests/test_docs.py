@@ -49,6 +49,12 @@ def given_results(session: Session) -> None:
     session.run("sh", "slipstick init oscillator\nslipstick run oscillator.toml -o .")
 
 
+def given_case(session: Session) -> None:
+    """A case by the name of the page."""
+    session.run("sh", "slipstick init oscillator")
+    (session.folder / "oscillator.toml").rename(session.folder / "CASE.toml")
+
+
 def given_reports(session: Session) -> None:
     """Results under the names of the page."""
     given_results(session)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from slipstick.verify import run
-from slipstick.verify.page import SECTIONS, page
+from slipstick.verify.page import SECTIONS, table_page
 from slipstick.verify.table import Row, all_checks
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "validation.md"
@@ -37,7 +37,7 @@ def test_the_page_has_the_rows_of_the_table() -> None:
 
 @pytest.mark.verify
 def test_the_page_has_the_numbers_of_the_table() -> None:
-    now, shown = rows_of(page(run(), "")), rows_of(PAGE.read_text(encoding="utf-8"))
+    now, shown = rows_of(table_page(run(), "")), rows_of(PAGE.read_text(encoding="utf-8"))
     for new, old in zip(now, shown, strict=True):
         assert new[2] == old[2]
         values = [cell[3].removeprefix("below ") for cell in (new, old)]
@@ -51,7 +51,7 @@ def test_noise_is_not_shown() -> None:
         Row("C3", "broken", "", "", "", "error: no"),
         Row("C4", "number", "2.5", "2.50001234", "1.0e-03", "failed"),
     ]
-    text = page(rows, "1.0")
+    text = table_page(rows, "1.0")
     assert text.startswith("# Verification table\n\n2 of 4 checks hold, slipstick 1.0.")
     assert "## Published claims" in text
     assert "## Closed forms" not in text

@@ -51,10 +51,10 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
 
 def _write(rows: Sequence[Row], path: Path) -> None:
     from slipstick import __version__
-    from slipstick.verify.page import page
+    from slipstick.verify.page import table_page
 
     try:
-        path.write_text(page(rows, __version__), encoding="utf-8")
+        path.write_text(table_page(rows, __version__), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; choose another file") from None
 

@@ -37,7 +37,7 @@ SECTIONS = {
 _NOISE = 1e-9
 
 
-def page(rows: Iterable[Row], version: str) -> str:
+def table_page(rows: Iterable[Row], version: str) -> str:
     """All rows by section, with what each section shows."""
     rows = list(rows)
     holding = sum(row.ok for row in rows)
