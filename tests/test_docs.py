@@ -68,6 +68,7 @@ GIVEN = {
     "results.md": given_results,
     "figures.md": given_results,
     "report.md": given_reports,
+    "case-file.md": given_case,
 }
 """Files that a page speaks of."""
 
