@@ -97,8 +97,8 @@ def resume(
 
 
 def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, answer: Answer) -> Manner:
+    from slipstick.app.quantity_texts import read_duration
     from slipstick.app.run import Manner
-    from slipstick.app.units import read_duration
 
     try:
         seconds = None if time_limit is None else read_duration(time_limit)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from slipstick.app.quantity_texts import frequency_unit
 from slipstick.app.sentences import shown
-from slipstick.app.units import frequency_unit
 from slipstick.units import Units
 
 _SI = {"length": "m", "force": "N", "time": "s"}

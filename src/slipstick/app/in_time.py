@@ -13,7 +13,7 @@ from slipstick.app.answers import Answer
 from slipstick.app.guard import DONE, STOPPED, complain, say
 from slipstick.app.output import RESULTS
 from slipstick.app.prepare import prepare_kernel
-from slipstick.app.units import read_frequency
+from slipstick.app.quantity_texts import read_frequency
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.units import Units
 

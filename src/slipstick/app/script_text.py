@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from slipstick.app.quantity_texts import frequency_unit
 from slipstick.app.tables import Table
-from slipstick.app.units import frequency_unit
 from slipstick.errors import InputError
 
 _WIDTH = 100

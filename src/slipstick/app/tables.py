@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
+from slipstick.app.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.app.spacing import Spacing, spacing_or_list
-from slipstick.app.units import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.errors import InputError
 from slipstick.units import LONGEST, Units, label_fault
 

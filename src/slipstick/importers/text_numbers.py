@@ -95,7 +95,7 @@ def fortran_real(text: str) -> float:
 def whole_number(text: str) -> int:
     """A whole number such as a label; ValueError where it is none, or longer than any label.
 
-    >>> whole(" 12 ")
+    >>> whole_number(" 12 ")
     12
     """
     number = int(text) if len(text) < 40 else 2**62

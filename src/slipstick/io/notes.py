@@ -14,7 +14,7 @@ from slipstick.errors import InputError
 def packed_notes(values: Mapping[str, Any]) -> bytes:
     """Values by name: numbers, texts, lists of them, and arrays (n,) of floats, which keep every bit.
 
-    >>> unpacked(packed({"a": np.array([0.1, 2.0]), "b": [1, "x"]}))
+    >>> unpacked(packed_notes({"a": np.array([0.1, 2.0]), "b": [1, "x"]}))
     {'b': [1, 'x'], 'a': array([0.1, 2. ])}
     """
     arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}

@@ -28,7 +28,7 @@ def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> MirroredPair | None:
 
     >>> from scipy import sparse
     >>> asymmetry(sparse.csr_array([[2.0, 1.0], [0.0, 2.0]]))
-    Pair(row=0, column=1, entry=1.0, mirrored=0.0)
+    MirroredPair(row=0, column=1, entry=1.0, mirrored=0.0)
     """
     x = np.random.default_rng(1).uniform(0.5, 1.5, A.shape[0])
     difference = np.abs(A @ x - A.T @ x)

@@ -24,7 +24,7 @@ MOST_HARMONICS = 500
 def read_frequency(value: Any) -> float:
     """A frequency in rad/s from a number (rad/s) or a text with its unit: Hz, kHz, rpm or rad/s.
 
-    >>> frequency(2), round(frequency("0.5 Hz"), 4), round(frequency("3000 rpm"), 3)
+    >>> read_frequency(2), round(read_frequency("0.5 Hz"), 4), round(read_frequency("3000 rpm"), 3)
     (2.0, 3.1416, 314.159)
     """
     return _quantity(value, _FREQUENCY, 'a number in rad/s, or text with a unit such as "0.32 Hz" or "3000 rpm"')
@@ -43,7 +43,7 @@ def frequency_unit(value: Any) -> str | None:
 def read_angle(value: Any) -> float:
     """An angle in rad from a number (rad) or a text with its unit: deg or rad.
 
-    >>> round(angle("90 deg"), 4)
+    >>> round(read_angle("90 deg"), 4)
     1.5708
     """
     return _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
@@ -52,7 +52,7 @@ def read_angle(value: Any) -> float:
 def read_duration(value: Any) -> float:
     """A time in seconds from a number (s) or a text with its unit: s, min or h.
 
-    >>> duration("90"), duration("1.5 h")
+    >>> read_duration("90"), read_duration("1.5 h")
     (90.0, 5400.0)
     """
     given = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
