@@ -24,6 +24,8 @@ from slipstick.typing import Array
 Strategy = tuple[str, Callable[[], "Array | None"]]
 
 _NEWTON = NewtonOptions(max_iterations=40)
+_QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
+"""Given up early: what is cheap is tried first, and everything again with patience when nothing cheap helped."""
 _RAMP = ContinuationOptions(first_step=0.05, max_step=0.2, max_points=400, locate_turning_points=False)
 
 
@@ -100,11 +102,16 @@ class FirstPoint:
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
         motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega, self.inputs.structure))
-        for name, x in motions.items():
-            yield f"from the linear response, contacts {name}", lambda x=x: self._solve(x)  # type: ignore[misc]
+        linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
+        for name, x in linear[:1]:
+            yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
         if self._essential() != self.balance.harmonics:
             yield "fewer harmonics first", self._fewer_harmonics
+        for name, x in linear[1:]:
+            yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
         yield from self._ramps()
+        for name, x in linear:
+            yield f"{name}, with patience", lambda x=x: self._solve(x)  # type: ignore[misc]
         start = next(iter(motions.values()), np.zeros(self.balance.size))
         yield "Newton homotopy", lambda: self._homotopy(start)
         if self.last_resort is not None:
@@ -130,10 +137,10 @@ class FirstPoint:
         pairs = zip(self.balance.batches, self.inputs.batches, strict=True)
         return dict.fromkeys(ramp for batch, given in pairs for ramp in traits.ramps(batch.law, given.values))
 
-    def _solve(self, x: Array) -> Array | None:
+    def _solve(self, x: Array, options: NewtonOptions = _NEWTON) -> Array | None:
         system = FrequencySystem(self.balance, self.inputs)
         scale = self._scale(x)
-        result = newton(lambda z: system.evaluate(z, self.omega), x, options=_NEWTON, scale=scale)
+        result = newton(lambda z: system.evaluate(z, self.omega), x, options=options, scale=scale)
         self._reason = result.reason
         return result.x if result.converged else None
 
@@ -179,7 +186,7 @@ class FirstPoint:
         return max(2.0 * self.scales.velocity / float(np.min(speeds[speeds > 0])), 1.0)
 
     def _fewer_harmonics(self) -> Array | None:
-        """Solve with the driven harmonics and the lowest only, then take in the others."""
+        """Solve with the driven harmonics and the lower half, found in the same way, then take in the others."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
         balance = Balance(replace(self.balance.problem, harmonics=kept, told=None), kind=self.balance.kind)
@@ -190,14 +197,14 @@ class FirstPoint:
             return None
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
-        return self._solve(full.reshape(-1))
+        return self._solve(full.reshape(-1), _QUICK)
 
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics
         driven = np.any(self.inputs.P != 0, axis=0)
         for given in self.inputs.batches:
             driven = driven | np.any(given.motion != 0, axis=(0, 1))
-        orders = {0, *harmonics.orders[1:3]}
+        orders = {0, *harmonics.orders[1 : max(2, (len(harmonics.orders) + 1) // 2)]}
         orders |= {m for i, m in enumerate(harmonics.orders[1:]) if driven[2 * i + 1 : 2 * i + 3].any()}
         return Harmonics(sorted(orders))
 

@@ -118,6 +118,8 @@ def _finished(result: NewtonResult, options: NewtonOptions) -> bool:
         result.reason = NewtonStop.ROUNDING
     elif result.iterations >= options.max_iterations:
         result.reason = NewtonStop.TOO_MANY
+    elif options.patience is not None and _since_best(result.corrections) >= options.patience:
+        result.reason = NewtonStop.NO_PROGRESS
     return result.reason is not None
 
 
@@ -126,6 +128,15 @@ def _at_rounding_level(result: NewtonResult) -> NewtonResult:
     if result.is_rounding():
         result.reason = NewtonStop.ROUNDING
     return result
+
+
+def _since_best(sizes: list[float]) -> int:
+    """How many corrections ago one was last half the smallest before it."""
+    best, at = sizes[0], 0
+    for i, size in enumerate(sizes):
+        if size <= 0.5 * best:
+            best, at = size, i
+    return len(sizes) - 1 - at
 
 
 def _no_longer_shrinks(sizes: list[float]) -> bool:

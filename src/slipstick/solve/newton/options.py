@@ -21,6 +21,8 @@ class NewtonOptions:
         Smallest fraction of a correction tried.
     non_monotone
         How many whole corrections may be taken although no fraction of them helps.
+    patience
+        How many corrections in a row may fail to be half the smallest before them; None: any number.
     stagnation
         Corrections below this which no longer shrink are rounding: accepted, and marked ``stagnated``.
 
@@ -34,6 +36,7 @@ class NewtonOptions:
     max_iterations: int = 30
     min_damping: float = 1e-5
     non_monotone: int = 4
+    patience: int | None = None
     stagnation: float = 1e-8
 
     def __post_init__(self) -> None:
@@ -46,6 +49,8 @@ class NewtonOptions:
             faults.append(f"Newton min_damping: found {self.min_damping}; expected a number in (0, 1]")
         if self.non_monotone < 0:
             faults.append(f"Newton non_monotone: found {self.non_monotone}; expected 0 or more")
+        if self.patience is not None and self.patience < 1:
+            faults.append(f"Newton patience: found {self.patience}; expected at least 1, or None")
         if not 0 <= self.stagnation < 1:
             faults.append(f"Newton stagnation: found {self.stagnation}; expected a number in [0, 1)")
         if faults:

@@ -25,6 +25,7 @@ class NewtonStop(Reason):
     SINGULAR = "the Jacobian is singular"
     NO_GAIN = "the line search found no step that brings the solution nearer"
     TOO_MANY = "no convergence in the iterations allowed"
+    NO_PROGRESS = "given up: the corrections did not become smaller"
 
 
 Trial = tuple[Array, Array, Jacobian, Any, float]
