@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from io import BytesIO
 from itertools import count
 from math import prod
 from pathlib import Path
@@ -59,14 +60,12 @@ def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = N
     """
     import h5py
 
-    numbers = count()
-    with h5py.File("results", "w", driver="core", backing_store=False, track_order=True, libver=CHECKED) as file:
+    numbers, image = count(), BytesIO()
+    with h5py.File(image, "w", track_order=True, libver=CHECKED) as file:
         _write(file, root, numbers)
         for name, group in (groups or {}).items():
             _write(file.create_group(name, track_order=True), group, numbers)
-        file.flush()
-        image = file.id.get_file_image()
-    path.write_bytes(image)
+    path.write_bytes(image.getbuffer())
 
 
 def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
