@@ -49,6 +49,20 @@ def test_named_points_are_the_branch_s_own_checks(results: Path) -> None:
     assert hertz.output == result.output
 
 
+def test_a_case_may_be_checked_in_time(tmp_path: Path) -> None:
+    text = example("oscillator").path.read_text(encoding="utf-8").replace('"0..10"', '"0..4"')
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml"), "--in-time"])
+    assert result.exit_code == 0
+    assert "can start" in result.output
+    assert "2 of 2 points agree within 0.01" in result.output
+    assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
+    (tmp_path / "case.toml").write_text(text.replace("to = 15.0", "to = 15.0\nmax_points = 3"), encoding="utf-8")
+    stopped = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml"), "--in-time"])
+    assert stopped.exit_code == 1
+    assert "1 of 1 points agree" in stopped.output
+
+
 def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
     for arguments, words in (
         ((results, "--point", 100000), "--point: found 100000; expected a whole number from"),

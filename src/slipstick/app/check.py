@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,9 +12,11 @@ import numpy as np
 from slipstick.app.answers import Answer, case_answer
 from slipstick.app.case import Case
 from slipstick.app.full_model import show_full_model
-from slipstick.app.guard import complain, say
+from slipstick.app.guard import DONE, complain, say
+from slipstick.app.prepare import prepare_kernel
 from slipstick.app.references import linear_references
 from slipstick.contact import traits
+from slipstick.errors import SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
@@ -23,8 +26,11 @@ if TYPE_CHECKING:
 _LISTED = 10
 
 
-def check_case(path: Path, answer: Answer) -> None:
-    """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults."""
+def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
+    """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults.
+
+    With ``in_time`` the curve is followed, and its highest peaks are held against integration in time.
+    """
     case = Case.from_file(path, say)
     problem = case.problem()
     answer |= case_answer(case)
@@ -38,6 +44,20 @@ def check_case(path: Path, answer: Answer) -> None:
     if case.parameter is None:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
+    return _in_time(case, answer) if in_time else DONE
+
+
+def _in_time(case: Case, answer: Answer) -> int:
+    from slipstick.app.in_time import TOLERANCE, check_curve
+
+    say(f"following {case.request} for the check in time ...")
+    prepare_kernel(say)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SlipstickWarning)
+        branch = case.run()
+    for warning in caught:
+        complain(f"warning: {warning.message}")
+    return check_curve(branch, TOLERANCE, answer)
 
 
 def print_warnings(case: Case) -> list[str]:

@@ -131,12 +131,19 @@ def report(
 
 
 @app.command()
-def check(case: CasePath, as_json: AsJson = False) -> None:
+def check(
+    case: CasePath,
+    in_time: Annotated[
+        bool,
+        typer.Option("--in-time", help="Follow the curve too, and hold its highest peaks against time integration."),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
     """Everything run would refuse or warn of, and the modes of the structure."""
     with answering(as_json) as answer:
         from slipstick.app.check import check_case
 
-        check_case(case, answer)
+        raise typer.Exit(check_case(case, answer, in_time=in_time))
 
 
 @app.command()

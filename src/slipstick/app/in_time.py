@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from slipstick.results.branch import Branch
     from slipstick.results.verbs import TimeCheck
 
+TOLERANCE = 0.01
+"""Relative difference up to which a point agrees."""
+
 _MOST = 5
 """Peaks that are looked at where no point is named."""
 
@@ -36,11 +39,26 @@ def verify_results(path: Path, points: Sequence[int], values: Sequence[str], tol
     InputError
         If it is no results file, holds no such point, or its problem is not known.
     """
-    prepare_kernel(say)
     branch = _loaded(path)
-    units = Units.of_results(branch.dataset.attrs)
-    rows, chosen = [], _chosen(branch, points, values)
-    say(f"{branch.dataset.attrs.get('title', '') or path}")
+    chosen = _chosen(branch, points, values)
+    say(str(branch.dataset.attrs.get("title", "")) or str(path))
+    return check_points(branch, chosen, tolerance, answer)
+
+
+def check_curve(branch: Branch, tolerance: float, answer: Answer) -> int:
+    """The highest peaks of a curve against integration in time; 1 if it stopped early or one is off."""
+    if not branch.outcome.ok:
+        complain(f"warning: {branch.message}")
+    if not len(branch):
+        return STOPPED
+    agreed = check_points(branch, _highest(branch), tolerance, answer)
+    return agreed if branch.outcome.ok else STOPPED
+
+
+def check_points(branch: Branch, chosen: Sequence[int], tolerance: float, answer: Answer) -> int:
+    """Check points of a branch in time and print what was found; 1 if one is off."""
+    prepare_kernel(say)
+    units, rows = Units.of_results(branch.dataset.attrs), []
     say("point: amplitude from the balance, in time, relative difference")
     for point in chosen:
         check = branch.check_in_time(point)
