@@ -48,7 +48,7 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
 
 
 def _in_time(case: Case, answer: Answer) -> int:
-    from slipstick.app.in_time import TOLERANCE, check_curve
+    from slipstick.app.in_time import AGREES, check_curve
 
     say(f"following {case.request} for the check in time ...")
     prepare_kernel(say)
@@ -57,7 +57,7 @@ def _in_time(case: Case, answer: Answer) -> int:
         branch = case.run()
     for warning in caught:
         complain(f"warning: {warning.message}")
-    return check_curve(branch, TOLERANCE, answer)
+    return check_curve(branch, AGREES, answer)
 
 
 def print_warnings(case: Case) -> list[str]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipstick.results.branch import Branch
     from slipstick.results.verbs import TimeCheck
 
-TOLERANCE = 0.01
+AGREES = 0.01
 """Relative difference up to which a point agrees."""
 
 _MOST = 5
