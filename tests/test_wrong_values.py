@@ -19,6 +19,7 @@ from slipstick.app.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
+from slipstick.structure.skin import Skin
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
@@ -57,6 +58,7 @@ def sampled(**changes: Any) -> ss.Branch:
 STEEL = ss.Material(young=2e11, poisson=0.3, density=7800.0, conductivity=15.0)
 BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
+SKIN = Skin(nodes=np.eye(3), triangles=[[0, 1, 2]], modes=np.ones((9, 1)), static=np.ones((9, 1)))
 BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
 COARSE = BladeShape(element_size=0.05, stretch=4.0)
 CASE = example("oscillator").path.read_text(encoding="utf-8")
@@ -119,7 +121,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.ModalStructure,
         {
             "omega": [10.0], "mode_shapes": [[1.0]], "dofs": ["x"], "static_compliance": [[0.02]], "loss_factor": 0.1,
-            "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {}, "damping": 1.0,
+            "damping_ratio": 0.0, "second_residual": [[1e-6]], "load_shapes": {}, "damping": 1.0, "skin": SKIN,
         },
     ),
     "reduce": (

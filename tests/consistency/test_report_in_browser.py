@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers import blocks
 from helpers.reports import branch
 
 import slipstick as ss
@@ -163,6 +164,37 @@ def test_the_loop_is_that_of_python(opened: Opened) -> None:
             )
             for key, own in plain.loop(point, name).items():
                 np.testing.assert_allclose(found[key], own, rtol=0, atol=1e-9 * np.abs(own).max())
+
+
+def test_a_body_shows_its_shape(browser: Any, tmp_path: Path) -> None:
+    found = Opened(browser, blocks.branch().report(tmp_path / "r.html"))
+    canvas = found.page.locator("canvas.body")
+
+    def picture() -> str:
+        return str(found.page.evaluate("document.querySelector('canvas.body').toDataURL()"))
+
+    canvas.scroll_into_view_if_needed()
+    moving = picture()
+    found.page.wait_for_timeout(300)
+    assert picture() != moving
+    found.page.click("#body button")  # pause
+    still = picture()
+    found.page.wait_for_timeout(300)
+    assert picture() == still
+    box = canvas.bounding_box()
+    found.page.mouse.move(box["x"] + 100, box["y"] + 100)
+    found.page.mouse.down()
+    found.page.mouse.move(box["x"] + 160, box["y"] + 120, steps=3)
+    found.page.mouse.up()
+    assert found.view()["turn"] == [-5, 30]
+    canvas.focus()
+    found.page.keyboard.press("ArrowLeft")
+    assert found.view()["turn"] == [-10, 30]
+    turned = picture()
+    assert turned != still
+    found.key("Home")
+    assert picture() != turned
+    found.close()
 
 
 def test_strangers_texts_run_nothing(browser: Any, tmp_path: Path) -> None:

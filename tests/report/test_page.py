@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers import blocks
 from helpers.reports import branch
 
 import slipstick as ss
 from slipstick.report.assembly import part
 from slipstick.report.content import content_of
 from slipstick.report.encoding import gathered
+from slipstick.results.deflection import deflection_of
 
 node = shutil.which("node")
 pytestmark = pytest.mark.skipif(node is None, reason="node, which runs the scripts, is not installed")
@@ -87,6 +89,19 @@ def test_pieces_cover_one_period() -> None:
         assert spans[0][0] == 0.0
         assert spans[-1][1] == pytest.approx(2 * np.pi)
         assert [span[1] for span in spans[:-1]] == pytest.approx([span[0] for span in spans[1:]])
+
+
+def test_the_shape_moves_as_python_says() -> None:
+    made = blocks.branch()
+    point, tau = len(made) // 2, 0.7
+    script = f"""(() => {{
+      const result = new Result(given, 0), motion = result.fieldMotion({point}), {{ fields, nodes }} = result.shape;
+      const size = motion.map((X) => series(X, result.orders, {tau}));
+      return [...nodes].map((_, i) => fields.reduce((sum, field, k) => sum + size[k] * field[i], 0));
+    }})()"""
+    found = np.reshape(run(script, content_of(made, "a", contacts=2, dofs=2)), (-1, 3))
+    motion = deflection_of(made).at(point) @ made.harmonics.H_minus(tau)
+    np.testing.assert_allclose(found, motion, atol=5e-3 * np.abs(motion).max())
 
 
 def test_amplitudes_of_harmonics() -> None:

@@ -65,6 +65,14 @@ class ElasticModel:
         full[self.free] = vectors
         return full.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
 
+    def rows_of(self, nodes: IntArray) -> csr_array:
+        """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
+        from scipy.sparse import csr_array
+
+        at = self._position[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()]
+        free = np.flatnonzero(at >= 0)
+        return csr_array((np.ones(len(free)), (at[free], free)), shape=(len(self.free), at.size))
+
     def indices(self, nodes: IntArray) -> IntArray:
         """Positions (n, 3) of the x, y, z degrees of freedom of nodes among the free ones.
 

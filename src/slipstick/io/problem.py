@@ -25,6 +25,7 @@ from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.skin import Skin
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
@@ -52,6 +53,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
+    "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
     "rubbing": (RubbingMotion, _by_fields),

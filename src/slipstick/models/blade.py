@@ -21,6 +21,7 @@ from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.reduce import reduce_model
 from slipstick.structure.reduction.request import tools
+from slipstick.structure.skin import Skin
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -33,6 +34,7 @@ INCONEL_718 = Material(young=208e9, poisson=0.29, density=8200.0, conductivity=1
 
 _STRUCTURE = ("omega", "mode_shapes", "static_compliance", "second_residual")
 _POINTS = ("positions", "normals", "areas", "influence")
+_SKIN = ("skin_nodes", "skin_triangles", "skin_modes", "skin_static", "skin_pressure")
 _LOAD = ("participation", "static_response", "second_response")
 
 
@@ -160,7 +162,7 @@ def reduced_blade(
     began = perf_counter()
     path = None if cache is None else Path(cache) / f"blade-{_key(setup, solver)}.npz"
     stored = None if path is None else reduction_store.read(path)
-    if stored is not None and set(stored) >= {*_STRUCTURE, *_POINTS, *_LOAD, "n_dofs", "solver"}:
+    if stored is not None and set(stored) >= {*_STRUCTURE, *_POINTS, *_LOAD, *_SKIN, "n_dofs", "solver"}:
         return _body(setup, stored, loss_factor, {"reading the stored blade": perf_counter() - began}, reused=True)
     arrays, seconds = _computed(setup, listener, solver)
     if path is not None:
@@ -189,6 +191,7 @@ def _computed(
         **{name: getattr(structure, name) for name in _STRUCTURE},
         **{name: getattr(points, name) for name in _POINTS},
         **{name: np.asarray(getattr(load, name)) for name in _LOAD},
+        **_skin_arrays(structure.skin),
         "n_dofs": np.array(reduction.n_full),
         "solver": np.array(reduction.solver),
     }
@@ -204,6 +207,7 @@ def _body(
         dofs=points.dofs,
         loss_factor=loss_factor,
         load_shapes={"pressure": LoadShape(**{name: arrays[name] for name in _LOAD})},
+        skin=_skin(arrays),
     )
     return ReducedBody(
         structure=structure,
@@ -215,6 +219,17 @@ def _body(
         source="parametric blade, SI units",
         full=partial(_full, setup),
     )
+
+
+def _skin_arrays(skin: Skin | None) -> dict[str, Any]:
+    assert skin is not None
+    shown = {name: getattr(skin, name) for name in ("nodes", "triangles", "modes", "static")}
+    return {f"skin_{name}": value for name, value in (shown | {"pressure": skin.loads["pressure"]}).items()}
+
+
+def _skin(arrays: Mapping[str, Any]) -> Skin:
+    nodes, triangles, modes, static, pressure = (arrays[name] for name in _SKIN)
+    return Skin(nodes=nodes, triangles=triangles, modes=modes, static=static, loads={"pressure": pressure})
 
 
 def _full(setup: BladeModel) -> FullMatrices:

@@ -33,8 +33,8 @@ from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import COMPONENTS, ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
-from slipstick.models.surface_model import ContactModel, of_import, with_contacts
-from slipstick.structure.reduction.reduce import receptance_error, reduce_model
+from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
+from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, tools
 from slipstick.typing import Array, Matrix
 
@@ -171,7 +171,9 @@ def reduced_body(
     )  # fmt: skip
     _refuse(model, wanted)
     whole = None if surface is None else _with_contacts(model, wanted)
-    request: dict[str, Any] = {"keep": wanted.keep} if whole is None else _with_kept(whole, model, wanted.keep)
+    request: dict[str, Any] = (
+        {"keep": wanted.keep, "skin": _seen(model)} if whole is None else _with_kept(whole, model, wanted.keep)
+    )
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
         request |= {"accuracy": accuracy, "frequency_range": (0.0, wanted.up_to)}
@@ -349,6 +351,14 @@ def _contact_nodes(wanted: int | ArrayLike, mesh: Mesh) -> Any:
         return places
     labels = [whole("contacts, node label", label) for label in places]
     return node_indices(mesh.labels, np.array(labels), "contacts")
+
+
+def _seen(model: ImportedModel) -> SkinRows | None:
+    """The skin of a model that brought the mesh of its matrices."""
+    try:
+        return None if model.mesh is None else skin_rows(of_import(model))
+    except InputError:  # rotations, or another mesh: it can be computed, and not seen
+        return None
 
 
 def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:

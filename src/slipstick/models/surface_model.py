@@ -23,7 +23,9 @@ from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ElasticModel, elastic_model
+from slipstick.fem.skin import skin_of
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
+from slipstick.structure.reduction.reduce import SkinRows
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
@@ -65,8 +67,15 @@ class ContactModel:
 
     @property
     def request(self) -> dict[str, Any]:
-        """Keywords ``keep``, ``names`` and ``load_shapes`` for ``slipstick.structure.reduction.reduce_model``."""
-        return {"keep": self.directions.tocsc(), "names": self.points.dofs, "load_shapes": dict(self.loads)}
+        """Keywords ``keep``, ``names``, ``load_shapes`` and ``skin`` for ``reduce_model``."""
+        named = {"names": self.points.dofs, "load_shapes": dict(self.loads)}
+        return {"keep": self.directions.tocsc(), **named, "skin": skin_rows(self.model)}
+
+
+def skin_rows(model: ElasticModel) -> SkinRows:
+    """The surface of a body, with its dofs: what shows its shape."""
+    nodes, triangles = skin_of(model.mesh)
+    return SkinRows(nodes=model.mesh.nodes[nodes], triangles=triangles, rows=model.rows_of(nodes))
 
 
 def contact_model(

@@ -15,7 +15,20 @@ from slipstick.report.encoding import gathered, safe_json
 STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
 SCRIPTS = tuple(
     f"{name}.js"
-    for name in ["decode", "law", "model", "view", "charts", "curves", "strip", "panels", "tables", "head", "main"]
+    for name in [
+        "decode",
+        "law",
+        "model",
+        "view",
+        "charts",
+        "curves",
+        "strip",
+        "shape",
+        "panels",
+        "tables",
+        "head",
+        "main",
+    ]
 )
 """Our own, in the order they are put together: one script, so that nothing but ``slipstick`` is left in the page."""
 

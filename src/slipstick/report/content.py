@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.report.contacts import STATES, friction_of, series_of
 from slipstick.report.curves import curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
+from slipstick.report.shape import shape_of
 from slipstick.results.schema import POINT_KINDS
 from slipstick.units import FREQUENCIES, Units, after_number
 
@@ -44,12 +45,13 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
         "dofs": _named(dataset, "dof", kept["dof"]) | {
-            "label": "Motion", "units": meaning(dataset, "displacement")["units"],
+            **meaning(dataset, "displacement"),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
         "peaks": _peaks(dataset, kept["dof"]),
         "curves": curves_of(dataset, kept),
         "contacts": _contacts(branch, kept["contact"]),
+        "shape": shape_of(branch),
     }  # fmt: skip
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
+from slipstick.faults import one
 from slipstick.structure.checks import (
     array_faults,
     checked_names,
@@ -27,6 +28,7 @@ from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_fau
 from slipstick.structure.modal_files import modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
+from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array
 
@@ -87,6 +89,8 @@ class ModalStructure:
         Distributed loads by name.
     damping
         Factor on the viscous damping ratios, >= 0: the parameter "damping".
+    skin
+        Surface of the body with its motion, to see its shape; None: it is not known.
 
     Raises
     ------
@@ -113,6 +117,7 @@ class ModalStructure:
         second_residual: ArrayLike | None = None,
         load_shapes: Mapping[str, LoadShape] | None = None,
         damping: float = 1.0,
+        skin: Skin | None = None,
     ) -> None:
         self._dofs, faults = checked_names(dofs)
         given = {
@@ -136,6 +141,9 @@ class ModalStructure:
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
         compliance = None if static_compliance is None else real(static_compliance)
         faults += self._faults(compliance)
+        self.skin = None if skin is None else one("skin", skin, Skin, "a structure.skin.Skin, or None")
+        if self.skin is not None and not faults:
+            faults += self.skin.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
         if faults:
             raise InputError(faults)
         self._modal_compliance = (self.mode_shapes / self.omega**2) @ self.mode_shapes.T
@@ -298,7 +306,7 @@ class ModalStructure:
     @property
     def arguments(self) -> dict[str, Any]:
         """What an equal structure is made from."""
-        names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping")
+        names = ("omega", "mode_shapes", "dofs", "loss_factor", "second_residual", "damping", "skin")
         compliance = self.static_compliance if self._knows_residual else None
         given = {name: getattr(self, name) for name in names} | {"damping_ratio": self._viscous}
         return {**given, "static_compliance": compliance, "load_shapes": self.shapes}
@@ -315,7 +323,9 @@ class ModalStructure:
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""
-        left, right, static, second = self._parts(rows, columns, shapes)
+        return self._receptance(*self._parts(rows, columns, shapes))
+
+    def _receptance(self, left: Array, right: Array, static: Array, second: Array | None) -> Receptance:
         return ModalReceptance(
             left=left,
             right=right,
@@ -326,6 +336,10 @@ class ModalStructure:
             residual=static - (left / self.omega**2) @ right.T,
             second=second,
         )
+
+    def receptance_to(self, left: Array, static: Array, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance to what is no dof: ``left`` its modes (n_rows, n_modes), ``static`` exact (n_rows, n_columns)."""
+        return self._receptance(left, self._parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1], static, None)
 
     @property
     def values(self) -> dict[str, float]:

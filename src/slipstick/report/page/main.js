@@ -15,6 +15,7 @@ class App {
     foot(document.getElementById("foot"), content);
     this.curves = new Curves(document.getElementById("response"), this);
     this.panels = new Panels(document.getElementById("point"), this);
+    this.body = new Body(document.getElementById("body"), this);
     this.ranking = new Ranking(document.getElementById("contacts"), this);
     this.draw();
   }
@@ -39,13 +40,19 @@ class App {
 
   /** Change the view; what only moves the cursor leaves the curves as they are drawn. */
   set(change) {
-    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all"].includes(key));
+    const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn"].includes(key));
     this.view = settled({ ...this.view, ...change }, this.model, this.start);
     this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));
     history.replaceState(null, "", addressOf(this.view));
     if (moves) this.curves.move();
     else this.curves.draw();
     this.drawPoint();
+  }
+
+  /** The body from another side; nothing else changes. */
+  turn(angles) {
+    this.view.turn = angles;
+    history.replaceState(null, "", addressOf(this.view));
   }
 
   turnContact(by) {
@@ -60,6 +67,7 @@ class App {
 
   drawPoint() {
     this.panels.draw();
+    this.body.draw();
     this.ranking.draw();
   }
 }

@@ -112,6 +112,21 @@ class Result {
     return out;
   }
 
+  /** The surface of the body and the fields of its motion; null where it is not known. */
+  get shape() {
+    const { shape } = this.content;
+    return shape && this.kept.of("shape", () => ({
+      nodes: new Numbers(shape.nodes).values, triangles: new Numbers(shape.triangles).values,
+      fields: Array.from({ length: shape.fields.shape[0] }, (_, k) => this.numbers("fields", shape.fields).row(k)),
+    }));
+  }
+
+  /** What each field does at a point: coefficients (0, c1, s1, ...). */
+  fieldMotion(point) {
+    const { coefficients, fields } = this.content.shape;
+    return Array.from({ length: fields.shape[0] }, (_, k) => this.coefficients("field motion", coefficients).row(point, k));
+  }
+
   /** Motion and force series of a contact of another law, its first port; null where there is none. */
   ported(point, name) {
     const at = this.contacts.indexOf(name), L = 2 * this.orders.length - 1;

@@ -18,13 +18,19 @@ function viewFrom(text, model) {
     point: whole(given.get("point"), own.points, result === start.result ? start.point : 0),
     dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
     dof: given.get("at-dof"), contact: given.get("at-contact"),
-    all: given.get("all") === "1",
+    all: given.get("all") === "1", turn: turned(given.get("turn")),
   };
   for (const [key, known] of Object.entries(CHOICES)) {
     view[key] = known.includes(given.get(key)) ? given.get(key) : known[0];
   }
   view.unit = model.frequencies.includes(given.get("unit")) ? given.get("unit") : start.unit;
   return settled(view, model, start);
+}
+
+/** Angles the body is seen under, degrees: round the vertical, and from above. */
+function turned(text) {
+  const angles = String(text ?? "").split(",").map(Number);
+  return angles.length === 2 && angles.every(Number.isFinite) ? [angles[0] % 360, Math.max(-90, Math.min(90, angles[1]))] : [-35, 20];
 }
 
 function whole(text, below, otherwise) {
@@ -49,6 +55,7 @@ function addressOf(view) {
   out.set("at-dof", view.dof);
   out.set("at-contact", view.contact);
   for (const key of [...Object.keys(CHOICES), "unit"]) if (view[key]) out.set(key, view[key]);
+  out.set("turn", view.turn.join(","));
   if (view.all) out.set("all", "1");
   return `#${out}`;
 }

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -42,11 +42,17 @@ class ReducedData:
     solver: str
     complete: bool | None
     error_estimate: float | None
+    skin_modes: Array | None = None
+    """Modes at the skin, (3 n_nodes, n_modes)."""
+    skin_static: Array | None = None
+    """``K^-1 [B, P]`` at the skin."""
     seconds: Mapping[str, float] = field(default_factory=dict)
 
     def arrays(self) -> dict[str, Any]:
         """For the store."""
+        skin = {"skin_modes": self.skin_modes, "skin_static": self.skin_static}
         return {
+            **{name: np.asarray(value, dtype=np.float32) for name, value in skin.items() if value is not None},
             "omega": self.omega,
             "amplitudes": self.amplitudes,
             "static": self.static,
@@ -64,7 +70,15 @@ class ReducedData:
         return np.asarray(undamped(self.omega, a, self.static[kept], second).at([1], omega)[0][0].real)
 
 
-def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
+class Columns(NamedTuple):
+    """What is asked of a model: kept directions (n, n_keep), loads (n, n_loads), dofs of the skin (n, 3 n_nodes)."""
+
+    directions: Sparse
+    loads: Array
+    skin: Sparse | None = None
+
+
+def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> ReducedData | None:
     """Read from the store; None when there is nothing or it does not fit."""
     arrays = reduction_store.read(path)
     if arrays is None:
@@ -80,39 +94,41 @@ def stored_data(path: Path, n_keep: int, n_loads: int) -> ReducedData | None:
             solver=str(arrays["solver"]),
             complete=True if str(arrays["complete"]) == "yes" else None,
             error_estimate=None if np.isnan(estimate) else estimate,
+            skin_modes=arrays["skin_modes"] if n_skin else None,
+            skin_static=arrays["skin_static"] if n_skin else None,
         )
     except (KeyError, ValueError, TypeError):
         return None
     n, modes = n_keep + n_loads, data.omega.size
-    shapes = (data.amplitudes.shape, data.static.shape, data.second.shape, data.residuals.shape)
-    return data if shapes == ((n, modes), (n, n), (n, n), (modes,)) else None
+    fitting = [(data.amplitudes, (n, modes)), (data.static, (n, n)), (data.second, (n, n)), (data.residuals, (modes,))]
+    if data.skin_modes is not None and data.skin_static is not None:
+        fitting += [(data.skin_modes, (n_skin, modes)), (data.skin_static, (n_skin, n))]
+    return data if all(array.shape == shape for array, shape in fitting) else None
 
 
-def store_path(
-    folder: Path, K: Sparse, M: Sparse, directions: Sparse, loads: Array, want: Accuracy, solver: str | None
-) -> Path:
+def store_path(folder: Path, K: Sparse, M: Sparse, columns: Columns, want: Accuracy, solver: str | None) -> Path:
     """Where the reduction of exactly these matrices and wishes, made by this code, is kept."""
     parameters = (asdict(want), solver, reduction_store.code_digest("solve", "structure"))
-    key = reduction_store.content_key((K, M, directions, sparse.csr_array(loads)), parameters)
+    parts = (columns.directions, sparse.csr_array(columns.loads), *(() if columns.skin is None else (columns.skin,)))
+    key = reduction_store.content_key((K, M, *parts), parameters)
     return folder / f"reduction-{key}.npz"
 
 
 def compute(
     K: Sparse,
     M: Sparse,
-    directions: Sparse,
-    loads: Array,
+    columns: Columns,
     *,
     dofs: Sequence[str] | None,
     want: Accuracy,
     solver: str | None,
     listener: StageListener | None,
 ) -> ReducedData:
-    """All of :class:`ReducedData` for directions (n, n_keep) and loads (n, n_loads); the matrices are checked first."""
+    """All of :class:`ReducedData`; the matrices are checked first."""
     problems = matrix_problems(K, M, dofs)
     if problems:
         raise InputError(problems)
-    clock = _Clock(listener)
+    clock, (directions, loads, skin) = _Clock(listener), columns
     B = np.hstack([directions.toarray(), loads])
     n_keep = directions.shape[1]
     probe = None
@@ -124,6 +140,7 @@ def compute(
     clock.start("static solutions")
     U = iteration.solve(B)
     static, second = B.T @ U, U.T @ (M @ U)
+    seen = None if skin is None else np.asarray(skin.T @ U)
     del U
     clock.start("modes")
     partial = ReducedData(
@@ -135,12 +152,15 @@ def compute(
         solver=iteration.solver,
         complete=None,
         error_estimate=None,
+        skin_static=seen,
     )
     if probe is None:
         found = iteration.modes(min(want.modes or DEFAULT_MODES, K.shape[0]))
         data = _with_modes(partial, found, B)
     else:
-        data = _grow(iteration, partial, B, n_keep, want, *probe)
+        data, found = _grow(iteration, partial, B, n_keep, want, *probe)
+    if skin is not None:
+        data = replace(data, skin_modes=np.asarray(skin.T @ found.shapes))
     _require_positive(data)
     return replace(data, seconds=clock.stop())
 
@@ -153,7 +173,7 @@ def _grow(
     want: Accuracy,
     exact: Array,
     below: int | None,
-) -> ReducedData:
+) -> tuple[ReducedData, Modes]:
     """Take more modes until the receptance at the highest frequency is right to half the error allowed."""
     assert want.highest is not None
     n_modes, limit = max(8, (below or 0) + 4), min(MOST_MODES, iteration.n)
@@ -170,7 +190,8 @@ def _grow(
                 f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
             )
         n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
-    return replace(_with_modes(partial, iteration.modes(n_modes), B), error_estimate=error)
+    found = iteration.modes(n_modes)
+    return replace(_with_modes(partial, found, B), error_estimate=error), found
 
 
 def _with_modes(partial: ReducedData, found: Modes, B: Array) -> ReducedData:

@@ -18,7 +18,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
@@ -26,6 +26,7 @@ from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.compute import (
+    Columns,
     ReducedData,
     compute,
     direct_receptance,
@@ -39,6 +40,7 @@ from slipstick.structure.reduction.request import (
     checked_request,
     real_matrices,
 )
+from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import WARNED_REDUCTION, WorstError
 from slipstick.typing import Array, Matrix
 
@@ -63,6 +65,15 @@ class Reduction:
     error_estimate: float | None
     seconds: Mapping[str, float] = field(default_factory=dict)
     reused: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinRows:
+    """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n)."""
+
+    nodes: Array
+    triangles: NDArray[np.int64]
+    rows: Matrix
 
 
 def reduce(
@@ -172,10 +183,11 @@ def reduce_model(
     solver: str | None = None,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
+    skin: SkinRows | None = None,
 ) -> Reduction:
     """As :func:`reduce`, with where the result comes from and how good it is.
 
-    Arguments and errors are those of :func:`reduce`.
+    Arguments and errors are those of :func:`reduce`; with ``skin`` the structure has one.
     """
     K, M = real_matrices(K, M)
     asked = checked_request(
@@ -185,16 +197,19 @@ def reduce_model(
     )  # fmt: skip
     directions, loads, want = asked.directions, asked.loads, asked.want
     began = perf_counter()
-    path = None if cache is None else store_path(Path(cache), K, M, directions, loads, want, solver)
-    data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1])
+    rows = None if skin is None else as_csr(skin.rows)
+    columns = Columns(directions, loads, rows)
+    path = None if cache is None else store_path(Path(cache), K, M, columns, want, solver)
+    n_skin = 0 if rows is None else rows.shape[1]
+    data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1], n_skin)
     reused = data is not None
     if data is None:
-        data = compute(K, M, directions, loads, dofs=asked.dofs, want=want, solver=solver, listener=listener)
+        data = compute(K, M, columns, dofs=asked.dofs, want=want, solver=solver, listener=listener)
         if path is not None:
             reduction_store.write(path, data.arrays())
     else:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
-    structure = modal_structure(data, asked.kept, asked.load_names, asked.damping)
+    structure = modal_structure(data, asked.kept, asked.load_names, asked.damping, skin)
     error = data.error_estimate
     if asked.frequency_range is not None:
         worst = _worst(structure, asked.frequency_range, error)
@@ -255,7 +270,11 @@ def receptance_error(
 
 
 def modal_structure(
-    data: ReducedData, kept: tuple[str, ...], loads: tuple[str, ...], damping: Damping
+    data: ReducedData,
+    kept: tuple[str, ...],
+    loads: tuple[str, ...],
+    damping: Damping,
+    skin: SkinRows | None = None,
 ) -> ModalStructure:
     """The structure of computed or stored data with names and damping."""
     n = len(kept)
@@ -276,4 +295,17 @@ def modal_structure(
         damping_ratio=damping.ratios(data.omega),
         second_residual=0.5 * (second[:n, :n] + second[:n, :n].T),
         load_shapes=shapes,
+        skin=None if skin is None else _skin(data, n, loads, skin),
+    )
+
+
+def _skin(data: ReducedData, n_keep: int, loads: tuple[str, ...], rows: SkinRows) -> Skin:
+    assert data.skin_modes is not None
+    assert data.skin_static is not None
+    return Skin(
+        nodes=rows.nodes,
+        triangles=rows.triangles,
+        modes=data.skin_modes,
+        static=data.skin_static[:, :n_keep],
+        loads={name: data.skin_static[:, n_keep + k] for k, name in enumerate(loads)},
     )

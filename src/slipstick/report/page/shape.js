@@ -1,0 +1,204 @@
+// The deflected shape of a body at the point under the cursor, moving: triangles painted from back to front.
+
+const RAMP = [[96, 92, 156], [62, 112, 165], [36, 155, 150], [105, 203, 98], [253, 231, 37]]; // viridis, lighter at its dark end
+const SHOWN = 0.08; // the largest displacement is drawn as this part of the body's size
+const SECONDS = 2.4;
+
+class Body {
+  constructor(host, app) {
+    Object.assign(this, { host, app, tau: Math.PI / 2, factor: 1, visible: true, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches });
+    if (!app.model.results.some((result) => result.content.shape)) {
+      host.hidden = true;
+      return;
+    }
+    this.canvas = element("canvas", { class: "body", tabindex: 0, role: "img", onkeydown: (event) => this.key(event),
+      onpointerdown: (event) => this.grab(event), onpointermove: (event) => this.drag(event) });
+    this.play = element("button", { type: "button", onclick: () => this.run(!this.playing) });
+    this.phase = element("input", { type: "range", min: 0, max: 360, value: 90, "aria-label": "Phase, degrees", oninput: () => {
+      this.run(false);
+      this.tau = (this.phase.value * PERIOD) / 360;
+      this.paint();
+    } });
+    this.size = element("input", { type: "range", min: -10, max: 10, value: 0, "aria-label": "How much the motion is magnified", oninput: () => {
+      this.factor = 2 ** (this.size.value / 3);
+      this.paint();
+    } });
+    this.note = element("div", { class: "note" });
+    host.append(element("div", { class: "panel-head" }, element("h2", { id: "body-title" }, "Shape"),
+      element("div", { class: "tools" }, this.play, element("label", {}, "phase ", this.phase), element("label", {}, "magnified ", this.size))),
+      element("div", { class: "card" }, this.canvas, this.note));
+    new IntersectionObserver(([entry]) => { this.visible = entry.isIntersecting; }).observe(this.canvas);
+    this.run(this.playing);
+  }
+
+  run(playing) {
+    this.playing = playing;
+    this.play.textContent = playing ? "❚❚ pause" : "▶ play";
+    cancelAnimationFrame(this.frame);
+    let last = performance.now();
+    const step = (now) => {
+      if (!this.playing) return;
+      if (this.visible && this.shape) {
+        this.tau = (this.tau + (PERIOD * Math.min(now - last, 100)) / (1000 * SECONDS)) % PERIOD;
+        this.phase.value = (360 * this.tau) / PERIOD;
+        this.paint();
+      }
+      last = now;
+      this.frame = requestAnimationFrame(step);
+    };
+    if (playing) this.frame = requestAnimationFrame(step);
+  }
+
+  grab(event) {
+    this.held = [event.clientX, event.clientY, ...this.app.view.turn];
+    this.canvas.setPointerCapture(event.pointerId);
+  }
+
+  drag(event) {
+    if (!this.held || !this.canvas.hasPointerCapture(event.pointerId)) return;
+    const [x, y, yaw, pitch] = this.held;
+    this.turn(yaw + 0.5 * (event.clientX - x), pitch + 0.5 * (event.clientY - y));
+  }
+
+  key(event) {
+    const step = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] }[event.key], [yaw, pitch] = this.app.view.turn;
+    if (event.key === " ") this.run(!this.playing);
+    else if (step) this.turn(yaw + step[0], pitch + step[1]);
+    else return;
+    event.preventDefault();
+  }
+
+  turn(yaw, pitch) {
+    this.app.turn([Math.round(yaw) % 360, Math.max(-90, Math.min(90, Math.round(pitch)))]);
+    this.paint();
+  }
+
+  /** At another point: its motion, and how much of it is shown. */
+  draw() {
+    if (!this.canvas) return;
+    const { result, view } = this.app;
+    this.shape = result.points ? result.shape : null;
+    this.host.hidden = !this.shape;
+    if (!this.shape) return;
+    this.motion = result.fieldMotion(view.point);
+    this.extent = extentOf(this.shape.nodes);
+    this.largest = Math.max(...times(0, PERIOD, 25).map((tau) => largestOf(this.displacement(tau, result))), 0);
+    const units = result.content.dofs.units;
+    this.canvas.setAttribute("aria-label", `Deflected shape, largest displacement ${short(this.largest)} ${units}; drag or use the arrow keys to turn it`);
+    this.ramp ??= rampOf();
+    this.paint();
+  }
+
+  /** Displacement of all nodes, three numbers each. */
+  displacement(tau, result = this.app.result) {
+    const out = new Float64Array(this.shape.nodes.length);
+    this.shape.fields.forEach((field, k) => {
+      const size = series(this.motion[k], result.orders, tau);
+      for (let i = 0; i < out.length; i++) out[i] += size * field[i];
+    });
+    return out;
+  }
+
+  paint() {
+    const { canvas, shape, extent } = this, ratio = devicePixelRatio;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (!shape || !width) return;
+    if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
+    const u = this.displacement(this.tau), magnified = this.largest > 0 ? (SHOWN * this.factor * extent.size) / this.largest : 0;
+    const scale = (0.86 * Math.min(width, height)) / extent.size;
+    const still = seen(shape.nodes, null, 0, extent, this.app.view.turn, scale, width, height);
+    const moved = seen(shape.nodes, u, magnified, extent, this.app.view.turn, scale, width, height);
+    const ctx = canvas.getContext("2d");
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.clearRect(0, 0, width, height);
+    outline(ctx, still, shape.triangles);
+    faces(ctx, moved, shape.triangles, (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]) / (this.largest || 1));
+    const { after } = this.app.result.content.dofs;
+    fill(this.note, element("div", { class: "line-names" }, element("span", {}, `motion magnified ${short(magnified, 2)} times, grey: at rest`),
+      element("span", { class: "line-name" }, "0", this.ramp, `${short(this.largest, 4)}${after ?? ""}`), element("span", {}, `phase ${Math.round((360 * this.tau) / PERIOD)}°`)));
+  }
+}
+
+function extentOf(nodes) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  nodes.forEach((value, i) => { low[i % 3] = Math.min(low[i % 3], value); high[i % 3] = Math.max(high[i % 3], value); });
+  return { middle: low.map((value, i) => 0.5 * (value + high[i])), size: Math.hypot(...high.map((value, i) => value - low[i])) || 1 };
+}
+
+function largestOf(u) {
+  let most = 0;
+  for (let i = 0; i < u.length; i += 3) most = Math.max(most, Math.hypot(u[i], u[i + 1], u[i + 2]));
+  return most;
+}
+
+/** Nodes on the screen: x, y in pixels and depth towards the eye; z of the model is up. */
+function seen(nodes, u, magnified, { middle }, [yaw, pitch], scale, width, height) {
+  const [a, b] = [yaw, pitch].map((angle) => (angle * Math.PI) / 180), [ca, sa, cb, sb] = [Math.cos(a), Math.sin(a), Math.cos(b), Math.sin(b)];
+  const out = new Float64Array(nodes.length);
+  for (let i = 0; i < nodes.length; i += 3) {
+    const [x, y, z] = [0, 1, 2].map((k) => nodes[i + k] - middle[k] + (u ? magnified * u[i + k] : 0));
+    const across = ca * x - sa * y, away = sa * x + ca * y;
+    out[i] = 0.5 * width + scale * across;
+    out[i + 1] = 0.5 * height - scale * (cb * z + sb * away);
+    out[i + 2] = scale * (sb * z - cb * away);
+  }
+  return out;
+}
+
+function outline(ctx, p, triangles) {
+  ctx.beginPath();
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [i, j, k] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    ctx.moveTo(p[i], p[i + 1]);
+    ctx.lineTo(p[j], p[j + 1]);
+    ctx.lineTo(p[k], p[k + 1]);
+    ctx.closePath();
+  }
+  ctx.fillStyle = colour("edge");
+  ctx.fill();
+}
+
+/** Triangles from back to front, coloured by how much they move, lighter where they look at the eye. */
+function faces(ctx, p, triangles, moved) {
+  const drawn = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [i, j, k] = [triangles[t], triangles[t + 1], triangles[t + 2]];
+    const [ax, ay, bx, by] = [p[3 * j] - p[3 * i], p[3 * j + 1] - p[3 * i + 1], p[3 * k] - p[3 * i], p[3 * k + 1] - p[3 * i + 1]];
+    const facing = ay * bx - ax * by; // the screen's y points down
+    if (facing > 0) drawn.push({ i, j, k, depth: p[3 * i + 2] + p[3 * j + 2] + p[3 * k + 2] });
+  }
+  drawn.sort((a, b) => a.depth - b.depth);
+  ctx.lineWidth = 0.6;
+  for (const { i, j, k } of drawn) {
+    const light = lightOf(p, i, j, k), [r, g, b] = rampAt((moved(i) + moved(j) + moved(k)) / 3).map((c) => Math.round(c * light));
+    ctx.fillStyle = ctx.strokeStyle = `rgb(${r},${g},${b})`;
+    ctx.beginPath();
+    ctx.moveTo(p[3 * i], p[3 * i + 1]);
+    ctx.lineTo(p[3 * j], p[3 * j + 1]);
+    ctx.lineTo(p[3 * k], p[3 * k + 1]);
+    ctx.closePath();
+    ctx.fill();
+    ctx.stroke();
+  }
+}
+
+/** Brightness by the angle between the face and the eye. */
+function lightOf(p, i, j, k) {
+  const [a, b] = [j, k].map((n) => [p[3 * n] - p[3 * i], p[3 * n + 1] - p[3 * i + 1]]);
+  const facing = Math.abs(a[1] * b[0] - a[0] * b[1]), [da, db] = [j, k].map((n) => p[3 * n + 2] - p[3 * i + 2]);
+  const side = Math.hypot(a[1] * db - b[1] * da, a[0] * db - b[0] * da);
+  return 0.62 + 0.38 * (facing / (Math.hypot(facing, side) || 1));
+}
+
+function rampAt(part) {
+  const at = Math.max(0, Math.min(1, part)) * (RAMP.length - 1), i = Math.min(Math.floor(at), RAMP.length - 2);
+  return RAMP[i].map((c, k) => c + (at - i) * (RAMP[i + 1][k] - c));
+}
+
+function rampOf() {
+  const bar = element("svg:svg", { class: "ramp", "aria-hidden": "true" });
+  for (let i = 0; i < 24; i++) {
+    bar.append(element("svg:rect", { x: 5 * i, width: 5.5, height: 10, fill: `rgb(${rampAt(i / 23).map(Math.round)})` }));
+  }
+  return bar;
+}

@@ -1,0 +1,31 @@
+"""The deflected shape for a page: the skin of the body, and the few fields that its motion is made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.report.encoding import fixed, packed
+from slipstick.results.deflection import deflection_of
+
+if TYPE_CHECKING:
+    from slipstick.results.branch import Branch
+
+SMALL = 1e-3
+"""Relative to the largest motion: less is not seen."""
+
+
+def shape_of(branch: Branch) -> dict[str, Any] | None:
+    """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
+    structure = getattr(branch.problem, "structure", None)
+    if getattr(structure, "skin", None) is None or not len(branch):
+        return None
+    found = deflection_of(branch, small=SMALL)
+    size = float(np.abs(found.fields).max()) or 1.0
+    return {
+        "nodes": packed(found.skin.nodes),
+        "triangles": packed(found.skin.triangles, "u2"),
+        "fields": packed(found.fields.T / size),
+        "coefficients": fixed(found.coefficients * size, 3),
+    }

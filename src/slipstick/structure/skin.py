@@ -1,0 +1,87 @@
+"""The surface of a reduced body, to see how it moves: what modes and forces do at its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.errors import InputError
+from slipstick.structure.checks import array_faults, number_faults, real
+from slipstick.typing import Array
+
+MOST_NODES = 20_000
+"""More are not needed to see a shape."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Skin:
+    """Nodes and triangles of a surface with its motion, three rows for each node: x, y, z; in seven digits.
+
+    Parameters
+    ----------
+    nodes
+        Positions (n, 3).
+    triangles
+        Places of their corners among the nodes (t, 3), whole numbers.
+    modes
+        Mass-normalised modes at the nodes (3 n, n_modes).
+    static
+        Exact static displacement by unit forces on the kept dofs (3 n, n_dofs).
+    loads
+        Exact static displacement by each load shape (3 n,).
+
+    Raises
+    ------
+    InputError
+        With one sentence for each fault.
+    """
+
+    nodes: Array
+    triangles: NDArray[np.int64]
+    modes: Array
+    static: Array
+    loads: Mapping[str, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        arrays = {name: getattr(self, name) for name in ("nodes", "triangles", "modes", "static")} | dict(self.loads)
+        wrong = [fault for name, value in arrays.items() for fault in number_faults(f"skin, {name}", value)]
+        if wrong:
+            raise InputError(wrong)
+        nodes, modes, static = (real(value) for value in (self.nodes, self.modes, self.static))
+        count = len(nodes) if nodes.ndim else 0
+        faults = array_faults("skin, nodes", nodes, (count, 3))
+        if count > MOST_NODES:
+            faults.append(f"skin, nodes: found {count}; expected at most {MOST_NODES}")
+        for name, value in (("modes", modes), ("static", static)):
+            faults += array_faults(f"skin, {name}", value, (3 * count, *value.shape[1:2]))
+        loads = {str(name): real(value) for name, value in self.loads.items()}
+        for name, value in loads.items():
+            faults += array_faults(f"skin, load {name!r}", value, (3 * count,))
+        triangles = real(self.triangles)
+        faults += array_faults("skin, triangles", triangles, (len(triangles) if triangles.ndim else 0, 3))
+        if not faults and triangles.size and not (triangles.min() >= 0 and triangles.max() < count):
+            faults.append(f"skin, triangles: found nodes {triangles.min():g} to {triangles.max():g} of {count}")
+        if faults:
+            raise InputError(faults)
+        made: dict[str, Any] = {"modes": modes.astype(np.float32), "static": static.astype(np.float32)}
+        made |= {"loads": {name: value.astype(np.float32) for name, value in loads.items()}}
+        for name, value in (made | {"nodes": nodes, "triangles": triangles.astype(np.int64)}).items():
+            object.__setattr__(self, name, value)
+
+    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[str]:
+        """Why this is no skin of a structure with so many modes and dofs, and these load shapes."""
+        found = (np.shape(self.modes)[1], np.shape(self.static)[1])
+        faults = [] if found == (modes, dofs) else [f"skin: found modes and dofs {found}; expected {(modes, dofs)}"]
+        return faults + [f"skin: it has no load shape '{name}'" for name in shapes if name not in self.loads]
+
+    @property
+    def basis(self) -> Array:
+        """Orthonormal columns (3 n, k) that hold every motion of the skin."""
+        columns = [self.modes, self.static, *(np.asarray(load)[:, None] for load in self.loads.values())]
+        scaled = [np.asarray(c, dtype=float) / max(float(np.abs(c).max(initial=0.0)), 1e-300) for c in columns]
+        found: Array = np.linalg.qr(np.hstack(scaled))[0]
+        return found

@@ -1,0 +1,46 @@
+"""A block of finite elements that rubs, small enough to be solved whole."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import slipstick as ss
+from slipstick.fem.box import box
+from slipstick.fem.materials import Material
+from slipstick.models.surface_model import ContactModel, contact_model
+from slipstick.structure.reduction.reduce import reduce_model
+
+LOSS = 0.02
+
+
+@cache
+def block() -> ContactModel:
+    """Held at one end, with two contacts on its top and a pressure on a side."""
+    mesh = box((1.0, 0.2, 0.2), (5, 1, 1), "hex20")
+    metal = Material(young=100.0, poisson=0.3, density=1.0, conductivity=0.0)
+    return contact_model(mesh, metal, fixed="x0", surface="z1", contacts=2, pressures={"push": "y0"})
+
+
+@cache
+def branch(parameter: bool = False) -> ss.Branch:
+    """Of the reduced block, with a pressure and a force; or along the friction coefficient."""
+    body = block()
+    structure = reduce_model(body.model.K, body.model.M, modes=60, loss_factor=LOSS, **body.request).structure
+    pairs = [
+        ss.ContactPair(
+            name=f"c{i}", contact=ss.FrictionContact(kt=2.0, mu=0.3, kn=1.0, gap=-0.02), tangential=f"c{i}y",
+            normal=f"c{i}z", rubbing=ss.RubbingMotion(velocity=0.01),
+        )
+        for i in (1, 2)
+    ]  # fmt: skip
+    loads = [
+        ss.Load(shape="push", cos=0.02),
+        ss.Load(dof="c1z", harmonic=2, sin=0.003),
+        ss.Load(dof="c2z", harmonic=0, cos=-0.004),
+    ]
+    first = float(structure.natural_frequencies[0])
+    problem = ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(5), title="block")
+    options = {"max_step": 0.2}
+    if parameter:
+        return ss.parameter_response(problem, "c1.mu", (0.1, 0.4), omega=0.9 * first, options=options)
+    return ss.forced_response(problem, omega=(0.8 * first, 1.1 * first), options=options)
