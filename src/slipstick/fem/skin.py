@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.fem.boundary import boundary
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh
+from slipstick.typing import IntArray
 
-IntArray = NDArray[np.int64]
-
-MOST_NODES = 1500
+SKIN_NODES = 1500
 """So many show the shape of a body; the modes at them are stored with it."""
 
 
-def skin_of(mesh: Mesh, most: int = MOST_NODES) -> tuple[IntArray, IntArray]:
+def skin_of(mesh: Mesh, most: int = SKIN_NODES) -> tuple[IntArray, IntArray]:
     """Nodes (n,) of the mesh and triangles (t, 3) of places among them, outward; the corners of faces alone.
 
     With more than ``most`` nodes those in one cell of a grid become one of them.

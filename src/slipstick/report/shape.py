@@ -12,7 +12,7 @@ from slipstick.results.deflection import deflection_of
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
-SMALL = 1e-3
+UNSEEN = 1e-3
 """Relative to the largest motion: less is not seen."""
 
 
@@ -21,7 +21,7 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
     structure = getattr(branch.problem, "structure", None)
     if getattr(structure, "skin", None) is None or not len(branch):
         return None
-    found = deflection_of(branch, small=SMALL)
+    found = deflection_of(branch, small=UNSEEN)
     size = float(np.abs(found.fields).max()) or 1.0
     return {
         "nodes": packed(found.skin.nodes),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
 
-SMALL = 1e-4
+LEFT_OUT = 1e-4
 """What is left out of the motion of the skin, relative to the largest along the branch."""
 
 
@@ -44,7 +44,7 @@ class Deflection:
         return found
 
 
-def deflection_of(branch: Branch, *, small: float = SMALL) -> Deflection:
+def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     """The motion of the surface at every point of a branch; shapes that add less than ``small`` are left out.
 
     Raises

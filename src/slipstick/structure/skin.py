@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.structure.checks import array_faults, number_faults, real
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
-MOST_NODES = 20_000
+MOST_SKIN_NODES = 20_000
 """More are not needed to see a shape."""
 
 
@@ -41,7 +40,7 @@ class Skin:
     """
 
     nodes: Array
-    triangles: NDArray[np.int64]
+    triangles: IntArray
     modes: Array
     static: Array
     loads: Mapping[str, Array] = field(default_factory=dict)
@@ -54,8 +53,8 @@ class Skin:
         nodes, modes, static = (real(value) for value in (self.nodes, self.modes, self.static))
         count = len(nodes) if nodes.ndim else 0
         faults = array_faults("skin, nodes", nodes, (count, 3))
-        if count > MOST_NODES:
-            faults.append(f"skin, nodes: found {count}; expected at most {MOST_NODES}")
+        if count > MOST_SKIN_NODES:
+            faults.append(f"skin, nodes: found {count}; expected at most {MOST_SKIN_NODES}")
         for name, value in (("modes", modes), ("static", static)):
             faults += array_faults(f"skin, {name}", value, (3 * count, *value.shape[1:2]))
         loads = {str(name): real(value) for name, value in self.loads.items()}

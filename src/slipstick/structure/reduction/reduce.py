@@ -18,7 +18,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
@@ -42,7 +42,7 @@ from slipstick.structure.reduction.request import (
 )
 from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import WARNED_REDUCTION, WorstError
-from slipstick.typing import Array, Matrix
+from slipstick.typing import Array, IntArray, Matrix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class SkinRows:
     """A surface to be seen: nodes (n, 3), triangles (t, 3), and their dofs in the model, sparse (n_full, 3 n)."""
 
     nodes: Array
-    triangles: NDArray[np.int64]
+    triangles: IntArray
     rows: Matrix
 
 
