@@ -9,11 +9,13 @@ import pytest
 
 import slipstick as ss
 from slipstick.app.examples import example
+from slipstick.balance.kinds import KINDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.structure.modal import LoadShape
 
 M, C, K, U = 1.5, 0.4, 40.0, 2.0
 ONE = ss.MatrixStructure(M=[[M]], C=[[C]], K=[[K]], dofs=["x"])
@@ -112,6 +114,23 @@ def test_derivative_by_frequency(ratio: tuple[int, int], kept: object) -> None:
     wanted = (system.evaluate(x, omega + step).residual - system.evaluate(x, omega - step).residual) / (2 * step)
     found = system.evaluate(x, omega).parameter_derivative
     assert found == pytest.approx(wanted, abs=1e-7 * np.abs(wanted).max())
+
+
+def test_products_know_the_support() -> None:
+    """The Jacobian of many contacts asks the modes; its compliance and the derivatives are those written out."""
+    modes = np.array([[1.0, 0.5], [0.6, -1.0]])
+    shape = LoadShape(participation=[2.0, 0.5], static_response=[0.3, 0.1])
+    structure = ss.ModalStructure(
+        omega=[3.0, 7.0], mode_shapes=modes, dofs=["x1", "x2"], loss_factor=0.05, load_shapes={"base x": shape}
+    )
+    loads = [ss.Load(base="x", motion=motion, cos=1.0, sin=0.5) for motion in ("displacement", "acceleration")]
+    problem = rubbed(*loads, ss.Load(dof="x1", cos=1.0), structure=structure)
+    receptance, orders = Balance(problem).receptance, np.arange(1.0, 8.0)
+    dense = KINDS["dense"].compliance(receptance, orders, 2.5, None)
+    products = KINDS["iterative"].compliance(receptance, orders, 2.5, None)
+    G = np.random.default_rng(2).standard_normal((4, 16)).view(complex)
+    assert products.answer(G) == pytest.approx(dense.answer(G), rel=1e-10)
+    assert products.rate(G) == pytest.approx(dense.rate(G), rel=1e-10)
 
 
 @pytest.mark.parametrize("name", ["load.base 1.amplitude", "load.base 2.phase", "load.base 1.phase", "loss_factor"])
