@@ -94,8 +94,8 @@ def test_frequencies_in_words() -> None:
 def test_wrong_names_are_told() -> None:
     with pytest.raises(ss.InputError) as caught:
         problem(lenght="mm", force="", time="s\n")
-    assert caught.value.problems == (
-        "units: there is no 'lenght'; did you mean 'length'?",
+    assert caught.value.sentences == (
+        "units, lenght: unknown key; did you mean 'length'?",
         """units, force: found ''; expected a short text such as "mm", at most 30 characters""",
         """units, time: found 's\\n'; expected a short text such as "mm", at most 30 characters""",
     )
@@ -170,7 +170,7 @@ def test_a_parameter_curve_takes_the_unit_of_its_frequency() -> None:
 def test_faults_of_units_in_a_case() -> None:
     with pytest.raises(ss.InputError) as caught:
         Case.from_text(CASE.replace('{ length = "mm", force = "N"', '{ lenth = "mm", force = ""'))
-    assert caught.value.problems == (
+    assert caught.value.sentences == (
         'units.force: found ""; expected a short text such as "mm", at most 30 characters',
         "unknown key 'lenth' in units; did you mean 'length'?",
     )
@@ -180,7 +180,7 @@ def test_hertz_need_a_time_in_seconds() -> None:
     with pytest.raises(ss.InputError) as caught:
         Case.from_text(CASE.replace('time = "s"', 'time = "ms"'))
     but = 'which counts in seconds, but the unit of time is "ms"; give a plain number in rad/ms'
-    assert caught.value.problems == (
+    assert caught.value.sentences == (
         f'[response] from: found "0.9 Hz", {but}',
         f'[response] to: found "60 rpm", {but}',
     )
@@ -196,6 +196,7 @@ def test_the_parametric_blade_is_in_si() -> None:
     )
     with pytest.raises(ss.InputError) as caught:
         Case.from_text(blade)
-    assert [fault for fault in caught.value.problems if fault.startswith("units")] == [
+    told = zip(caught.value.faults, caught.value.sentences, strict=True)
+    assert [sentence for fault, sentence in told if fault.where[0] == "units"] == [
         'units.length: found "mm", but a structure of kind "blade" is in SI units; expected "m"'
     ]

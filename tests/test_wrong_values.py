@@ -336,8 +336,8 @@ def _fault(call: Callable[[], Any]) -> str:
     try:
         call()
     except ss.InputError as error:
-        poor = [text for text in error.problems if not text or len(text) > 400 or "\n" in text]
-        return f"a poor sentence: {poor[0][:500]}" if poor or not error.problems else ""
+        poor = [text for text in error.sentences if not text or len(text) > 400 or "\n" in text]
+        return f"a poor sentence: {poor[0][:500]}" if poor or not error.sentences else ""
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""

@@ -1,10 +1,24 @@
-"""Exceptions and outcomes, each with a text that says the cause and the remedy."""
+"""Exceptions, faults and outcomes: what went wrong as data, and the sentence that says the cause and the remedy."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
+
+Where = tuple[str | int, ...]
+"""Path of names to what is at fault, from the whole to the part; a place in a list is its number, from 0."""
+
+IS_MISSING = "is missing"
+"""Statement of a fault whose path names what is not there."""
+
+UNKNOWN_KEY = "unknown key"
+"""Statement of a fault whose path ends with a name that means nothing there."""
+
+NAMED = ("contact", "load", "load shape")
+"""Words of a path after which the user's own name, or a number, follows."""
 
 _LONG = re.compile(r"[^\s/\\]{256,}")
 """No name of a person or a file system is as long; a path may be, piece by piece."""
@@ -14,19 +28,123 @@ class SlipstickError(Exception):
     """Base of every exception this package raises on purpose."""
 
 
-class InputError(SlipstickError, ValueError):
-    """Input that cannot be computed; ``problems`` holds one sentence for each fault found.
+def in_python(where: Where) -> str:
+    """A place in the words of a Python user.
 
-    Names of hundreds of characters are shortened in them.
+    >>> in_python(("contact", "damper", "kt")), in_python(("contacts", 1)), in_python(("load", 0, "dof"))
+    ("contact 'damper', kt", 'contacts, number 2', 'load number 1, dof')
+    """
+    words: list[str] = []
+    for before, part in zip((None, *where), where, strict=False):
+        said = f"number {part + 1}" if isinstance(part, int) else part
+        if before in NAMED and words:
+            words[-1] += f" {said}" if isinstance(part, int) else f" {part!r}"
+        else:
+            words.append(said)
+    return ", ".join(words)
 
-    >>> str(InputError(["contact 'tip': kt = -1 is negative; give a stiffness >= 0"]))
-    "contact 'tip': kt = -1 is negative; give a stiffness >= 0"
+
+@dataclass(frozen=True, init=False)
+class Fault:
+    """One thing that is wrong with what a user gave, as data; ``str`` is the sentence. Any text may be empty.
+
+    Parameters
+    ----------
+    where
+        Path of names such as ``("contact", "damper", "kt")``; one name alone is taken too.
+    statement
+        What is wrong where it is no single value: "is missing", "the normal load is missing".
+    found, expected
+        The value as it is shown, and what was expected instead.
+    remedy
+        What to do.
+
+    >>> str(Fault("kt", found="-1", expected="a number >= 0").inside("contact", "tip"))
+    "contact 'tip', kt: found -1; expected a number >= 0"
+    >>> str(Fault("omega", IS_MISSING, remedy="give it in rad/s"))
+    'omega is missing; give it in rad/s'
     """
 
-    def __init__(self, problems: str | Sequence[str]) -> None:
-        given = (problems,) if isinstance(problems, str) else problems
-        self.problems: tuple[str, ...] = tuple(_LONG.sub(lambda word: word[0][:60] + "...", text) for text in given)
-        super().__init__("\n".join(self.problems))
+    where: Where
+    statement: str
+    found: str
+    expected: str
+    remedy: str
+
+    def __init__(
+        self, where: str | Where = (), statement: str = "", *, found: str = "", expected: str = "", remedy: str = ""
+    ) -> None:
+        object.__setattr__(self, "where", (where,) if isinstance(where, str) else tuple(where))
+        texts = {"statement": statement, "found": found, "expected": expected, "remedy": remedy}
+        for name, text in texts.items():
+            object.__setattr__(self, name, _shortened(text))
+
+    def inside(self, *where: str | int) -> Fault:
+        """The same fault, told by somebody who knows what the place lies in."""
+        return replace(self, where=(*where, *self.where))
+
+    def below(self, *where: str | int) -> Fault:
+        """The same fault without the first words of its path, where these are as given."""
+        known = len(where) if self.where[: len(where)] == where else 0
+        return replace(self, where=self.where[known:])
+
+    @property
+    def words(self) -> str:
+        """What is said after the place, the same wherever it is said."""
+        found, expected = (
+            f"{word} {text}" if text else "" for word, text in (("found", self.found), ("expected", self.expected))
+        )
+        return "; ".join(part for part in (found, self.statement, expected, self.remedy) if part)
+
+    def said(self, place: Callable[[Where], str]) -> str:
+        """The sentence, its place in somebody's own words; a statement that begins with a verb goes on from it."""
+        name = _shortened(place(self.where))
+        if not name:
+            return self.words
+        return f"{name} {self.words}" if self.statement.startswith(("is ", "has ")) else f"{name}: {self.words}"
+
+    def __str__(self) -> str:
+        return self.said(in_python)
+
+
+class InputError(SlipstickError, ValueError):
+    """Input that cannot be computed.
+
+    ``faults`` holds everything that was found, as data, ``sentences`` the same in words. A text given instead of a
+    fault is a fault that has no place and is its own statement. Names of hundreds of characters are shortened.
+
+    Parameters
+    ----------
+    faults
+        One fault, or all of them.
+    say
+        How a fault is said; in the words of Python by default.
+
+    >>> str(InputError([Fault(("contact", "tip", "kt"), found="-1", expected="a stiffness >= 0")]))
+    "contact 'tip', kt: found -1; expected a stiffness >= 0"
+    """
+
+    def __init__(self, faults: str | Fault | Iterable[str | Fault], say: Callable[[Fault], str] = str) -> None:
+        self.faults, self._say = tuple(faults_of(faults)), say
+        super().__init__("\n".join(self.sentences))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """One sentence for each fault."""
+        return tuple(self._say(fault) for fault in self.faults)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.faults, self._say)
+
+
+def faults_of(given: str | Fault | Iterable[str | Fault]) -> tuple[Fault, ...]:
+    """Faults, each once; a text is a fault without a place."""
+    listed = (given,) if isinstance(given, str | Fault) else given
+    return tuple(dict.fromkeys(Fault(statement=one) if isinstance(one, str) else one for one in listed))
+
+
+def _shortened(text: str) -> str:
+    return _LONG.sub(lambda word: word[0][:60] + "...", text)
 
 
 class SlipstickWarning(UserWarning):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from itertools import islice
 from numbers import Integral, Real
@@ -12,7 +12,7 @@ from os import PathLike, fspath, stat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import Fault, InputError, SlipstickWarning, Where
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 P = ParamSpec("P")
 
+Name = str | Where
+"""What a checked value is called: its name, or the path to it."""
+
 MOST_ITEMS = 1_000_000
 """No more of anything is computed or recorded by one call; an endless iterator is refused here, a long list is not."""
 
@@ -31,6 +34,8 @@ LARGEST = 1e100
 
 SMALLEST = 1.0 / LARGEST
 """What must not be zero is not below it either."""
+
+_LISTED = 12
 
 _PASSED_BY = ("slipstick", "dataclasses", "functools", "contextlib")
 
@@ -41,25 +46,34 @@ class Gathering:
     >>> found = Gathering()
     >>> found.take(number, "kt", "a"), found.take(number, "mu", 0.3)
     (None, 0.3)
-    >>> found.problems
+    >>> [str(fault) for fault in found.faults]
     ["kt: found 'a'; expected a finite number"]
     """
 
     def __init__(self) -> None:
-        self.problems: list[str] = []
+        self.faults: list[Fault] = []
 
     def take(self, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """What a check makes of a value, or None and its faults are kept."""
+        return self.inside((), check, *args, **options)
+
+    def inside(self, where: Where, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
+        """As ``take`` for a check that does not know what its value is part of."""
         try:
             return check(*args, **options)
         except InputError as error:
-            self.problems += error.problems
+            self.faults += [fault.inside(*where) for fault in error.faults]
             return None
 
-    def end(self) -> None:
-        """Raise InputError with everything found, if there is anything."""
-        if self.problems:
-            raise InputError(self.problems)
+    def end(self, *where: str | int) -> None:
+        """Raise InputError with everything found, told to lie in ``where``, if there is anything."""
+        if self.faults:
+            raise InputError([fault.inside(*where) for fault in self.faults])
+
+
+def path_of(name: Name) -> Where:
+    """The path to a value that has a name, or a path already."""
+    return (name,) if isinstance(name, str) else name
 
 
 def shown(value: Any, limit: int = 60) -> str:
@@ -76,21 +90,26 @@ def shown(value: Any, limit: int = 60) -> str:
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
-def wrong(name: str, value: Any, expected: str) -> InputError:
+def wrong(name: Name, value: Any, expected: str) -> InputError:
     """The exception for a value that is not what was expected."""
-    return InputError(f"{name}: found {shown(value)}; expected {expected}")
+    return InputError(Fault(path_of(name), found=shown(value), expected=expected))
 
 
-def suggestion(name: Any, known: Sequence[str]) -> str:
-    """A close match among the known names, or some of these."""
-    close = get_close_matches(name if isinstance(name, str) else shown(name), known, n=1, cutoff=0.5)
+def suggestion(name: Any, known: Iterable[str]) -> str:
+    """A close match among the known names, or some of these.
+
+    >>> suggestion("stifness", ["mass", "stiffness"]), suggestion("q", ["x", "y"])
+    ("did you mean 'stiffness'?", 'there are x, y')
+    """
+    names = list(known)
+    close = get_close_matches(name if isinstance(name, str) else shown(name), names, n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
-    listed = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
-    return f"known are {listed}" if known else "there are none"
+    more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
+    return f"there are {', '.join(names[:_LISTED])}{more}" if names else "there are none"
 
 
-def number(name: str, value: Any, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
+def number(name: Name, value: Any, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
     """One finite real number >= ``above``."""
     found = _scalar(value)
     if isinstance(found, Real) and not isinstance(found, bool):
@@ -105,12 +124,12 @@ def number(name: str, value: Any, expected: str = "a finite number", *, above: f
     raise wrong(name, value, expected)
 
 
-def frequency(name: str, value: Any) -> float:
+def frequency(name: Name, value: Any) -> float:
     """One frequency > 0, rad/s."""
     return number(name, value, "a frequency > 0 in rad/s", above=SMALLEST)
 
 
-def whole(name: str, value: Any, least: int = 0, most: int | None = None) -> int:
+def whole(name: Name, value: Any, least: int = 0, most: int | None = None) -> int:
     """One whole number; 2.0 is one too."""
     limits = f">= {least}" if most is None else f"from {least} to {most}"
     expected = f"a whole number {limits}"
@@ -125,7 +144,7 @@ def whole(name: str, value: Any, least: int = 0, most: int | None = None) -> int
     return result
 
 
-def numbers(name: str, value: Any, expected: str = "finite real numbers") -> Array:
+def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Array:
     """Finite real numbers of any shape, as an array of their own."""
     import numpy as np
 
@@ -141,14 +160,14 @@ def numbers(name: str, value: Any, expected: str = "finite real numbers") -> Arr
     return array
 
 
-def count_or_numbers(name: str, value: Any, expected: str) -> int | Array:
+def count_or_numbers(name: Name, value: Any, expected: str) -> int | Array:
     """A whole number >= 1, or an array with dimensions."""
     if isinstance(value, list | tuple) or (hasattr(value, "shape") and value.shape):
         return numbers(name, value, expected)
     return whole(name, value, 1, MOST_ITEMS)
 
 
-def number_or_numbers(name: str, value: Any, expected: str = "a finite number, or one for each element") -> Any:
+def number_or_numbers(name: Name, value: Any, expected: str = "a finite number, or one for each element") -> Any:
     """A float, or an array (n_elements,) of finite numbers that nothing outside can change."""
     array = numbers(name, value, expected)
     if array.ndim > 1 or array.size == 0:
@@ -159,29 +178,29 @@ def number_or_numbers(name: str, value: Any, expected: str = "a finite number, o
     return array
 
 
-def same_length(name: str, values: Mapping[str, Any]) -> None:
+def same_length(name: Name, values: Mapping[str, Any]) -> None:
     """InputError where lists (n_elements,) have different lengths; single numbers fit all."""
     import numpy as np
 
     sizes = {key: int(np.size(value)) for key, value in values.items() if np.size(value) > 1}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{size} of {key}" for key, size in sizes.items())
-        raise InputError(f"{name}: the numbers of elements do not agree; found {listed}")
+        raise InputError(Fault(path_of(name), "the numbers of elements do not agree", found=listed))
 
 
-def text(name: str, value: Any, expected: str = "a text") -> str:
+def text(name: Name, value: Any, expected: str = "a text") -> str:
     """A text."""
     if not isinstance(value, str) or "\0" in value:
         raise wrong(name, value, expected)
     return str(value)
 
 
-def truth(name: str, value: Any) -> bool:
+def truth(name: Name, value: Any) -> bool:
     """True or False."""
     return one(name, value, bool, "True or False")
 
 
-def path(name: str, value: Any, expected: str = "the path of a file") -> Path:
+def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
     """A path that the system takes, whether there is something or not."""
     if not isinstance(value, str | PathLike) or value == "" or not isinstance(fspath(value), str):
         raise wrong(name, value, expected)
@@ -191,20 +210,19 @@ def path(name: str, value: Any, expected: str = "the path of a file") -> Path:
         pass
     except (OSError, ValueError) as error:  # too long, not permitted, a zero character
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"{name}: found {shown(value)}, which cannot be reached ({reason}); expected {expected}"
-        ) from None
+        found = f"{shown(value)}, which cannot be reached ({reason})"
+        raise InputError(Fault(path_of(name), found=found, expected=expected)) from None
     return Path(value)
 
 
-def one(name: str, value: Any, kind: type[T], expected: str) -> T:
+def one(name: Name, value: Any, kind: type[T], expected: str) -> T:
     """One object of a class."""
     if not isinstance(value, kind):
         raise wrong(name, value, expected)
     return value
 
 
-def listed(name: str, value: Any, expected: str) -> tuple[Any, ...]:
+def listed(name: Name, value: Any, expected: str) -> tuple[Any, ...]:
     """The items of a list, tuple, array, generator; a text or a table is none."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise wrong(name, value, expected)
@@ -218,27 +236,31 @@ def listed(name: str, value: Any, expected: str) -> tuple[Any, ...]:
     return found
 
 
-def table(name: str, value: Any, expected: str) -> dict[str, Any]:
+def table(name: Name, value: Any, expected: str) -> dict[str, Any]:
     """Values by name, of a dict or another mapping."""
     if not isinstance(value, Mapping):
         raise wrong(name, value, expected)
     for key in value:
-        text(f"{name}, name", key)
+        text((*path_of(name), "name"), key)
     return dict(value)
 
 
-def several(name: str, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
+def several(name: Name, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
     """Objects of a class; one alone is taken too. ``expected`` names one of them, such as "an ss.Load"."""
     if isinstance(value, kind):
         return (value,)
     found = listed(name, value, f"{expected}, or a list of them")
-    for place, item in enumerate(found):
-        if not isinstance(item, kind):
-            raise wrong(f"{name}, number {place + 1}", item, expected)
+    faults = [
+        Fault((*path_of(name), place), found=shown(item), expected=expected)
+        for place, item in enumerate(found)
+        if not isinstance(item, kind)
+    ]
+    if faults:
+        raise InputError(faults[:_LISTED])
     return found
 
 
-def names(name: str, value: Any, expected: str = "the name of a dof") -> tuple[str, ...]:
+def names(name: Name, value: Any, expected: str = "the name of a dof") -> tuple[str, ...]:
     """Texts; one alone is taken too."""
     return tuple(str(item) for item in several(name, value, str, expected))
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from math import pi
 from typing import Any
 
-from slipstick.errors import InputError
+from slipstick.errors import UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import Gathering, shown, suggestion, table
 
 LONGEST = 30
@@ -50,9 +50,9 @@ class Units:
     temperature: str = "temperature"
 
     def __post_init__(self) -> None:
-        wrong = [f"units, {f.name}: {fault}" for f in fields(self) if (fault := label_fault(getattr(self, f.name)))]
-        if wrong:
-            raise InputError(wrong)
+        faults = [fault.inside("units", f.name) for f in fields(self) for fault in label_faults(getattr(self, f.name))]
+        if faults:
+            raise InputError(faults)
 
     @classmethod
     def of(cls, given: Any) -> Units:
@@ -61,7 +61,9 @@ class Units:
             return given
         names = table("units", given, 'names of units such as {"length": "mm", "force": "N", "time": "s"}')
         found, known = Gathering(), [f.name for f in fields(cls)]
-        found.problems += [f"units: there is no '{key}'; {suggestion(key, known)}" for key in names if key not in known]
+        found.faults += [
+            Fault(("units", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in names if key not in known
+        ]
         units = found.take(cls, **{key: value for key, value in names.items() if key in known})
         found.end()
         assert units is not None
@@ -71,7 +73,7 @@ class Units:
     def of_results(cls, attributes: Mapping[str, Any]) -> Units:
         """The units that results were written with; those of files without any are not named."""
         names = {f.name: str(attributes.get(f"{f.name}_unit", "")) for f in fields(cls)}
-        return cls(**{name: value for name, value in names.items() if not label_fault(value)})
+        return cls(**{name: value for name, value in names.items() if not label_faults(value)})
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -124,8 +126,8 @@ def after_number(label: str) -> str:
     return "" if label in ("", "1") or _WORD.search(label) else f" {label}"
 
 
-def label_fault(value: Any) -> str:
+def label_faults(value: Any) -> list[Fault]:
     """Why a text cannot name a unit; empty where it can."""
     if isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= LONGEST:
-        return ""
-    return f'found {shown(value)}; expected a short text such as "mm", at most {LONGEST} characters'
+        return []
+    return [Fault(found=shown(value), expected=f'a short text such as "mm", at most {LONGEST} characters')]

@@ -189,7 +189,7 @@ def test_period_ratio_and_recorded_periods():
 def test_bad_options_are_said_all_at_once():
     with pytest.raises(ss.InputError) as error:
         ss.transient(oscillator(), -1.0, periods=0, method="jump")
-    assert len(error.value.problems) == 3
+    assert len(error.value.sentences) == 3
 
 
 def test_linear_structure_without_contacts():

@@ -44,7 +44,7 @@ def case(*parts: str, folder: Path = Path()) -> Case:
 def faults(*parts: str, folder: Path = Path()) -> list[str]:
     with pytest.raises(InputError) as caught:
         case(*parts, folder=folder)
-    return list(caught.value.problems)
+    return list(caught.value.sentences)
 
 
 def test_a_table_and_a_resistance() -> None:
@@ -113,7 +113,10 @@ BAD = {
     "misspelt": ([contact("a", thermal=THERMAL.replace("resistance", "resistence"))], "did you mean 'resistance'?"),
     "falling temperatures": ([contact("a", mu="{ table = [[25, 0.5], [20, 0.4]] }")], "temperature 20 follows 25"),
     "text in the table": ([contact("a", mu='{ table = [["a", "b"]] }')], "expected a table of finite numbers"),
-    "wrong key of a table": ([contact("a", mu="{ tabel = [[25, 0.5], [200, 0.4]] }")], "it has the key 'tabel'"),
+    "wrong key of a table": (
+        [contact("a", mu="{ tabel = [[25, 0.5], [200, 0.4]] }")],
+        "unknown key 'tabel' in [[contact]] 'a' mu; did you mean 'table'?",
+    ),
     "unknown interpolation": (
         [contact("a", mu='{ table = [[25, 0.5], [200, 0.4]], interpolation = "linear" }')],
         "found 'linear'; expected one of pchip, cubic, natural",

@@ -131,7 +131,7 @@ def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> No
     options = ImportOptions(material=STEEL, fixed=["ROOT"])
     with pytest.raises(InputError) as caught:
         read_model(mesh, options)
-    (said,) = caught.value.problems
+    (said,) = caught.value.sentences
     assert "*EQUATION ties degrees of freedom to each other" in said
     (tmp_path / "case.toml").write_text(CASE.format(file="cube.inp", more=MESH, tip=tip()))
     for arguments in (

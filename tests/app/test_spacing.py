@@ -32,19 +32,20 @@ def test_the_curve_goes_through_them_all(at: str, values: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("at, words", [
-    ("at = { count = 1 }", "count must be a whole number from 2 to 100000"),
-    ("at = { count = 3.0 }", "count must be a whole number"), ("at = { count = true }", "count must be a whole number"),
-    ('at = { count = 3, spacing = "cubic" }', 'spacing must be "linear" or "log"'),
-    ('at = { spacing = "log" }', "expected a list of values, or a table such as"),
-    ("at = { count = 3, number = 4 }", "expected a list of values"), ("at = 3.0", "expected a list of values"),
+    ("at = { count = 1 }", r"\.count: found 1; expected a whole number from 2 to 100000"),
+    ("at = { count = 3.0 }", r"\.count: found 3.0"), ("at = { count = true }", r"\.count: found true"),
+    ('at = { count = 3, spacing = "cubic" }', r'\.spacing: found "cubic"; expected "linear" or "log"'),
+    ('at = { spacing = "log" }', ": found a table; expected a list of values, or a table such as"),
+    ("at = { count = 3, number = 4 }", ": found a table; expected a list"),
+    ("at = 3.0", ": found 3.0; expected a list of values"),
 ])  # fmt: skip
 def test_faults(at: str, words: str) -> None:
-    with pytest.raises(ss.InputError, match=rf"\[response\] at: found .*{words}"):
+    with pytest.raises(ss.InputError, match=rf"\[response\] at{words}"):
         case(at)
 
 
 def test_a_logarithm_needs_positive_ends() -> None:
     sweep = ("from = 2.0", 'parameter = "damper.velocity"\nomega = 4.0\nfrom = 0.0')
-    with pytest.raises(ss.InputError, match='at: spacing "log" needs from and to > 0'):
+    with pytest.raises(ss.InputError, match=r'at\.spacing: found "log", which needs from and to > 0'):
         case('at = { count = 3, spacing = "log" }', sweep)
     assert case("at = { count = 3 }", sweep).requested == (0.0, 2.5, 5.0)

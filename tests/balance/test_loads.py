@@ -38,9 +38,10 @@ def test_what_adds_up_is_on_the_same_place():
         ({"dof": "x", "phase": 1.0}, "phase is given without amplitude"),
         ({"dof": "x", "cos": np.nan}, "cos"),
         ({"dof": "x", "harmonic": 1.5}, "harmonic"),
-        ({"dof": 3}, "load, dof"),
-        ({"base": {"x": 0.0}, "motion": "displacement"}, "base motion, base"),
-        ({"base": "x"}, 'expected "displacement" or "acceleration"'),
+        ({"dof": 3}, "dof: found 3"),
+        ({"base": {"x": 0.0}, "motion": "displacement"}, "base: found"),
+        ({"base": "x"}, "base is given without motion"),
+        ({"base": "x", "motion": "speed"}, 'expected "displacement" or "acceleration"'),
         ({"dof": "x", "motion": "displacement"}, "motion is given without base"),
     ],
 )
@@ -52,4 +53,4 @@ def test_what_is_no_load(options, said):
 def test_all_faults_at_once():
     with pytest.raises(InputError) as caught:
         Load(dof=1, harmonic=-0.5, cos="a", phase=1.0)
-    assert len(caught.value.problems) == 4
+    assert len(caught.value.sentences) == 4

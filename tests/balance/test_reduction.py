@@ -124,7 +124,7 @@ def test_weights_of_harmonics() -> None:
 def test_one_mode_over_a_range_with_four() -> None:
     """Refused by its number, with a remedy that works; the same model with enough modes has nothing to say."""
     span = (0.5 * FIRST, 4.5 * FIRST)
-    (sentence,) = reduction_faults(problem(reduced(1)), span)
+    (sentence,) = map(str, reduction_faults(problem(reduced(1)), span))
     assert "it is of no use" in sentence
     assert "force = true" in sentence
     worst = worst_error(problem(reduced(1)), span)
@@ -229,8 +229,8 @@ def test_check_and_run_refuse_alike(tmp_path: Path, verb: str) -> None:
     assert result.exit_code == 2
     with pytest.raises(InputError) as error:
         Case.from_file(path)
-    assert " ".join(error.value.problems[0].split()) in " ".join(result.stderr.split())
-    assert "of no use" in error.value.problems[0]
+    assert " ".join(error.value.sentences[0].split()) in " ".join(result.stderr.split())
+    assert "of no use" in error.value.sentences[0]
     assert "can start" not in result.stdout
 
 

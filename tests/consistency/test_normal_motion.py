@@ -75,5 +75,5 @@ def test_components_are_followed() -> None:
 
 
 def test_orders_must_be_kept() -> None:
-    with pytest.raises(ss.InputError, match="'tip', rubbing motion: harmonic 7 is not among the harmonics kept"):
+    with pytest.raises(ss.InputError, match="'tip', rubbing, normal_cos: harmonic 7 is not among the harmonics kept"):
         rubbed(normal=True, harmonics=range(5), normal_cos={7: 0.1})

@@ -66,7 +66,7 @@ def test_parts(copied: Callable[[Any], Any]) -> None:
     assert (again.states, again.power) == (forces.states, forces.power)
     for structure in (modal(), ss.MatrixStructure(M=sparse.eye_array(2), K=sparse.eye_array(2) * 4.0, dofs=["x", "y"])):
         np.testing.assert_array_equal(copied(structure).natural_frequencies, structure.natural_frequencies)
-    assert copied(ss.InputError(["a", "b"])).problems == ("a", "b")
+    assert copied(ss.InputError(["a", "b"])).sentences == ("a", "b")
     assert copied(ss.Outcome.COMPLETED) is ss.Outcome.COMPLETED
     curve = THERMAL.curve
     assert float(copied(curve).mu(100.0)) == float(curve.mu(100.0))

@@ -214,8 +214,8 @@ def test_faults_of_a_script_are_those_of_the_case_file(tmp_path: Path) -> None:
         load_case(tmp_path / "case.toml")
     with pytest.raises(InputError) as raised:
         ss.reduced_body(ss.import_model(path), surface="y11", pressure={"push": "top"}, cold="x9", keep=["q"])
-    assert told.value.problems == tuple(f"[structure] {problem}" for problem in raised.value.problems)
-    assert len(raised.value.problems) == 4
+    assert told.value.faults == tuple(fault.inside("structure") for fault in raised.value.faults)
+    assert len(raised.value.faults) == 4
 
 
 def test_load_case_warns_of_the_model(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from slipstick.trig.harmonics import Harmonics
 def test_every_fault_is_named():
     with pytest.raises(InputError) as caught:
         FrictionContact(kt=-1.0, mu=np.nan, kn=-2.0, gap=0.0)
-    assert [p.split(":")[0] for p in caught.value.problems] == ["kt", "mu", "kn"]
+    assert [p.split(":")[0] for p in caught.value.sentences] == ["kt", "mu", "kn"]
 
 
 def test_wrong_shapes_and_values_are_refused():

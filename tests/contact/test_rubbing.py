@@ -11,7 +11,7 @@ from slipstick.trig.harmonics import Harmonics
 def test_rubbing_faults():
     with pytest.raises(InputError) as caught:
         RubbingMotion(velocity=np.inf, cos={1: np.nan}, sin={0: 1.0})
-    assert len(caught.value.problems) == 3
+    assert len(caught.value.sentences) == 3
 
 
 def test_rubbing_coefficients_follow_the_layout():

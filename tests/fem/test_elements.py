@@ -133,7 +133,7 @@ def test_faults_name_the_element():
         Mesh(nodes=mesh.nodes, blocks={"hex8": mesh.blocks["hex8"] + 1})
     with pytest.raises(InputError, match="not known") as fault:
         Mesh(nodes=mesh.nodes, blocks={"hex9": mesh.blocks["hex8"], "hex20": mesh.blocks["hex8"]})
-    assert len(fault.value.problems) == 2
+    assert len(fault.value.sentences) == 2
     repeated = mesh.blocks["hex8"].copy()
     repeated[0, 1] = repeated[0, 0]
     with pytest.raises(InputError, match="number 1 uses a node twice"):
@@ -142,4 +142,4 @@ def test_faults_name_the_element():
         mesh.surface("top")
     with pytest.raises(InputError) as fault:
         Material(young=-1.0, poisson=0.5, density=np.nan)
-    assert len(fault.value.problems) == 3
+    assert len(fault.value.sentences) == 3

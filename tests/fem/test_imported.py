@@ -22,7 +22,7 @@ def test_fixing_later_equals_fixing_at_once(cantilever):
     later = free.fix("x0")
     assert later.dofs == cantilever.dofs
     assert abs(later.K - cantilever.K).max() == 0.0
-    with pytest.raises(InputError, match="fixed: there is no node set 'root' in the model; known are x0, x1"):
+    with pytest.raises(InputError, match="fixed: there is no node set 'root' in the model; there are x0, x1"):
         free.fix("root")
     partly = free.fix("x0", "x")
     assert partly.n_dofs == free.n_dofs - len(free.nodes_of("x0"))

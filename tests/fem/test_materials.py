@@ -23,7 +23,7 @@ def test_constants_fit_each_other(poisson):
 def test_every_fault_at_once():
     with pytest.raises(InputError) as caught:
         Material(young=0.0, poisson=0.5, density=-1.0, conductivity=np.inf)
-    assert len(caught.value.problems) == 4
+    assert len(caught.value.sentences) == 4
 
 
 def halves(**sets):

@@ -42,7 +42,7 @@ def test_all_that_is_incomplete_is_said_at_once():
     findings.add(Verdict.INCOMPLETE, "/INPUT", "brings in more", 9)
     with pytest.raises(InputError) as caught:
         findings.refuse_incomplete()
-    assert caught.value.problems == ("a.cdb, line 1: CDREAD brings in more", "a.cdb, line 9: /INPUT brings in more")
+    assert caught.value.sentences == ("a.cdb, line 1: CDREAD brings in more", "a.cdb, line 9: /INPUT brings in more")
 
 
 def test_a_coupling_says_what_to_do_with_and_without_matrices():

@@ -65,8 +65,8 @@ def test_held_and_empty_rows_are_taken_out_and_listed():
 def test_each_fault_is_one_sentence(change, sentence):
     with pytest.raises(InputError) as caught:
         build_model(change(spd(9), spd(9, 1)), source="job")
-    assert len(caught.value.problems) == 1
-    assert sentence in caught.value.problems[0]
+    assert len(caught.value.sentences) == 1
+    assert sentence in caught.value.sentences[0]
 
 
 def test_mass_without_stiffness_is_a_mechanism_and_names_the_nodes():

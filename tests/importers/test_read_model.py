@@ -26,7 +26,7 @@ def test_unknown_missing_and_no_files(tmp_path):
         read_model(tmp_path / "a.xyz")
     with pytest.raises(InputError, match="there is no such file") as caught:
         read_model([tmp_path / "b.full", tmp_path / "c.full"])
-    assert len(caught.value.problems) == 2
+    assert len(caught.value.sentences) == 2
     with pytest.raises(InputError, match="no file to import"):
         read_model([])
 
@@ -44,5 +44,5 @@ def test_rubbish_in_every_format_is_one_sentence(tmp_path, suffix, content):
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
         read_model(path)
-    assert all(len(problem) < 300 and "\n" not in problem for problem in caught.value.problems)
-    assert len(caught.value.problems) <= 2
+    assert all(len(sentence) < 300 and "\n" not in sentence for sentence in caught.value.sentences)
+    assert len(caught.value.sentences) <= 2

@@ -107,12 +107,12 @@ def test_first_frequency_and_contacts(small):
 def test_shape_faults_come_all_at_once():
     with pytest.raises(InputError) as fault:
         BladeShape(chord=-1.0, twist=100.0, camber=0.4, element_size=float("nan"))
-    assert len(fault.value.problems) == 4
+    assert len(fault.value.sentences) == 4
     with pytest.raises(InputError, match="leaves no aerofoil"):
         BladeShape(height=0.02)
     with pytest.raises(InputError, match="give metres"):
         BladeShape(element_size=5.0)
-    with pytest.raises(InputError, match="size: found 'huge'; known are small"):
+    with pytest.raises(InputError, match="size: found 'huge'; there are small"):
         blade_shape("huge")
     assert set(ELEMENT_SIZES) == {"small", "medium", "large"}
 

@@ -51,8 +51,8 @@ def test_values_for_each_point(body: ReducedBody) -> None:
     assert [pair.rubbing.sin[1] for pair in contacts] == [5.0, 5.0]
     with pytest.raises(InputError) as raised:
         ss.surface_contacts(body, "a", contact=law, direction=(1, 0, 0), rubbing=rub)
-    assert raised.value.problems[0] == ("kt: found 2 values; expected one, or 3, one for each of the chosen points")
-    assert len(raised.value.problems) == 4
+    assert raised.value.sentences[0] == ("kt: found 2 values; expected one, or 3, one for each of the chosen points")
+    assert len(raised.value.sentences) == 4
 
 
 @pytest.mark.parametrize(
@@ -87,6 +87,6 @@ def test_points_need_a_surface(body: ReducedBody) -> None:
         ss.reduced_body(model)
     with pytest.raises(InputError) as raised:
         ss.reduced_body(model, keep=[model.dofs[-1]], pressure="z1", radius=1e-3, films={"boundary": 1.0})
-    assert [problem.partition(":")[0] for problem in raised.value.problems] == ["radius", "pressure", "films"]
+    assert [fault.where for fault in raised.value.faults] == [("radius",), ("pressure",), ("films",)]
     with pytest.raises(InputError, match="no influence matrix"):
         body.points.resistance()

@@ -214,4 +214,4 @@ def test_faults_are_said_in_a_sentence(change, words, sparse, monkeypatch):
 def test_all_faults_at_once():
     with pytest.raises(InputError) as error:
         MatrixStructure(M=np.eye(3), K=np.diag([1.0, np.inf]), C=FREE + np.triu(FREE), dofs=["a", "a"], loss_factor=-1)
-    assert len(error.value.problems) == 5
+    assert len(error.value.sentences) == 5

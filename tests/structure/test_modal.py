@@ -221,7 +221,7 @@ def test_faults_are_said_in_a_sentence(change, words):
 def test_all_faults_at_once_and_unknown_names():
     with pytest.raises(InputError) as error:
         ModalStructure(omega=[1.0, -2.0], mode_shapes=np.ones((2, 2)), dofs=list("abb"), loss_factor=-1.0)
-    assert len(error.value.problems) == 4
+    assert len(error.value.sentences) == 4
     structure = ModalStructure(**GOOD | {"dofs": list("abc")})
     with pytest.raises(InputError, match="load shape 'wind' is unknown; the structure has: none"):
         structure.project(np.eye(3), np.eye(3), ["wind"])

@@ -39,7 +39,7 @@ def test_all_faults_at_once(tmp_path: Path) -> None:
     np.savez(path, omega=np.ones((2, 2)))
     with pytest.raises(InputError) as error:
         read_arrays(path, {"omega": 1, "shapes": 2})
-    assert error.value.problems == (
+    assert error.value.sentences == (
         "a.npz: has no array 'shapes'; it holds omega",
         "a.npz: 'omega' has shape (2, 2); expected 1 dimension",
     )

@@ -204,7 +204,7 @@ def test_rising_friction_from_cold_is_the_least_solution() -> None:
 @pytest.mark.parametrize(
     ("background", "resistance", "sentence"),
     [
-        ([20.0, np.nan], 8.0, "background temperature"),
+        ([20.0, np.nan], 8.0, "thermal, background"),
         ([20.0, 20.0], np.ones(3), r"found shape \(3,\); expected a number, \(2,\) or \(2, 2\)"),
         ([20.0, 20.0], -8.0, "negative or non-finite"),
         ([20.0, 5.0], 8.0, "5 of contact element 1 lies outside its table, 10 to 100"),

@@ -90,7 +90,7 @@ def test_all_faults_at_once() -> None:
     with pytest.raises(InputError) as caught:
         FrictionCurve(mu=[[25, 0.5], [20, -0.1]], kt=[[1.0, 2.0]], kn=[[0, np.inf], [1, 2]], interpolation="linear")
     text = str(caught.value)
-    assert len(caught.value.problems) == 5
+    assert len(caught.value.sentences) == 5
     for part in (
         "interpolation: found 'linear'",
         "mu: temperature 20 follows 25",

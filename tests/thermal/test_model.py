@@ -102,9 +102,9 @@ def test_influence_matrix_in_the_order_of_its_own_contacts() -> None:
     ("arguments", "sentence"),
     [
         ({"background": {"a": 25.0, "b": 25.0}}, "nothing is given for contact c"),
-        ({"resistance": {"d": 1.0}}, "there is no contact 'd'; known are a, b, c"),
+        ({"resistance": {"d": 1.0}}, "there is no contact 'd'; there are a, b, c"),
         ({"resistance": np.ones((2, 2))}, r"shape \(2, 2\) for 3 contacts"),
-        ({"contacts": ["a", "x"], "resistance": np.eye(2)}, "thermal contacts: there is no contact 'x'"),
+        ({"contacts": ["a", "x"], "resistance": np.eye(2)}, "thermal, contacts: there is no contact 'x'"),
         ({"background": {"a": 25.0, "b": 10.0, "c": 25.0}}, "10 of contact b lies outside its table, 20 to 3000"),
     ],
 )

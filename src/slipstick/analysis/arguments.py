@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
 from slipstick.analysis.task import ResponseOptions, response_options
+from slipstick.balance.checks import peak_faults
 from slipstick.balance.kinds import KINDS, Kind
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
@@ -115,11 +116,7 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str
         rubbed = [dof for direction in first for dof in direction if dof in outputs]
         return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
     chosen = names("peaks_of", given)
-    faults = [
-        f"peaks_of: '{name}' is not among the outputs; {suggestion(name, outputs)}"
-        for name in chosen
-        if name not in outputs
-    ]
+    faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
     if faults:
         raise InputError(faults)
     return chosen

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipstick.analysis.piecewise import FrictionSystem
 from slipstick.contact.friction_law import FrictionLaw
+from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.typing import Array
 
@@ -65,23 +66,28 @@ def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]
         raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
     n, found, held = len(problem.elements), Gathering(), {}
     if any(batch.law.ports != FrictionLaw.ports for batch in problem.batches):
-        found.problems.append("time integration: it knows friction contacts only; there are contacts of another law")
+        found.faults.append(
+            Fault("time integration", "it knows friction contacts only", remedy="there are contacts of another law")
+        )
     for name, value in (given or {}).items():
         where = f"time integration, held {shown(name)}"
         if name not in HELD_PARAMETERS:
-            found.problems.append(
-                f"time integration, held: found {shown(name)}; expected one of {', '.join(HELD_PARAMETERS)}"
+            found.faults.append(
+                Fault("time integration, held", found=shown(name), expected=f"one of {', '.join(HELD_PARAMETERS)}")
             )
             continue
         values = found.take(numbers, where, value)
         if values is not None and values.shape != (n,):
-            found.problems.append(f"{where}: found shape {values.shape}; expected ({n},)")
+            found.faults.append(Fault(where, found=f"shape {values.shape}", expected=f"({n},)"))
         elif values is not None:
             held[name] = values
     if problem.heated is not None and "mu" not in (given or {}):
-        found.problems.append(
-            "time integration: friction heats these contacts, and heat is not integrated in time; "
-            "give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}"
+        found.faults.append(
+            Fault(
+                "time integration",
+                "friction heats these contacts, and heat is not integrated in time",
+                remedy="give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}",
+            )
         )
     found.end()
     return held

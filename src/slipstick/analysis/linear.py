@@ -12,7 +12,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.contact import traits
-from slipstick.errors import Outcome
+from slipstick.errors import Fault, Outcome
 from slipstick.faults import Gathering, numbers, one, shown, wrong
 from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
@@ -60,7 +60,7 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     found.take(one, "problem", problem, Problem, "an ss.Problem")
     w = found.take(_frequencies, omega)
     if not isinstance(state, str) or state not in ("free", "stuck"):
-        found.problems.append(f'state: found {shown(state)}; expected "free" or "stuck"')
+        found.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
     found.end()
     assert w is not None
     balance, inputs = Balance(problem), problem.inputs

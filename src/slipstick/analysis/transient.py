@@ -20,7 +20,7 @@ from slipstick.analysis.shooting import periods as follow_periods
 from slipstick.analysis.starting import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.stepping import StateChange, Stepper
 from slipstick.balance.problem import Problem
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.html import MOST_SHOWN, html_table
 from slipstick.trig.harmonics import Harmonics
@@ -178,8 +178,11 @@ def integrate(
     stepper = Stepper(PiecewiseLinear(system), steps)
     if record_periods * stepper.steps > MOST_ITEMS:
         raise InputError(
-            f"time integration: {record_periods} periods of {stepper.steps} steps are more than can be recorded; "
-            f"expected {MOST_ITEMS} steps at most: give fewer record_periods or steps"
+            Fault(
+                "time integration",
+                f"{record_periods} periods of {stepper.steps} steps are more than can be recorded",
+                expected=f"{MOST_ITEMS} steps at most: give fewer record_periods or steps",
+            )
         )
     z, states = start_at_rest(stepper) if initial is None else start_from_motion(stepper, initial)
     end = None
@@ -240,7 +243,7 @@ def _checked_options(
         "steps": None if steps is None else found.take(whole, where("steps"), steps, 1, MOST_ITEMS),
     }
     if not isinstance(method, str) or method not in ("shooting", "march"):
-        found.problems.append(f'time integration, method: found {shown(method)}; expected "shooting" or "march"')
+        found.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
     if initial is not None:
         found.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
     found.end()

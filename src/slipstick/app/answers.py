@@ -41,7 +41,7 @@ def answering(wanted: bool) -> Iterator[Answer]:
             try:
                 yield answer
             except InputError as error:
-                answer["errors"] = list(error.problems)
+                answer["errors"] = list(error.sentences)
                 raise
     except typer.Exit as ended:
         answer["exit_code"] = ended.exit_code

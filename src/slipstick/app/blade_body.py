@@ -8,6 +8,7 @@ from typing import Any
 from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import BladeTable
 from slipstick.app.reducing import CACHE, material_of, reduced, reduction_folder
+from slipstick.errors import InputError
 
 
 def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
@@ -22,7 +23,10 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
     from slipstick.models.blade_mesh import blade_shape
 
     dimensions = {name: getattr(table, name) for name in ("height", "chord", "thickness", "twist")}
-    shape = blade_shape(table.size, **{name: value for name, value in dimensions.items() if value is not None})
+    try:
+        shape = blade_shape(table.size, **{name: value for name, value in dimensions.items() if value is not None})
+    except InputError as error:
+        raise InputError([fault.below("blade") for fault in error.faults]) from None
     given: dict[str, Any] = {} if table.material is None else {"material": material_of(table.material)}
     given |= {} if table.modes is None else {"modes": table.modes}
     cache = reduction_folder(folder)

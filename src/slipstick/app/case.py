@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
-from slipstick.app.reading import Reading
+from slipstick.app.reading import read_case
 from slipstick.app.source import parse, read_text
 from slipstick.app.spacing import Spacing
 from slipstick.app.tables import ResponseTable, frequencies_met, swept_value
-from slipstick.errors import InputError
 from slipstick.faults import one, warn, wrong
 from slipstick.faults import path as path_of
 
@@ -62,14 +61,7 @@ class Case:
         )
         if not callable(tell):
             raise wrong("tell", tell, "a function of a text")
-        raw = parse(text, path.name)
-        reading = Reading(raw, path.resolve().parent, tell)
-        reading.read()
-        if reading.faults:
-            raise InputError(list(dict.fromkeys(reading.faults)))
-        assert reading.body is not None
-        assert reading.problem is not None
-        assert reading.response is not None
+        reading = read_case(parse(text, path.name), path.resolve().parent, tell)
         return cls(
             path=path,
             text=text,

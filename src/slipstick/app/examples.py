@@ -49,7 +49,7 @@ def examples() -> dict[str, Example]:
 def example(name: str) -> Example:
     """The example of a name; InputError with a suggestion where there is none."""
     known = examples()
-    from slipstick.app.sentences import suggestion
+    from slipstick.faults import suggestion
 
     wanted = name.removesuffix(".toml").removesuffix(".py")
     if wanted not in known:

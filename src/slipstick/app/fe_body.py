@@ -9,8 +9,7 @@ from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import FeTable
 from slipstick.app.paths import inside
 from slipstick.app.reducing import CACHE, NEEDED, material_of, reduced, reduction_folder
-from slipstick.app.sentences import shown
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.fem.imported import ImportedModel
@@ -61,8 +60,8 @@ def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
 def _path(name: str, folder: Path) -> Path:
     try:
         return inside(folder, name)
-    except ValueError as error:
-        raise InputError(f"file: found {shown(name)}; {error}") from None
+    except InputError as error:
+        raise InputError([fault.inside("file") for fault in error.faults]) from None
 
 
 def _imported(table: FeTable, path: Path) -> ImportedModel:
@@ -77,12 +76,15 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
             path, ImportOptions(material=material, fixed=table.fixed, quadratic=table.quadratic), quiet=True
         )
     faults = [
-        f"material.{name}: {path.name} holds matrices with a material already; give conductivity alone"
+        Fault(
+            ("material", name), f"{path.name} holds matrices with a material already", remedy="give conductivity alone"
+        )
         for name in NEEDED
         if table.material is not None and getattr(table.material, name) is not None
     ]
     if table.quadratic:
-        faults.append(f"quadratic: {path.name} holds matrices already; give --quadratic to 'slipstick import'")
+        remedy = "give --quadratic to 'slipstick import'"
+        faults.append(Fault("quadratic", f"{path.name} holds matrices already", remedy=remedy))
     if faults:
         raise InputError(faults)
     conductivity = table.material.conductivity if table.material is not None else None

@@ -7,7 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
+from slipstick.app.sentences import toml, unexpected
 from slipstick.app.tables import ContactTable, Cosines, Frequency, NotNegative, Table
+from slipstick.errors import Fault, InputError
 
 MOST_POINTS = 1000
 """Each keeps three dofs, of which the reduction is a full matrix."""
@@ -25,7 +27,7 @@ def _whole(value: Any) -> bool:
 
 def _vector(value: Any) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == 3 and all(map(_number, value)) and any(value)):
-        raise ValueError("expected three numbers such as [0, 1, 0], not all 0")
+        raise unexpected("three numbers such as [0, 1, 0], not all 0")
     return tuple(map(float, value))
 
 
@@ -34,10 +36,10 @@ def _surface(value: Any) -> Any:
     if isinstance(value, str) and value:
         return value
     if not isinstance(value, dict) or "direction" not in value or set(value) - {"direction", "angle", "depth"}:
-        raise ValueError(f"expected {_DIRECTION}")
+        raise unexpected(f"{_DIRECTION}")
     for name in ("angle", "depth"):
         if name in value and not (_number(value[name]) and value[name] > 0):
-            raise ValueError(f"{name} must be a number > 0")
+            raise InputError(Fault(name, found=toml(value[name]), expected="a number > 0"))
     return {**value, "direction": _vector(value["direction"])}
 
 
@@ -46,15 +48,13 @@ def _contacts(value: Any) -> Any:
     if _whole(value) and 1 <= value <= MOST_POINTS:
         return value
     if (value if _whole(value) else len(value) if isinstance(value, list) else 0) > MOST_POINTS:
-        raise ValueError(f"expected at most {MOST_POINTS} contacts")
+        raise unexpected(f"at most {MOST_POINTS} contacts")
     if isinstance(value, list) and value and all(map(_whole, value)):
         return value
     triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
     if triples and all(_number(x) for p in value for x in p):
         return [[float(x) for x in p] for p in value]
-    raise ValueError(
-        "expected a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]"
-    )
+    raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
 
 
 def _shapes(value: Any) -> dict[str, str]:
@@ -62,25 +62,25 @@ def _shapes(value: Any) -> dict[str, str]:
     if isinstance(value, str) and value:
         return {"pressure": value}
     if not (isinstance(value, dict) and value and all(isinstance(s, str) and s for s in value.values())):
-        raise ValueError('expected the name of a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+        raise unexpected('the name of a surface, or a table such as { pressure = "PRESSURE_SURF" }')
     return value
 
 
 def _films(value: Any) -> dict[str, float]:
     if not (isinstance(value, dict) and value and all(_number(h) and h >= 0 for h in value.values())):
-        raise ValueError("expected a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
+        raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
     return {name: float(h) for name, h in value.items()}
 
 
 def _points(value: Any) -> Any:
     if value == "all" or (isinstance(value, list) and value and all(_whole(p) and p >= 1 for p in value)):
         return value
-    raise ValueError('expected "all", or a list of contact points such as [1, 3], counted from 1')
+    raise unexpected('"all", or a list of contact points such as [1, 3], counted from 1')
 
 
 def _from_surface(value: Any) -> str:
     if value != "surface":
-        raise ValueError('expected "surface": contacts on a surface take their normals from it')
+        raise unexpected('"surface": contacts on a surface take their normals from it')
     return "surface"
 
 
@@ -147,20 +147,23 @@ class FeTable(ReductionTable):
     damping_ratio: NotNegative = Field(default=0.0, description="a number >= 0, the ratio to critical damping")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
         faults = []
         if "surface" not in raw and not raw.get("keep"):
-            faults.append('nothing is kept: give surface = "NAME" for contacts on a surface, or keep = ["n123y"]')
+            remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
+            faults.append(Fault(statement="nothing is kept", remedy=remedy))
         faults += [
-            f"{key} is given without surface; give the surface the contacts lie on"
+            Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
             for key in ("contacts", "radius", "films", "cold")
             if key in raw and "surface" not in raw
         ]
         if "accuracy" in raw and "modes" in raw:
-            faults.append("both modes and accuracy are given; keep one")
+            faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
         if ("accuracy" in raw) != ("up_to" in raw):
-            faults.append('accuracy and up_to belong together, as in accuracy = 1e-6, up_to = "2 kHz"')
+            given, missing = ("accuracy", "up_to") if "accuracy" in raw else ("up_to", "accuracy")
+            remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
+            faults.append(Fault(given, f"is given without {missing}", remedy=remedy))
         return faults
 
 
@@ -198,14 +201,17 @@ class SurfaceContactTable(ContactTable):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """The normal load and the direction are said in one way."""
         faults = []
         if "tangential" in raw:
-            faults.append("both tangential and points are given; contacts on a surface slide along direction")
+            remedy = "contacts on a surface slide along direction"
+            faults.append(Fault("tangential", "is given together with points", remedy=remedy))
         if "normal_load_total" in raw:
             faults += [
-                f"both {key} and normal_load_total are given; keep one" for key in ("normal_load", "gap") if key in raw
+                Fault(key, "is given together with normal_load_total", remedy="keep one")
+                for key in ("normal_load", "gap")
+                if key in raw
             ]
             raw = {**raw, "normal_load": raw["normal_load_total"]}
             raw = {key: value for key, value in raw.items() if key != "gap"}

@@ -48,7 +48,7 @@ def guarded() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        report_problems(error.problems)
+        report_faults(error.sentences)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         complain(f"error: {os_sentence(error)}")
@@ -66,12 +66,12 @@ def guarded() -> Iterator[None]:
         raise typer.Exit(STOPPED) from None
 
 
-def report_problems(problems: tuple[str, ...]) -> None:
+def report_faults(sentences: tuple[str, ...]) -> None:
     """All faults, one a line."""
-    for problem in problems:
-        complain(f"error: {problem}")
-    if len(problems) > 1:
-        complain(f"{len(problems)} faults; nothing was computed")
+    for sentence in sentences:
+        complain(f"error: {sentence}")
+    if len(sentences) > 1:
+        complain(f"{len(sentences)} faults; nothing was computed")
 
 
 def os_sentence(error: OSError) -> str:

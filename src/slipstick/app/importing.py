@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipstick.app.guard import complain, say
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
@@ -85,19 +85,21 @@ def import_files(request: ImportRequest) -> None:
         complain('warning: the units of the model are not stated; say them with --units "N, mm, t, s"')
 
 
-def _material(request: ImportRequest) -> tuple[Material | None, list[str]]:
+def _material(request: ImportRequest) -> tuple[Material | None, list[str | Fault]]:
     from slipstick.fem.materials import Material
 
     given = {name: getattr(request, name) for name in ("young", "poisson", "density", "conductivity")}
     if all(value is None for value in given.values()):
         return None, []
-    missing = [f"--{name} is missing; a material needs --young, --poisson and --density" for name in _needed(given)]
+    missing: list[str | Fault] = [
+        f"--{name} is missing; a material needs --young, --poisson and --density" for name in _needed(given)
+    ]
     if missing:
         return None, missing
     try:
         return Material(**{name: value for name, value in given.items() if value is not None}), []
     except InputError as error:
-        return None, list(error.problems)
+        return None, [fault.below("material") for fault in error.faults]
 
 
 def _needed(given: dict[str, float | None]) -> Iterable[str]:

@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from slipstick.app.sentences import toml, unexpected
+from slipstick.errors import Fault, InputError
 from slipstick.units import FREQUENCIES
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -69,10 +71,10 @@ def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
         match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
         known = factors.get(match[2].lower()) if match else None
         if match is None or known is None:
-            raise ValueError(f"expected {expected}")
+            raise unexpected(expected)
         number, factor = float(match[1]), known
     if not math.isfinite(number * factor):
-        raise ValueError(f"expected a finite number: {expected}")
+        raise unexpected(f"a finite number: {expected}")
     return number * factor
 
 
@@ -85,26 +87,29 @@ def harmonic_orders(value: Any) -> list[int]:
     orders: list[int] = []
     for first, last in _ranges(value):
         if last > HIGHEST_HARMONIC:
-            raise ValueError(f"harmonic {last} is above the largest allowed, {HIGHEST_HARMONIC}; keep fewer harmonics")
+            highest = f"harmonic {last} is above the largest allowed, {HIGHEST_HARMONIC}"
+            raise InputError(Fault(statement=highest, remedy="keep fewer harmonics"))
         if len(orders) + last - first + 1 > MOST_HARMONICS:
-            raise ValueError(f"more than {MOST_HARMONICS} harmonics; keep fewer, 5 to 40 are usual")
+            many = f"more than {MOST_HARMONICS} harmonics"
+            raise InputError(Fault(statement=many, remedy="keep fewer, 5 to 40 are usual"))
         orders.extend(range(first, last + 1))
     if not orders or orders[0] != 0 or any(a >= b for a, b in itertools.pairwise(orders)):
-        raise ValueError('expected increasing whole numbers starting at 0, such as "0..10" or [0, 1, 3, 5]')
+        raise unexpected('increasing whole numbers starting at 0, such as "0..10" or [0, 1, 3, 5]')
     return orders
 
 
 def _ranges(value: Any) -> Iterator[tuple[int, int]]:
     items = value.split(",") if isinstance(value, str) else value
     if not isinstance(items, list) or len(items) > MOST_HARMONICS:
-        raise ValueError('expected text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')
+        raise unexpected('text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')
     for item in items:
         if isinstance(item, int) and not isinstance(item, bool) and item >= 0:
             yield item, item
             continue
         match = _RANGE.fullmatch(item.strip()) if isinstance(value, str) else None
         if match is None:
-            raise ValueError(f'{item!r} is not a whole number >= 0; expected such as "0..10" or [0, 1, 3, 5]')
+            wrong = f"{toml(item)} is not a whole number >= 0"
+            raise InputError(Fault(statement=wrong, expected='such as "0..10" or [0, 1, 3, 5]'))
         yield int(match[1]), int(match[2] or match[1])
 
 
@@ -119,5 +124,5 @@ def ratio_of_periods(value: Any) -> tuple[int, int]:
         parts = [int(p) if re.fullmatch(r"\s*\d{1,6}\s*", p) else p for p in value.split("/")]
     whole = isinstance(parts, list) and len(parts) == 2 and all(type(p) is int and 1 <= p <= 1000 for p in parts)
     if not whole:
-        raise ValueError('expected two whole numbers from 1 to 1000, such as "3/2" or [3, 2] (period of load / of rub)')
+        raise unexpected('two whole numbers from 1 to 1000, such as "3/2" or [3, 2] (period of load / of rub)')
     return int(parts[0]), int(parts[1])

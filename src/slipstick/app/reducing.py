@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from slipstick.app.body import Body, Tell
 from slipstick.app.fe_tables import MaterialTable
-from slipstick.errors import InputError, SlipstickError, SlipstickWarning
+from slipstick.errors import IS_MISSING, Fault, InputError, SlipstickError, SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.fem.materials import Material
@@ -59,7 +59,7 @@ def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], Reduce
     except InputError:
         raise
     except SlipstickError as error:
-        raise InputError(str(error)) from None
+        raise InputError(Fault(statement=str(error))) from None
     return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)
 
 
@@ -69,7 +69,7 @@ def material_of(table: MaterialTable) -> Material:
 
     given = {name: value for name, value in table.model_dump().items() if value is not None}
     missing = [
-        f"material.{name} is missing; a material needs young, poisson and density"
+        Fault(("material", name), IS_MISSING, remedy="a material needs young, poisson and density")
         for name in NEEDED
         if name not in given
     ]

@@ -168,7 +168,7 @@ class Run:
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except InputError as error:
-            self.failures += error.problems
+            self.failures += error.sentences
         except OSError as error:
             self.failures.append(os_sentence(error))
         except Exception as error:

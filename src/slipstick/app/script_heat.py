@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from slipstick.app.fe_tables import SurfaceContactTable
-from slipstick.app.heating import background_of
+from slipstick.app.heating import OWN, background_of
 from slipstick.app.script_text import call, file_code, here, literal
-from slipstick.app.surface_contacts import INFLUENCE
 from slipstick.app.tables import ThermalTable
 
 _PARAMETERS = ("mu", "kt", "kn")
@@ -78,7 +77,7 @@ def _resistance(
         items = [_by_name(t, literal(alone.get(t.name, 0.0)), variables) for t in tables]
         lines.append(f"own = {{{', '.join(items)}}}")
         return {"resistance": "np.diag([own[name] for name in names])"}
-    if top.influence == INFLUENCE:
+    if top.influence == OWN:
         return _conducted(tables, top, variables, alone, lines)
     matrix = _matrix(top.influence, folder)
     heated = {"contacts": literal(top.contacts)} if top.contacts is not None else {}

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from slipstick.app.sentences import toml, unexpected
+from slipstick.errors import Fault, InputError
+
 MOST_VALUES = 100_000
 SPACINGS = ("linear", "log")
 _EXPECTED = 'a list of values, or a table such as { count = 50, spacing = "log" }'
@@ -31,14 +34,17 @@ class Spacing:
 
 
 def spacing_or_list(value: Any) -> list[Any] | Spacing:
-    """What ``at`` of a case gives; ValueError with a sentence for anything else."""
+    """What ``at`` of a case gives; InputError for anything else."""
     if isinstance(value, list):
         return value
     if not isinstance(value, Mapping) or "count" not in value or set(value) - {"count", "spacing"}:
-        raise ValueError(f"expected {_EXPECTED}")
+        raise unexpected(_EXPECTED)
     count, spacing = value["count"], value.get("spacing", "linear")
+    faults = []
     if type(count) is not int or not 2 <= count <= MOST_VALUES:
-        raise ValueError(f"count must be a whole number from 2 to {MOST_VALUES}; expected {_EXPECTED}")
+        faults.append(Fault("count", found=toml(count), expected=f"a whole number from 2 to {MOST_VALUES}"))
     if spacing not in SPACINGS:
-        raise ValueError(f'spacing must be "linear" or "log"; expected {_EXPECTED}')
+        faults.append(Fault("spacing", found=toml(spacing), expected='"linear" or "log"'))
+    if faults:
+        raise InputError(faults)
     return Spacing(count=count, spacing=spacing)

@@ -2,121 +2,191 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.body import Body, Tell, silent
 from slipstick.app.fe_tables import BladeTable, FeTable
 from slipstick.app.paths import inside
-from slipstick.app.sentences import model_faults, shown, suggestion
+from slipstick.app.sentences import toml
 from slipstick.app.tables import MatricesTable, ModalTable, Table
-from slipstick.errors import InputError
+from slipstick.app.validation import ReadTable, read_table
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import Gathering, suggestion
 
 if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
-_SECTION = "[structure]"
+_SECTION = "structure"
 _KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
 
 
-def build_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Body | None, list[str]]:
-    """What a ``[structure]`` table describes, or the faults found in it; ``tell`` hears of stages that take time."""
+@dataclass(frozen=True, kw_only=True)
+class Described:
+    """What a ``[structure]`` table says: the body, where nothing is wrong with it, and the dofs as far as known."""
+
+    body: Body | None = None
+    dofs: Sequence[str] | None = None
+    made: bool = False
+    """Whether it is known what the structure is, though not all of it is right."""
+
+    @property
+    def structure(self) -> Structure | None:
+        """The structure, where nothing is wrong with it."""
+        return self.body.structure if self.body is not None else None
+
+
+def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
+    """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
+    found = Gathering()
+    described = found.take(_described, raw, folder, tell, found)
+    return described or Described(), [fault.inside(_SECTION) for fault in found.faults]
+
+
+def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Described:
     if not isinstance(raw, Mapping):
-        return None, [f"{_SECTION}: found {shown(raw)}; expected one table [structure]"]
+        raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
     kind = raw.get("kind")
     if kind is None:
-        return None, [f"{_SECTION} kind is missing; give one of {_kinds()}"]
+        raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {_kinds()}"))
     if not isinstance(kind, str) or kind not in _BUILDERS:
         guess = suggestion(kind, _BUILDERS)
-        hint = f"; {guess}" if guess.startswith("did") else ""
-        return None, [f"{_SECTION} kind: found {shown(kind)}; this version knows {_kinds()}{hint}"]
+        known = f"this version knows {_kinds()}"
+        raise InputError(Fault("kind", known, found=toml(kind), remedy=guess if guess.startswith("did") else ""))
     model, build = _BUILDERS[kind]
-    table, faults = model_faults(model, raw, _SECTION)
-    faults += [f"{_SECTION}: {fault}" for fault in model.cross_check(raw)]
-    if table is None or faults:
-        return None, faults
-    try:
-        return build(table, folder, tell), []
-    except InputError as error:
-        return None, [_prefixed(problem) for problem in error.problems]
-
-
-def named_dofs(raw: Any) -> list[str] | None:
-    """The dof names written in the file, for messages where the structure itself is faulty."""
-    names = raw.get("dofs") if isinstance(raw, Mapping) else None
-    return names if isinstance(names, list) and names and all(isinstance(n, str) for n in names) else None
-
-
-def _prefixed(problem: str) -> str:
-    """A fault of the structure's own arguments in the words of the file."""
-    name, colon, rest = problem.partition(":")
-    return f"{_SECTION} {_KEYS.get(name, name)}{colon}{rest}"
+    row, faults = read_table(model, raw, ())
+    found.faults += faults
+    return build(row, folder, tell, found)
 
 
 def _kinds() -> str:
     return ", ".join(f'"{kind}"' for kind in _BUILDERS)
 
 
-def _matrices(table: Any, folder: Path) -> Structure:
-    from slipstick.structure.matrices import MatrixStructure
+def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
+    from slipstick.structure.system_checks import system_matrices
 
-    matrices: dict[str, Any] = {}
-    faults: list[str] = []
-    for name in ("mass", "damping", "stiffness"):
-        try:
-            matrices[name] = _matrix(getattr(table, name), folder, name)
-        except InputError as error:
-            faults += error.problems
-    if faults:
-        raise InputError(faults)
-    size = matrices["stiffness"].shape[0]
-    faults = [
-        f"{name}: found {m.shape[0]} x {m.shape[1]}; expected {size} x {size} as the stiffness"
-        for name, m in matrices.items()
-        if m is not None and m.shape != (size, size)
-    ]
-    dofs = table.dofs if table.dofs is not None else [str(i + 1) for i in range(size)]
-    if table.dofs is not None and len(dofs) != size:
-        faults.append(f"dofs: found {len(dofs)} names; expected {size}, one for each row of the stiffness")
-    if table.count is not None and table.count != size:
-        faults.append(f"count: found {table.count}; expected {size}, the rows of the stiffness")
-    if faults:
-        raise InputError(faults)
-    return MatrixStructure(
-        M=matrices["mass"], C=matrices["damping"], K=matrices["stiffness"], dofs=dofs, loss_factor=table.loss_factor
-    )
+    given = {
+        name: matrix
+        for name, key in _KEYS.items()
+        if (value := row.get(key)) is not None and (matrix := found.inside((key,), _matrix, value, folder)) is not None
+    }
+    size = next((given[name].shape[0] for name in ("K", "M", "C") if name in given), None)
+    names = _names(row, size)
+    before = len(found.faults)
+    if size is not None:
+        _sizes(row, given, size, found)
+    agree = len(found.faults) == before
+    if row.complete and agree and {"M", "K"} <= set(given) and names is not None:
+        options = {"loss_factor": row.table.loss_factor, "dofs": names}
+        structure = _in_case(found, lambda: MatrixStructure(**given, **options))
+        return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
+    if size is not None:
+        fitting = {name: matrix for name, matrix in given.items() if matrix.shape == (size, size)}
+        found.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
+    return Described(dofs=names, made=True)
 
 
-def _matrix(value: Any, folder: Path, key: str) -> Any:
+def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
+    """Names of the dofs: as written, else numbers; None where they are not known."""
+    if not row.right("dofs", "count"):
+        return None
+    if row.table.dofs is not None:
+        return list(row.table.dofs)
+    count = row.table.count if row.table.count is not None else size
+    return None if count is None else [str(i + 1) for i in range(count)]
+
+
+def _sizes(row: ReadTable, given: Mapping[str, Any], size: int, found: Gathering) -> None:
+    """Whether the matrices and the names fit together."""
+    first = next(name for name in ("K", "M", "C") if name in given)
+    of = _KEYS[first]
+    for name, matrix in given.items():
+        if matrix.shape != (size, size):
+            shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
+            found.faults.append(Fault(_KEYS[name], found=shape, expected=f"{size} x {size} as the {of}"))
+    dofs, count = row.get("dofs"), row.get("count")
+    if dofs is not None and len(dofs) != size:
+        expected = f"{size}, one for each row of the {of}"
+        found.faults.append(Fault("dofs", found=f"{len(dofs)} names", expected=expected))
+    if count is not None and count != size:
+        found.faults.append(Fault("count", found=str(count), expected=f"{size}, the rows of the {of}"))
+
+
+def _in_case(found: Gathering, make: Callable[[], Structure]) -> Structure | None:
+    """A structure of the library, whose arguments have other names in the file."""
+    try:
+        return make()
+    except InputError as error:
+        found.faults += [_renamed(fault) for fault in error.faults]
+        return None
+
+
+def _renamed(fault: Fault) -> Fault:
+    return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
+
+
+def _matrix(value: Any, folder: Path) -> Any:
     import numpy as np
 
     from slipstick.importers.plain.matrix_file import read_matrix
 
-    if value is None:
-        return None
-    if not isinstance(value, str):
-        return np.array(value, dtype=float)
-    return read_matrix(_file(value, folder, key))
+    return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
 
 
-def _file(name: str, folder: Path, key: str) -> Path:
-    try:
-        return inside(folder, name)
-    except ValueError as error:
-        raise InputError(f"{key}: found {shown(name)}; {error}") from None
-
-
-def _modal(table: Any, folder: Path) -> Structure:
+def _modal(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    """The structure of a file; with keys at fault left out, it still tells the dofs."""
     from slipstick.structure.modal import ModalStructure
 
-    return ModalStructure.load(
-        _file(table.file, folder, "file"),
-        dofs=table.dofs,
-        modes=table.modes,
-        loss_factor=table.loss_factor,
-        damping_ratio=table.damping_ratio,
-    )
+    name = row.get("file")
+    path = None if name is None else found.inside(("file",), inside, folder, name)
+    if path is None:
+        return Described(dofs=row.get("dofs"), made=True)
+    options = {key: row.get(key) for key in ("dofs", "modes", "loss_factor", "damping_ratio")}
+    try:
+        structure = ModalStructure.load(path, **options)
+    except InputError as error:
+        found.faults += [_within(fault, tuple(options)) for fault in error.faults]
+        return Described(dofs=options["dofs"] or _modal_names(path), made=True)
+    body = Body(structure=structure, force=row.table.force) if row.complete else None
+    return Described(body=body, dofs=structure.dofs, made=True)
+
+
+def _modal_names(path: Path) -> Sequence[str] | None:
+    """The names of the dofs in a file, where it is readable."""
+    from slipstick.structure.modal_files import modal_arrays, modal_dofs
+
+    try:
+        return modal_dofs(modal_arrays(path))
+    except InputError:
+        return None
+
+
+def _reduced(make: Callable[[Any, Path, Tell], Body], model: type[Table]) -> _Builder:
+    """Builder of a finite element kind, which takes time: nothing is made of a table with faults."""
+    keys = tuple(model.model_fields)
+
+    def build(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+        if not row.complete:
+            return Described()
+        try:
+            body = make(row.table, folder, tell)
+        except InputError as error:
+            found.faults += [_within(fault, keys) for fault in error.faults]
+            return Described()
+        return Described(body=body, dofs=body.structure.dofs)
+
+    return build
+
+
+def _within(fault: Fault, keys: Sequence[str]) -> Fault:
+    """A fault of the model at the key it belongs to, else at its file or the table as a whole."""
+    if fault.where and fault.where[0] in keys:
+        return fault
+    return fault.inside("file") if "file" in keys else fault
 
 
 def _fe(table: Any, folder: Path, tell: Tell) -> Body:
@@ -131,13 +201,11 @@ def _blade(table: Any, folder: Path, tell: Tell) -> Body:
     return blade_body(table, folder, tell)
 
 
-def _plain(make: Callable[[Any, Path], Structure]) -> Callable[[Any, Path, Tell], Body]:
-    return lambda table, folder, _tell: Body(structure=make(table, folder), force=getattr(table, "force", False))
+_Builder = Callable[[ReadTable, Path, Tell, Gathering], Described]
 
-
-_BUILDERS: dict[str, tuple[type[Table], Callable[[Any, Path, Tell], Body]]] = {
-    "matrices": (MatricesTable, _plain(_matrices)),
-    "modal": (ModalTable, _plain(_modal)),
-    "fe": (FeTable, _fe),
-    "blade": (BladeTable, _blade),
+_BUILDERS: dict[str, tuple[type[Table], _Builder]] = {
+    "matrices": (MatricesTable, _matrices),
+    "modal": (ModalTable, _modal),
+    "fe": (FeTable, _reduced(_fe, FeTable)),
+    "blade": (BladeTable, _reduced(_blade, BladeTable)),
 }

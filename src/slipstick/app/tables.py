@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 from slipstick.app.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
-from slipstick.app.spacing import Spacing, spacing_or_list
-from slipstick.errors import InputError
-from slipstick.units import LONGEST, Units, label_fault
+from slipstick.app.sentences import toml, unexpected
+from slipstick.app.spacing import MOST_VALUES, Spacing, spacing_or_list
+from slipstick.balance.loads import place_faults, way_faults
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.faults import suggestion
+from slipstick.units import Units, label_faults
 
 
 def _positive_frequency(value: Any) -> float:
     number = read_frequency(value)
     if number <= 0:
-        raise ValueError("expected a frequency > 0")
+        raise unexpected("a frequency > 0")
     return number
 
 
@@ -26,9 +31,9 @@ def _cosines(value: Any) -> dict[str, float]:
         return {value: 1.0}
     numbers = isinstance(value, dict) and value and all(_is_number(c) for c in value.values())
     if not numbers:
-        raise ValueError('expected the name of a dof such as "x", or a table of cosines such as { x = 1.0, x2 = -1.0 }')
+        raise unexpected('the name of a dof such as "x", or a table of cosines such as { x = 1.0, x2 = -1.0 }')
     if not any(value.values()):
-        raise ValueError("expected at least one cosine that is not 0")
+        raise unexpected("at least one cosine that is not 0")
     return {str(dof): float(cosine) for dof, cosine in value.items()}
 
 
@@ -44,7 +49,7 @@ def _orders_to_numbers(value: Any) -> dict[int, float]:
         k.isdecimal() and len(k) < 7 and _is_number(v) for k, v in value.items() if isinstance(k, str)
     )
     if not right:
-        raise ValueError('expected a table of harmonic = amplitude such as { "1" = 2.0 }, amplitudes finite lengths')
+        raise unexpected('a table of harmonic = amplitude such as { "1" = 2.0 }, amplitudes finite lengths')
     return {int(order): float(amplitude) for order, amplitude in value.items()}
 
 
@@ -56,20 +61,23 @@ def _number_or_table(value: Any) -> Any:
     """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
     if not isinstance(value, dict):
         if not _is_number(value):
-            raise ValueError("expected a number >= 0, or { table = [[temperature, value], ...] }")
+            raise unexpected("a number >= 0, or { table = [[temperature, value], ...] }")
         if value < 0:
-            raise ValueError("expected a number >= 0")
+            raise unexpected("a number >= 0")
         return float(value)
     from slipstick.thermal.friction_curve import FrictionCurve
 
-    unknown = set(value) - {"table", "interpolation"}
-    if unknown or "table" not in value:
-        found = f"the key '{min(unknown)}'" if unknown else "no table"
-        raise ValueError(f'it has {found}; expected {{ table = [[temperature, value], ...], interpolation = "pchip" }}')
-    try:
-        FrictionCurve(mu=value["table"], interpolation=str(value.get("interpolation", "pchip")))
-    except InputError as error:
-        raise ValueError("; ".join(problem.removeprefix("mu: ") for problem in error.problems)) from None
+    known = ("table", "interpolation")
+    faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]
+    if "table" not in value and not any(get_close_matches(key, known) for key in value):
+        faults.append(Fault("table", IS_MISSING, remedy="give rows of temperature and value"))
+    elif "table" in value:
+        try:
+            FrictionCurve(mu=value["table"], interpolation=str(value.get("interpolation", "pchip")))
+        except InputError as error:
+            faults += [fault.below("mu") for fault in error.faults]
+    if faults:
+        raise InputError(faults)
     return value
 
 
@@ -87,13 +95,15 @@ def _list_or_file(value: Any) -> Any:
         return value
     square = isinstance(value, list) and value and all(isinstance(row, list) for row in value)
     if not square:
-        raise ValueError("expected a square list of rows such as [[1.0, 0.0], [0.0, 1.0]], or a file .npz or .mtx")
+        raise unexpected("a square list of rows such as [[1.0, 0.0], [0.0, 1.0]], or a file .npz or .mtx")
     for i, row in enumerate(value):
         if len(row) != len(value):
-            raise ValueError(f"row {i + 1} has {len(row)} entries but there are {len(value)} rows; expected a square")
+            rows = f"row {i + 1} has {len(row)} entries but there are {len(value)} rows"
+            raise InputError(Fault(statement=rows, expected="a square"))
         for j, entry in enumerate(row):
             if not _is_number(entry):
-                raise ValueError(f"row {i + 1}, column {j + 1} is {entry!r}; expected a finite number")
+                wrong = f"row {i + 1}, column {j + 1} is {toml(entry)}"
+                raise InputError(Fault(found=toml(value), statement=wrong, expected="a finite number"))
     return value
 
 
@@ -103,14 +113,14 @@ class Table(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True, populate_by_name=False)
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Faults between keys, found on the raw table so that they are told together with wrong values."""
         return []
 
 
 def _label(value: Any) -> str:
-    if label_fault(value):
-        raise ValueError(f'expected a short text such as "mm", at most {LONGEST} characters')
+    if faults := label_faults(value):
+        raise InputError([replace(fault, found=toml(value)) for fault in faults])
     return str(value)
 
 
@@ -161,10 +171,10 @@ class MatricesTable(Table):
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Dofs or count, not both."""
         if "dofs" in raw and "count" in raw:
-            return ["both 'dofs' and 'count' are given; keep one of them"]
+            return [Fault("count", "is given together with dofs", remedy="keep one of them")]
         return []
 
 
@@ -201,22 +211,11 @@ class LoadTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Where and how much, each said once."""
-        faults = []
-        if len({"dof", "shape", "base"} & set(raw)) != 1:
-            faults.append('expected either dof = "name" or shape = "name" or base = "name", and one of them alone')
-        if ("base" in raw) != ("motion" in raw):
-            given, missing = ("base", "motion") if "base" in raw else ("motion", "base")
-            faults.append(f"{given} is given without {missing}; give both for a support that moves")
-        if "amplitude" in raw and ("cos" in raw or "sin" in raw):
-            faults.append("amplitude is given together with cos or sin; keep one way to say the force")
-        elif not {"amplitude", "cos", "sin"} & set(raw):
-            faults.append("no force is given; give cos, sin, or amplitude with phase")
-        if "phase" in raw and "amplitude" not in raw:
-            faults.append("phase is given without amplitude; give both")
-        if raw.get("harmonic") == 0 and raw.get("sin"):
-            faults.append("a sine part at harmonic 0 does nothing; give a static load as cos")
+        faults = [*place_faults(raw), *way_faults(raw)]
+        if not {"amplitude", "cos", "sin"} & set(raw):
+            faults.append(Fault(statement="no force is given", remedy="give cos, sin, or amplitude with phase"))
         return faults
 
 
@@ -268,17 +267,19 @@ class ContactTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """The normal load is said in one way."""
         faults = []
         if "gap" in raw and "normal_load" in raw:
-            faults.append("both gap and normal_load are given; keep one (normal_load = -kn gap)")
+            faults.append(Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)"))
         elif "gap" not in raw and "normal_load" not in raw:
-            faults.append("the normal load is missing; give normal_load = 800.0, or normal, kn and gap")
+            remedy = "give normal_load = 800.0, or normal, kn and gap"
+            faults.append(Fault(statement="the normal load is missing", remedy=remedy))
         if "kn" not in raw and ("normal" in raw or ("gap" in raw and "normal_load" not in raw)):
-            faults.append("kn is missing; give the normal contact stiffness, needed with normal or gap")
+            remedy = "give the normal contact stiffness, needed with normal or gap"
+            faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
-            faults.append("kn = 0 cannot carry a normal load; give kn > 0")
+            faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
         return faults
 
 
@@ -304,25 +305,26 @@ class ResponseTable(Table):
     min_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[str]:
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Values of the swept quantity: frequencies with units, or plain numbers of a parameter."""
         swept = "parameter" in raw
-        faults = [f"{key}: {fault}" for key in ("from", "to") if key in raw and (fault := _fault(raw[key], swept))]
+        faults = [fault for key in ("from", "to") if key in raw for fault in _value_faults((key,), raw[key], swept)]
         values = raw.get("at", [])
         if isinstance(values, list):
-            faults += [f"at, value {i + 1}: {fault}" for i, v in enumerate(values) if (fault := _fault(v, swept))]
-            if len(values) > 100_000:
-                faults.append(f"at: found {len(values)} values; expected at most 100000")
+            if len(values) > MOST_VALUES:
+                faults.append(Fault("at", found=f"{len(values)} values", expected=f"at most {MOST_VALUES}"))
+            ends = (raw.get("from"), raw.get("to")) if not faults else (None, None)
+            faults += [fault for i, v in enumerate(values) for fault in _at_faults(i, v, ends, swept)]
         if swept and "omega" not in raw:
-            faults.append("omega is missing; a parameter is followed at one frequency, give omega in rad/s")
+            remedy = "a parameter is followed at one frequency, give omega in rad/s"
+            faults.append(Fault("omega", IS_MISSING, remedy=remedy))
         if "omega" in raw and not swept:
-            faults.append("omega is given without parameter; give parameter, or from and to alone")
-        if not faults and "from" in raw and "to" in raw:
-            ends = swept_value(raw["from"], swept), swept_value(raw["to"], swept)
-            faults += _range_faults(*ends, values, swept)
-            if isinstance(values, Mapping) and values.get("spacing") == "log" and min(ends) <= 0:
-                faults.append('at: spacing "log" needs from and to > 0; give spacing = "linear", or a list')
-        return faults
+            faults.append(Fault("omega", "is given without parameter", remedy="give parameter, or from and to alone"))
+        low = min((end for key in ("from", "to") if (end := _value(raw.get(key), swept)) is not None), default=1.0)
+        if isinstance(values, Mapping) and values.get("spacing") == "log" and low <= 0:
+            remedy = 'give spacing = "linear", or a list'
+            faults.append(Fault(("at", "spacing"), found='"log", which needs from and to > 0', remedy=remedy))
+        return faults + _range_faults(raw, swept)
 
 
 def frequencies_met(response: ResponseTable) -> tuple[float, float]:
@@ -338,28 +340,44 @@ def swept_value(value: Any, parameter: bool) -> float:
     if not parameter:
         return _positive_frequency(value)
     if not _is_number(value):
-        raise ValueError("expected a finite number")
+        raise unexpected("a finite number")
     return float(value)
 
 
-def _fault(value: Any, parameter: bool) -> str | None:
-    from slipstick.app.sentences import shown
-
+def _value(value: Any, swept: bool) -> float | None:
+    """A value of the swept quantity, or None where it is none."""
     try:
-        swept_value(value, parameter)
-    except ValueError as error:
-        return f"found {shown(value)}; {error}"
-    return None
+        return swept_value(value, swept)
+    except InputError:
+        return None
 
 
-def _range_faults(start: float, stop: float, values: Any, swept: bool) -> list[str]:
+def _value_faults(where: Where, value: Any, swept: bool) -> list[Fault]:
+    try:
+        swept_value(value, swept)
+    except InputError as error:
+        return [replace(fault.inside(*where), found=toml(value)) for fault in error.faults]
+    return []
+
+
+def _at_faults(number: int, value: Any, ends: tuple[Any, Any], swept: bool) -> list[Fault]:
+    """Faults of one requested value; it lies in the range where both ends of that are right."""
+    wrong = _value_faults(("at", number), value, swept)
+    start, stop = (_value(end, swept) for end in ends)
+    if wrong or start is None or stop is None:
+        return wrong
+    found, (low, high) = swept_value(value, swept), sorted((start, stop))
     unit = "" if swept else " rad/s"
-    if start == stop:
-        return [f"from and to are both {start:g}{unit}; give a range that is not empty"]
-    low, high = sorted((start, stop))
-    numbers = [swept_value(v, swept) for v in values] if isinstance(values, list) else []
-    outside = [v for v in numbers if not low <= v <= high]
-    return [f"at: {outside[0]:g}{unit} lies outside the range {low:g} to {high:g}{unit}"] if outside else []
+    outside = f"{found:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
+    return [] if low <= found <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
+
+
+def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
+    start, stop = (_value(raw.get(key), swept) for key in ("from", "to"))
+    if start is None or start != stop:
+        return []
+    unit = "" if swept else " rad/s"
+    return [Fault("to", f"is {stop:g}{unit}, the same as from", remedy="give a range that is not empty")]
 
 
 class OutputTable(Table):

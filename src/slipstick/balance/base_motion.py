@@ -7,15 +7,16 @@ receptance from that column, with its derivative, so that nothing else need know
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.balance.contacts import dof_faults
 from slipstick.balance.loads import Load
-from slipstick.faults import suggestion
+from slipstick.errors import Fault
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
@@ -89,26 +90,24 @@ def base_shape(load: Load, structure: Structure) -> str | None:
     return load.target if isinstance(load.base, str) and load.target in structure.load_shapes else None
 
 
-def base_faults(load: Load, structure: Structure) -> list[str]:
-    """Why a moving support cannot be computed."""
-    faults = []
-    if load.harmonic == 0 and load.motion == DISPLACEMENT:
-        faults.append(
-            "base motion: a constant displacement of the support moves nothing relative to it; expected harmonic >= 1"
+def base_faults(
+    base: Mapping[str, float] | str, structure: Structure | None, dofs: Sequence[str] | None
+) -> Iterator[Fault]:
+    """Why a moving support cannot be computed; of a structure that is not known, perhaps its ``dofs``."""
+    if structure is not None and not hasattr(structure, "M"):
+        name = base if isinstance(base, str) else "x"
+        if isinstance(base, str) and f"base {base}" in structure.load_shapes:
+            return
+        yield Fault(
+            "base",
+            f"a {type(structure).__name__} has neither a mass matrix nor a load shape 'base {name}'",
+            remedy=f'reduce the model with that load shape (M r; base = "{name}" of a body), and give base = "{name}"',
         )
-    if base_shape(load, structure) is not None:
-        return faults
-    if not hasattr(structure, "M"):
-        name = load.base if isinstance(load.base, str) else "x"
-        faults.append(
-            f"base motion: a {type(structure).__name__} has neither a mass matrix nor a load shape 'base {name}'; "
-            f'reduce the model with that load shape (M r; base = "{name}" of a body), and give base = "{name}"'
-        )
-        return faults
-    pattern = {load.base: 1.0} if isinstance(load.base, str) else dict(load.base or {})
-    unknown = [dof for dof in pattern if dof not in structure.dofs]
-    faults += [f"base motion: there is no dof '{d}' in the structure; {suggestion(d, structure.dofs)}" for d in unknown]
-    return faults
+    elif not isinstance(base, str):
+        for dof in base:
+            yield from (fault.inside("base") for fault in dof_faults(dof, dofs))
+    elif structure is not None and f"base {base}" not in structure.load_shapes:
+        yield from (fault.inside("base") for fault in dof_faults(base, dofs))
 
 
 def _factors(motions: Sequence[str | None], w: Array) -> tuple[Array, Array]:

@@ -1,45 +1,159 @@
-"""What of a problem cannot be computed, in sentences."""
+"""What of a problem cannot be computed."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
 from math import isfinite
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.balance.base_motion import base_faults
-from slipstick.balance.contacts import direction_faults
+from slipstick.balance.base_motion import DISPLACEMENT, base_faults
+from slipstick.balance.contacts import direction_faults, dof_faults
+from slipstick.balance.loads import place_faults
 from slipstick.balance.warm import heat_faults
-from slipstick.contact.rubbing import common_period
-from slipstick.errors import InputError
-from slipstick.faults import listed, number, suggestion, wrong
+from slipstick.contact.rubbing import MOTION_PARTS, common_period
+from slipstick.errors import Fault, InputError
+from slipstick.faults import listed, number, shown, suggestion, wrong
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
+    from slipstick.structure.protocol import Structure
 
 
-def problem_faults(problem: Problem) -> list[str]:
-    """Why the problem cannot be computed; empty if it can."""
-    faults = list(_name_faults(problem))
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """What parts of a problem can be held against; None where it is itself at fault, and nothing is held against it."""
+
+    structure: Structure | None = None
+    dofs: Sequence[str] | None = None
+    orders: Sequence[int] | None = None
+    """Harmonics kept."""
+    period_ratio: tuple[int, int] | None = None
+
+    def order_faults(self, order: int, side: int) -> Iterator[Fault]:
+        """Whether an order of the excitation (side 0) or of the rubbing motion (side 1) is among those kept."""
+        if self.orders is None or self.period_ratio is None:
+            return
+        factor = common_period(*self.period_ratio)[side]
+        if order * factor not in self.orders:
+            own = f"harmonic {order}" + (
+                f" (harmonic {order * factor} of the principal frequency)" if factor > 1 else ""
+            )
+            yield Fault(statement=f"{own} is not among the harmonics kept, {list(self.orders)}", remedy="keep it too")
+
+
+def problem_faults(problem: Problem, wrong: Container[str] = ()) -> Iterator[Fault]:
+    """Why the problem cannot be computed; nothing if it can. Fields that are ``wrong`` are known to be so already."""
+    known = Known(
+        structure=None if "structure" in wrong else problem.structure,
+        dofs=None if "structure" in wrong else problem.structure.dofs,
+        orders=None if "harmonics" in wrong else problem.harmonics.orders,
+        period_ratio=None if "period_ratio" in wrong else problem.period_ratio,
+    )
+    yield from contact_name_faults([pair.name for pair in problem.contacts])
+    if problem.outputs is not None and "outputs" not in wrong:
+        yield from (fault.inside("outputs") for fault in output_faults(problem.outputs, known.dofs))
     for pair in problem.contacts:
-        faults += _contact_faults(pair, problem.structure.dofs)
-    faults += _heat_faults(problem)
-    try:
-        excitation, rubbing = common_period(*problem.period_ratio)
-    except InputError as error:
-        return [*faults, *error.problems]
-    for load in problem.loads:
-        faults += _load_faults(load, problem, excitation)
-    for pair in problem.contacts:
-        faults += _rubbing_faults(pair, problem.harmonics.orders, rubbing)
-    if problem.friction < 0:
-        faults.append(f"friction factor: found {problem.friction:g}; expected a finite number >= 0")
-    return faults
+        yield from (f.inside("contact", pair.name) for f in direction_faults(pair, known.dofs))
+        yield from (f.inside("contact", pair.name) for f in rubbing_faults(pair, known))
+    for i, load in enumerate(problem.loads):
+        faults = chain(target_faults(load, known), force_faults(load.harmonic, load.sin, load.motion, known))
+        yield from (fault.inside("load", i) for fault in faults)
+    if "thermal" not in wrong:
+        yield from _heat_faults(problem)
+    if "friction" not in wrong and problem.friction < 0:
+        yield Fault("friction", found=f"{problem.friction:g}", expected="a finite number >= 0")
+
+
+def contact_name_faults(names: Sequence[str]) -> Iterator[Fault]:
+    """Names of contacts that do not tell them apart."""
+    for name, times in sorted(Counter(names).items()):
+        where = ("contact", name)
+        if times > 1:
+            yield Fault(
+                where, f"the name {shown(name)} is used {times} times", remedy="give every contact its own name"
+            )
+        if not name or name == "*" or not name.isprintable():
+            yield Fault((*where, "name"), found=shown(name), expected="printable characters other than '*' alone")
+
+
+def output_faults(outputs: Sequence[str], dofs: Sequence[str] | None) -> Iterator[Fault]:
+    """Dofs of the results that are not there, or given twice; ``dofs`` of the structure, if known."""
+    if not outputs:
+        yield Fault(found="none", expected="at least one dof")
+    for dof, times in Counter(outputs).items():
+        if times > 1:
+            yield Fault(statement=f"{shown(dof)} is given {times} times", remedy="give every dof once")
+        yield from dof_faults(dof, dofs)
+
+
+def peak_faults(
+    names: Sequence[str], outputs: Sequence[str] | None, dofs: Sequence[str] | None = None
+) -> Iterator[Fault]:
+    """Dofs of which peaks are wanted: among the outputs, or where these are not given among all."""
+    for name in names:
+        if outputs is None:
+            yield from dof_faults(name, dofs)
+        elif name not in outputs:
+            yield Fault(statement=f"{shown(name)} is not among the outputs", remedy=suggestion(name, outputs))
+
+
+def target_faults(load: Load, known: Known) -> Iterator[Fault]:
+    """What a load acts on: a dof, a load shape or a support, and one of them alone."""
+    faults = list(place_faults({name for name in ("dof", "shape", "base") if getattr(load, name) is not None}))
+    if faults:
+        yield from faults
+    elif load.dof is not None:
+        yield from (fault.inside("dof") for fault in dof_faults(load.dof, known.dofs))
+    elif load.base is not None:
+        yield from base_faults(load.base, known.structure, known.dofs)
+    elif load.shape is not None:
+        yield from shape_faults(load.shape, known)
+
+
+def shape_faults(shape: str, known: Known) -> Iterator[Fault]:
+    """Whether the structure has a load shape."""
+    if known.structure is not None and shape not in known.structure.load_shapes:
+        hint = suggestion(shape, known.structure.load_shapes)
+        yield Fault("shape", f"there is no load shape {shown(shape)}", remedy=hint)
+
+
+def force_faults(harmonic: int, sin: float | None, motion: str | None, known: Known) -> Iterator[Fault]:
+    """Whether the force of a load has a place among the harmonics, and does anything there."""
+    yield from (fault.inside("harmonic") for fault in known.order_faults(harmonic, 0))
+    if harmonic == 0 and sin:
+        yield Fault("sin", "a sine of harmonic 0 is zero", remedy="give a static load as cos")
+    if harmonic == 0 and motion == DISPLACEMENT:
+        still = "a constant displacement of the support moves nothing relative to it"
+        yield Fault("harmonic", still, expected="harmonic >= 1")
+
+
+def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
+    """Whether the motion of the counter surface has a place among the harmonics, and ports to act on."""
+    moved = {part: getattr(pair.rubbing, part) for part in MOTION_PARTS}
+    yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
+    across = [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
+    if across and "normal" not in pair.contact.ports:
+        yield Fault(
+            "rubbing",
+            f"{across[0]} moves the surface along a port called 'normal', which its law does not have",
+            remedy=f"it has {', '.join(pair.contact.ports)}",
+        )
+
+
+def motion_faults(parts: Mapping[str, Mapping[int, Any]], known: Known) -> Iterator[Fault]:
+    """Orders of a rubbing motion, by part, that are not kept."""
+    for part, amplitudes in parts.items():
+        for order, value in amplitudes.items():
+            if np.any(np.asarray(value) != 0):
+                yield from (fault.inside(part) for fault in known.order_faults(order, 1))
 
 
 def two_numbers(value: Any, name: str) -> tuple[float, float]:
@@ -48,8 +162,12 @@ def two_numbers(value: Any, name: str) -> tuple[float, float]:
     ends = listed(name, value, expected)
     if len(ends) > 2:
         raise InputError(
-            f"{name}: found {len(ends)} values; expected two numbers, the first and the last: the points between are "
-            "chosen on the way; give requested= for points at exact values"
+            Fault(
+                name,
+                found=f"{len(ends)} values",
+                expected="two numbers, the first and the last: the points between are chosen on the way",
+                remedy="give requested= for points at exact values",
+            )
         )
     if len(ends) != 2:
         raise wrong(name, value, expected)
@@ -65,106 +183,36 @@ def requested_values(given: Any) -> tuple[float, ...]:
     return tuple(number(f"requested, number {i + 1}", value) for i, value in enumerate(values))
 
 
-def range_faults(start: float, stop: float, *, name: str = "frequency range", positive: bool = True) -> list[str]:
+def range_faults(start: float, stop: float, *, name: str = "frequency range", positive: bool = True) -> list[Fault]:
     """Faults of a range that is to be followed."""
     if not (isfinite(start) and isfinite(stop)):
-        return [f"{name}: found {start} to {stop}; expected finite numbers"]
+        return [Fault(name, found=f"{start} to {stop}", expected="finite numbers")]
     if start == stop:
-        return [f"{name}: found {start:g} to {stop:g}, which is empty; expected two different values"]
+        return [Fault(name, found=f"{start:g} to {stop:g}, which is empty", expected="two different values")]
     if positive and min(start, stop) <= 0:
-        return [f"{name}: found {start:g} to {stop:g}; expected frequencies > 0 in rad/s"]
+        return [Fault(name, found=f"{start:g} to {stop:g}", expected="frequencies > 0 in rad/s")]
     return []
 
 
-def requested_faults(requested: Sequence[float], start: float, stop: float) -> list[str]:
+def requested_faults(requested: Sequence[float], start: float, stop: float) -> list[Fault]:
     """Faults of values at which points are wanted."""
     low, high = min(start, stop), max(start, stop)
     return [
-        f"requested point {value:g}: lies outside of the range {low:g} to {high:g}; widen the range or leave it out"
+        Fault(
+            "requested",
+            f"{value:g} lies outside of the range {low:g} to {high:g}",
+            remedy="widen the range or leave it out",
+        )
         for value in requested
         if not low <= value <= high
     ]
 
 
-def _heat_faults(problem: Problem) -> list[str]:
+def _heat_faults(problem: Problem) -> Iterator[Fault]:
     try:
         heated = problem.heated
     except InputError as error:
-        return list(error.problems)
-    return [] if heated is None else heat_faults(problem.contacts, problem.batches[heated.batch], heated)
-
-
-def _name_faults(problem: Problem) -> Iterator[str]:
-    names = [pair.name for pair in problem.contacts]
-    for name, times in sorted(Counter(names).items()):
-        if times > 1:
-            yield f"contact '{name}': the name is used {times} times; give every contact its own name"
-    for name in names:
-        if not name or name == "*" or not name.isprintable():
-            yield f"contact name: found {name!r}; expected printable characters other than '*' alone"
-    if not problem.outputs:
-        yield "outputs: found none; expected at least one dof"
-    for dof, times in Counter(problem.outputs or ()).items():
-        if times > 1:
-            yield f"outputs: '{dof}' is given {times} times; give every dof once"
-    for dof in problem.outputs or ():
-        if dof not in problem.structure.dofs:
-            yield f"outputs: there is no dof '{dof}' in the structure; {suggestion(dof, problem.structure.dofs)}"
-
-
-def _contact_faults(pair: ContactPair, dofs: Sequence[str]) -> Iterator[str]:
-    yield from direction_faults(pair)
-    try:
-        given = pair.directions
-    except InputError:
+        yield from error.faults
         return
-    for port, directions in given.items():
-        where = f"contact '{pair.name}', {port} direction"
-        for cosines in directions:
-            if cosines is None:
-                continue
-            for dof in cosines:
-                if dof not in dofs:
-                    yield f"{where}: there is no dof '{dof}' in the structure; {suggestion(dof, dofs)}"
-            if not all(isfinite(c) for c in cosines.values()):
-                yield f"{where}: found {dict(cosines)}; expected finite direction cosines"
-            elif not any(cosines.values()):
-                yield f"{where}: found {dict(cosines)}, which has no direction; expected a cosine other than zero"
-
-
-def _load_faults(load: Load, problem: Problem, order: int) -> Iterator[str]:
-    structure = problem.structure
-    if sum(given is not None for given in (load.dof, load.shape, load.base)) != 1:
-        also = "" if load.base is None else f" and base = {load.base!r}"
-        yield f"load: found dof = {load.dof!r} and shape = {load.shape!r}{also}; expected exactly one of them"
-    elif load.base is not None:
-        yield from base_faults(load, structure)
-    elif load.dof is not None and load.dof not in structure.dofs:
-        yield f"load: there is no dof '{load.dof}' in the structure; {suggestion(load.dof, structure.dofs)}"
-    elif load.shape is not None and load.shape not in structure.load_shapes:
-        yield f"load: there is no load shape '{load.shape}'; {suggestion(load.shape, structure.load_shapes)}"
-    if not (isfinite(load.cos) and isfinite(load.sin)):
-        yield f"load on '{load.target}': found cos = {load.cos}, sin = {load.sin}; expected finite forces"
-    if int(load.harmonic) != load.harmonic or load.harmonic < 0:
-        yield f"load on '{load.target}': found harmonic {load.harmonic}; expected a whole number >= 0"
-    elif load.harmonic * order not in problem.harmonics.orders:
-        yield f"load on '{load.target}': {_not_kept(load.harmonic, order, problem.harmonics.orders)}"
-    elif load.harmonic == 0 and load.sin:
-        yield f"load on '{load.target}': a sine of harmonic 0 is zero; give a static load as cos"
-
-
-def _rubbing_faults(pair: ContactPair, orders: Sequence[int], factor: int) -> Iterator[str]:
-    for order in pair.rubbing.orders:
-        if order * factor not in orders:
-            yield f"contact '{pair.name}', rubbing motion: {_not_kept(order, factor, orders)}"
-    across = [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
-    if across and "normal" not in pair.contact.ports:
-        yield (
-            f"contact '{pair.name}', rubbing motion: {across[0]} moves the surface along a port called 'normal', which "
-            f"its law does not have; it has {', '.join(pair.contact.ports)}"
-        )
-
-
-def _not_kept(harmonic: int, factor: int, orders: Sequence[int]) -> str:
-    own = f"harmonic {harmonic}" + (f" (harmonic {harmonic * factor} of the principal frequency)" if factor > 1 else "")
-    return f"{own} is not among the harmonics kept, {list(orders)}; keep it too"
+    if heated is not None:
+        yield from heat_faults(problem.contacts, problem.batches[heated.batch], heated)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from numpy.typing import ArrayLike
 from slipstick.contact import traits
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
-from slipstick.faults import Gathering, listed, number, one, shown, text, wrong
+from slipstick.errors import Fault, InputError, Where
+from slipstick.faults import Gathering, listed, number, one, shown, suggestion, table, text, wrong
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -59,27 +60,22 @@ class ContactPair:
 
     def __post_init__(self) -> None:
         found = Gathering()
-        name = found.take(text, "contact, name", self.name, 'a name such as "damper"')
-        where = f"contact {shown(name)}"
+        named = isinstance(self.name, str)
+        name = found.take(text, "name", self.name, 'a name such as "damper"')
         values: dict[str, Any] = {"name": name}
         if not isinstance(self.contact, Law):
-            found.problems.append(
-                f"{where}: found {shown(self.contact)}; expected contact=ss.FrictionContact(...), or a law"
-            )
+            expected = "contact=ss.FrictionContact(...), or a law"
+            found.faults.append(Fault("contact", found=shown(self.contact), expected=expected))
         for side in ("tangential", "normal"):
-            values[side] = found.take(_one_or_many, f"{where}, {side}", getattr(self, side))
-        if self.ports is not None and not isinstance(self.ports, Mapping):
-            found.problems.append(
-                f"{where}, ports: found {shown(self.ports)}; expected directions by the names of ports"
-            )
-        elif self.ports is not None:
-            values["ports"] = {
-                str(port): found.take(_one_or_many, f"{where}, port {shown(port)}", given)
-                for port, given in self.ports.items()
+            values[side] = found.take(_one_or_many, (side,), getattr(self, side))
+        if self.ports is not None:
+            ports = found.take(table, "ports", self.ports, "directions by the names of ports")
+            values["ports"] = ports and {
+                port: found.take(_one_or_many, ("ports", port), given) for port, given in ports.items()
             }
         rubbing = RubbingMotion() if self.rubbing is None else self.rubbing
-        values["rubbing"] = found.take(one, f"{where}, rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
-        found.end()
+        values["rubbing"] = found.take(one, "rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
+        found.end(*(("contact", self.name) if named else ()))
         for key, value in values.items():
             object.__setattr__(self, key, value)
 
@@ -101,7 +97,8 @@ class ContactPair:
         """Number of contacts; raises InputError where arrays and directions do not agree on one."""
         several = sorted({size for size in (*map(len, self._given.values()), *self._array_sizes()) if size != 1})
         if len(several) > 1 or 0 in several:
-            raise InputError(f"contact '{self.name}': found {several} contacts in its arrays; expected one number")
+            found = f"{several} contacts in its arrays"
+            raise InputError(Fault(("contact", self.name), found=found, expected="one number"))
         return several[0] if several else 1
 
     def _array_sizes(self) -> list[int]:
@@ -111,6 +108,10 @@ class ContactPair:
 
     def __len__(self) -> int:
         return self._count
+
+    def place(self, port: str) -> Where:
+        """Where the direction of a port was given."""
+        return (port,) if port in ("tangential", "normal") and port not in (self.ports or ()) else ("ports", port)
 
     def direction(self, port: str, k: int = 0) -> Direction | None:
         """Direction cosines of a port of the k-th contact, from 0; None where it has none."""
@@ -174,35 +175,53 @@ def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> tuple[Ar
     return velocity, motion
 
 
-def direction_faults(pair: ContactPair) -> list[str]:
-    """Ports that have no direction, or are not of the law."""
-    law, where = pair.contact, f"contact '{pair.name}'"
+def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> Iterator[Fault]:
+    """What is wrong with the directions of the ports, within the contact; ``dofs`` of the structure, if known."""
+    law = pair.contact
     try:
         given = pair.directions
     except InputError as error:
-        return list(error.problems)
-    faults = [
-        f"{where}: its law has no port '{port}'; it has {', '.join(law.ports)}"
-        for port in given
-        if port not in law.ports
-    ]
+        yield from (fault.below("contact", pair.name) for fault in error.faults)
+        return
+    for port in given:
+        if port not in law.ports:
+            yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")
     for port in law.ports:
         if port not in traits.optional_ports(law) and not all(d is not None for d in given.get(port, (None,))):
-            faults.append(f"{where}: port '{port}' has no direction; give the dofs along which it moves")
-    return faults
+            yield Fault(pair.place(port), "has no direction", remedy="give the dofs along which the port moves")
+    for port, directions in given.items():
+        for k, cosines in enumerate(directions):
+            at = pair.place(port) if len(directions) == 1 else (*pair.place(port), k)
+            yield from (fault.inside(*at) for fault in cosine_faults(cosines or {}, dofs))
 
 
-def _cosines(name: str, given: Any) -> dict[str, float]:
+def cosine_faults(cosines: Mapping[str, float], dofs: Sequence[str] | None) -> Iterator[Fault]:
+    """What is wrong with one direction; ``dofs`` of the structure, if known."""
+    for dof in cosines:
+        yield from dof_faults(dof, dofs)
+    if not all(isfinite(c) for c in cosines.values()):
+        yield Fault(found=str(dict(cosines)), expected="finite direction cosines")
+    elif cosines and not any(cosines.values()):
+        yield Fault(found=f"{dict(cosines)}, which has no direction", expected="a cosine other than zero")
+
+
+def dof_faults(dof: str, dofs: Sequence[str] | None) -> Iterator[Fault]:
+    """Whether the structure has a dof; nothing is said where its dofs are not known."""
+    if dofs is not None and dof not in dofs:
+        yield Fault(statement=f"there is no dof {shown(dof)} in the structure", remedy=suggestion(dof, dofs))
+
+
+def _cosines(name: Where, given: Any) -> dict[str, float]:
     """Direction cosines by dof; a name alone means cosine 1."""
     if isinstance(given, str):
         return {str(given): 1.0}
     expected = 'the name of a dof such as "x", or cosines by dof such as {"x": 1.0, "y": -1.0}'
     if not isinstance(given, Mapping):
         raise wrong(name, given, expected)
-    return {text(name, dof, expected): number(f"{name}, {shown(dof)}", cosine) for dof, cosine in given.items()}
+    return {text(name, dof, expected): number((*name, dof), cosine) for dof, cosine in given.items()}
 
 
-def _one_or_many(name: str, given: Any) -> Any:
+def _one_or_many(name: Where, given: Any) -> Any:
     """The direction of one contact (None: it has none), or a tuple of them for many."""
     if given is None or isinstance(given, str | Mapping):
         return None if given is None else _cosines(name, given)
@@ -210,4 +229,4 @@ def _one_or_many(name: str, given: Any) -> Any:
     found = listed(name, given, expected)
     if not found:
         raise wrong(name, given, expected)
-    return tuple(None if g is None else _cosines(f"{name}, number {i + 1}", g) for i, g in enumerate(found))
+    return tuple(None if g is None else _cosines((*name, i), g) for i, g in enumerate(found))

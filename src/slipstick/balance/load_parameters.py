@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, cos, hypot, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from slipstick.balance.base_motion import MOTION_UNITS
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.paths import Line, LoadPhase, Path
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 PREFIX = "load."
 QUANTITIES = {"amplitude": "force", "phase": "rad"}
 """With their units."""
+
+
+class Loaded(Protocol):
+    """What has loads: a problem, or as much of one as is known."""
+
+    @property
+    def loads(self) -> Sequence[Load]:
+        """Its loads."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +73,7 @@ class LoadPart:
         return tuple(kept)
 
 
-def load_parts(problem: Problem) -> list[LoadPart]:
+def load_parts(problem: Loaded) -> list[LoadPart]:
     """The loads of a problem by target and harmonic."""
     found: dict[tuple[Hashable, ...], LoadPart] = {}
     names = _names(problem)
@@ -76,7 +84,7 @@ def load_parts(problem: Problem) -> list[LoadPart]:
     return list(found.values())
 
 
-def _names(problem: Problem) -> dict[tuple[Hashable, ...], str]:
+def _names(problem: Loaded) -> dict[tuple[Hashable, ...], str]:
     """Name of each target; several motions of supports that are called the same are numbered: "base 1", "base 2"."""
     found = {load.place: load.target for load in problem.loads}
     bases = [load.place for load in problem.loads if load.base is not None]
@@ -87,7 +95,7 @@ def _names(problem: Problem) -> dict[tuple[Hashable, ...], str]:
     return found
 
 
-def load_names(problem: Problem) -> Iterator[str]:
+def load_names(problem: Loaded) -> Iterator[str]:
     """Every name of a load's amplitude or phase, the short ones where a target has one harmonic."""
     parts = load_parts(problem)
     targets = [part.target for part in parts]
@@ -96,7 +104,7 @@ def load_names(problem: Problem) -> Iterator[str]:
         yield from (f"{PREFIX}{where}.{quantity}" for quantity in part.quantities)
 
 
-def find_load(problem: Problem, name: str) -> tuple[LoadPart, str] | None:
+def find_load(problem: Loaded, name: str) -> tuple[LoadPart, str] | None:
     """The loads and the quantity a name stands for; None where there is none.
 
     Raises
@@ -112,7 +120,7 @@ def find_load(problem: Problem, name: str) -> tuple[LoadPart, str] | None:
     found = found or [part for part in parts if f"{part.target}.{part.first.harmonic}" == where]
     if len(found) > 1:
         names = ", ".join(f"'{PREFIX}{where}.{part.first.harmonic}.{quantity}'" for part in found)
-        raise InputError(f"'{name}' could be one of {names}; say which")
+        raise InputError(Fault(statement=f"'{name}' could be one of {names}", remedy="say which"))
     return (found[0], quantity) if found else None
 
 

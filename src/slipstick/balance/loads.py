@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Container, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import atan2, cos, hypot, sin
 from typing import Any
 
-from slipstick.faults import Gathering, number, shown, table, text, whole, wrong
+from slipstick.errors import Fault
+from slipstick.faults import Gathering, number, table, text, whole, wrong
 
 MOTIONS = ("displacement", "acceleration")
 """What can be given of a support that moves."""
@@ -79,22 +80,18 @@ class Load:
         amplitude: float | None = None,
         phase: float | None = None,
     ) -> None:
-        on = dof if dof is not None else shape
-        name, found = f"load on {shown(on)}" if on is not None else "load", Gathering()
-        name = "base motion" if on is None and base is not None else name
+        found = Gathering()
         given = {"cos": cos, "sin": sin, "amplitude": amplitude, "phase": phase}
-        force = {k: found.take(number, f"{name}, {k}", v) for k, v in given.items() if v is not None}
-        values: dict[str, Any] = {"harmonic": found.take(whole, f"{name}, harmonic", harmonic)}
+        force = {k: found.take(number, k, v) for k, v in given.items() if v is not None}
+        values: dict[str, Any] = {"harmonic": found.take(whole, "harmonic", harmonic)}
         for key, value in (("dof", dof), ("shape", shape)):
-            values[key] = None if value is None else found.take(text, f"load, {key}", value, "a name")
+            values[key] = None if value is None else found.take(text, key, value, "a name")
         values["base"] = None if base is None else found.take(_pattern, base)
-        values["motion"] = motion
-        found.problems += _motion_faults(name, base, motion)
-        if amplitude is not None and (cos is not None or sin is not None):
-            found.problems.append(f"{name}: amplitude is given together with cos or sin; keep one way to say the force")
-        if phase is not None and amplitude is None:
-            found.problems.append(f"{name}: phase is given without amplitude; give both")
-        found.end()
+        values["motion"] = None if motion is None else found.take(_motion, motion)
+        present = {"base": base, "motion": motion, **given}
+        found.faults += way_faults({name for name, value in present.items() if value is not None})
+        on = next((name for name in (dof, shape, base) if isinstance(name, str)), None)
+        found.end(*(("load", on) if on is not None else ()))
         values |= _parts(force)
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -131,24 +128,40 @@ def _parts(force: Mapping[str, Any]) -> dict[str, float]:
     return {"cos": size * cos(phase), "sin": -size * sin(phase) if phase else 0.0}
 
 
+def place_faults(given: Container[str]) -> Iterator[Fault]:
+    """What is acted on is said once; ``given`` are the names of what is given."""
+    first, *others = [name for name in ("dof", "shape", "base") if name in given] or [""]
+    if not first:
+        yield Fault(statement="nothing says where it acts", remedy="give dof, shape or base, one of them alone")
+    for name in others:
+        yield Fault(name, f"is given together with {first}", remedy="keep one of them")
+
+
+def way_faults(given: Container[str]) -> Iterator[Fault]:
+    """What is said in two ways, or in half of one; ``given`` are the names of what is given."""
+    for one, other in (("base", "motion"), ("motion", "base")):
+        if one in given and other not in given:
+            yield Fault(one, f"is given without {other}", remedy="give both for a support that moves")
+    if "amplitude" in given and ("cos" in given or "sin" in given):
+        yield Fault("amplitude", "is given together with cos or sin", remedy="keep one way to say the force")
+    if "phase" in given and "amplitude" not in given:
+        yield Fault("phase", "is given without amplitude", remedy="give both")
+
+
 def _pattern(given: Any) -> Mapping[str, float] | str:
     """Motion of the dofs for a unit motion of the support."""
     expected = 'dofs with their motion such as {"x1": 1.0, "x2": 1.0}, or a name such as "x"'
     if isinstance(given, str) and given:
-        return text("base motion, base", given, expected)
-    moved = {
-        dof: number(f"base motion, base {dof}", c) for dof, c in table("base motion, base", given, expected).items()
-    }
+        return text("base", given, expected)
+    moved = {dof: number(("base", dof), c) for dof, c in table("base", given, expected).items()}
     if not any(moved.values()):
-        raise wrong("base motion, base", given, expected)
+        raise wrong("base", given, expected)
     return moved
 
 
-def _motion_faults(name: str, base: Any, motion: Any) -> list[str]:
-    """Base and motion belong together."""
-    expected = 'expected "displacement" or "acceleration"'
-    if base is None:
-        return [f"{name}: motion is given without base; give both for a support that moves"] if motion else []
-    if not isinstance(motion, str) or motion not in MOTIONS:
-        return [f"{name}, motion: found {shown(motion)}; {expected}, what is given of the support"]
-    return []
+def _motion(given: Any) -> str:
+    """What is given of the support."""
+    expected = '"displacement" or "acceleration", what is given of the support'
+    if not isinstance(given, str) or given not in MOTIONS:
+        raise wrong("motion", given, expected)
+    return given

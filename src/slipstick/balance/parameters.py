@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from slipstick.balance.contacts import prescribed
+from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
 from slipstick.contact import traits
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
 from slipstick.structure.dynamic import structure_values
 
 if TYPE_CHECKING:
+    from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
 
 
@@ -29,6 +30,22 @@ ALL = "*"
 
 RUBBING = "rubbing"
 """Stands for all contacts in names of components of the rubbing motion, where no contact is called so."""
+
+
+class Parts(Protocol):
+    """What has named parameters: a problem, or as much of one as is known."""
+
+    @property
+    def contacts(self) -> Sequence[ContactPair]:
+        """Its contacts."""
+
+    @property
+    def loads(self) -> Sequence[Load]:
+        """Its loads."""
+
+    @property
+    def structure(self) -> Any:
+        """Its structure."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +66,7 @@ class Target:
         return [own.index(member) for member in self.members if member in own]
 
 
-def parameter_target(problem: Problem, name: str) -> Target:
+def parameter_target(problem: Parts, name: str) -> Target:
     """What a name stands for; raises InputError with a suggestion where nothing has it."""
     if text("parameter", name, 'a name such as "damper.mu"') in FACTORS:
         return Target(quantity=name)
@@ -62,10 +79,30 @@ def parameter_target(problem: Problem, name: str) -> Target:
         return Target(quantity=found[1], load=found[0])
     if name in structure_values(problem.structure):
         return Target(quantity=name, structure=True)
-    raise InputError(f"there is no parameter '{name}'; {suggestion(name, [*known_parameters(problem)])}")
+    raise InputError(
+        Fault(statement=f"there is no parameter '{name}'", remedy=suggestion(name, [*known_parameters(problem)]))
+    )
 
 
-def _members(problem: Problem, owner: str, quantity: str) -> tuple[tuple[int, int], ...]:
+def changed(parts: Parts, target: Target, name: str, value: float) -> dict[str, Any]:
+    """The parts that change with a parameter, by name; InputError where they cannot take the value."""
+    if target.load is not None:
+        if target.quantity == "amplitude" and value < 0:
+            raise InputError(Fault(name, found=f"{value:g}", expected="an amplitude >= 0"))
+        return {"loads": target.load.changed(tuple(parts.loads), target.quantity, value)}
+    if target.structure:
+        return {"structure": parts.structure.changed(**{target.quantity: value})}
+    if not target.members:
+        if target.quantity != "load" and value < 0:
+            raise InputError(Fault(name, found=f"{value:g}", expected="a factor >= 0"))
+        return {target.quantity: value}
+    contacts = list(parts.contacts)
+    for p, k in target.members:
+        contacts[p] = contacts[p].with_value(target.quantity, value, k)
+    return {"contacts": contacts}
+
+
+def _members(problem: Parts, owner: str, quantity: str) -> tuple[tuple[int, int], ...]:
     """Contact pair and place in it of each contact that ``owner`` stands for and that has the quantity."""
     named = {name for pair in problem.contacts for name in (pair.name, *pair.elements)}
     if owner == RUBBING and RUBBING not in named and RubbingMotion.is_component(quantity):
@@ -78,7 +115,7 @@ def _members(problem: Problem, owner: str, quantity: str) -> tuple[tuple[int, in
     )
 
 
-def known_parameters(problem: Problem) -> Iterator[str]:
+def known_parameters(problem: Parts) -> Iterator[str]:
     """Every name that can be followed, swept or changed."""
     for pair in problem.contacts:
         for owner in dict.fromkeys((pair.name, *pair.elements)):

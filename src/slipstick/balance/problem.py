@@ -16,12 +16,12 @@ from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import Given, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
-from slipstick.balance.parameters import FACTORS, Target, parameter_target
+from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.warm import cold_pairs
 from slipstick.contact import traits
 from slipstick.contact.rubbing import common_period
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     Gathering,
     names,
@@ -106,11 +106,13 @@ class Problem:
     told: frozenset[str] | None = field(default=frozenset(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name, value in _right_kinds(self).items():
+        values, faults = _right_kinds(self)
+        for name, value in values.items():
             object.__setattr__(self, name, value)
-        if self.outputs is None:
+        wrong = {str(name) for fault in faults for name in fault.where[:1]}
+        if self.outputs is None and "structure" not in wrong:
             object.__setattr__(self, "outputs", tuple(self._default_outputs()))
-        faults = problem_faults(self)
+        faults += problem_faults(self, wrong)
         if faults:
             raise InputError(faults)
         if self.heated is not None:
@@ -231,7 +233,11 @@ class Problem:
         """What a named parameter such as "tip.velocity", "load.x.phase" or "load" is; InputError if there is none."""
         target = parameter_target(self, name)
         if self.heated is not None and target.members and self.heated.follows(target.quantity, target.elements(self)):
-            raise InputError(f"{name} follows the temperature by its table; use the factor 'friction' instead")
+            raise InputError(
+                Fault(
+                    statement=f"{name} follows the temperature by its table", remedy="use the factor 'friction' instead"
+                )
+            )
         return target
 
     def parameter(self, name: str) -> float:
@@ -255,56 +261,45 @@ class Problem:
         return replace(self, told=None, **self._changed(name, value))
 
     def _changed(self, name: str, value: float) -> dict[str, Any]:
-        target, value = self.parameter_target(name), number(name, value)
-        if target.load is not None:
-            if target.quantity == "amplitude" and value < 0:
-                raise InputError(f"{name}: found {value:g}; expected an amplitude >= 0")
-            return {"loads": target.load.changed(tuple(self.loads), target.quantity, value)}
-        if target.structure:
-            return {"structure": self.structure.changed(**{target.quantity: value})}  # type: ignore[attr-defined]
-        if not target.members:
-            if target.quantity != "load" and value < 0:
-                raise InputError(f"{name}: found {value:g}; expected a factor >= 0")
-            return {target.quantity: value}
-        contacts = list(self.contacts)
-        for p, k in target.members:
-            contacts[p] = contacts[p].with_value(target.quantity, value, k)
-        return {"contacts": contacts}
+        return changed(self, self.parameter_target(name), name, number(name, value))
 
 
-def _right_kinds(problem: Problem) -> dict[str, Any]:
-    """The fields in the form that is computed with; InputError for everything of another kind."""
+def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
+    """The fields in the form that is computed with, and what is of another kind; of lists, what is right stays."""
     found, structure = Gathering(), problem.structure
-    values: dict[str, Any] = {}
     missing = [m for m in _MEMBERS if not hasattr(type(structure), m) and not hasattr(structure, m)]
     if missing or isinstance(structure, type):
-        found.problems.append(
-            f"structure: found {shown(structure)}; expected one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
-        )
-    values["contacts"] = found.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair")
-    values["loads"] = found.take(several, "loads", problem.loads, Load, "an ss.Load")
-    values["harmonics"] = found.take(Harmonics.of, problem.harmonics)
+        expected = "one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
+        found.faults.append(Fault("structure", found=shown(structure), expected=expected))
+    values: dict[str, Any] = {
+        "contacts": found.take(several, "contacts", problem.contacts, ContactPair, "an ss.ContactPair"),
+        "loads": found.take(several, "loads", problem.loads, Load, "an ss.Load"),
+        "harmonics": found.take(Harmonics.of, problem.harmonics),
+        "period_ratio": found.take(_ratio, problem.period_ratio),
+        "title": found.take(text, "title", problem.title),
+        "units": found.take(Units.of, problem.units),
+    }
+    values |= {factor: found.take(number, factor, getattr(problem, factor)) for factor in FACTORS}
     if problem.outputs is not None:
         values["outputs"] = found.take(names, "outputs", problem.outputs)
-    values["period_ratio"] = found.take(_ratio, problem.period_ratio)
-    values["title"] = found.take(text, "title", problem.title)
-    values["units"] = found.take(Units.of, problem.units)
-    for factor in FACTORS:
-        values[factor] = found.take(number, f"{factor} factor", getattr(problem, factor))
     if problem.thermal is not None:
         found.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
     if problem.told is not None:
-        told = found.take(names, "told", problem.told, "warnings given already, or None")
-        values["told"] = frozenset(told or ())
-    found.end()
-    return values
+        values["told"] = found.take(names, "told", problem.told, "warnings given already, or None")
+        values["told"] = frozenset(values["told"] or ())
+    for name, kind in (("contacts", ContactPair), ("loads", Load)):
+        if values[name] is None:
+            given = getattr(problem, name)
+            values[name] = tuple(x for x in given if isinstance(x, kind)) if isinstance(given, list | tuple) else ()
+    return {name: value for name, value in values.items() if value is not None}, found.faults
 
 
 def _ratio(given: Any) -> tuple[int, int]:
     ratio = tuple(given) if isinstance(given, tuple | list) else ()
     if len(ratio) != 2:
         raise wrong("period_ratio", given, "two whole numbers >= 1 such as (3, 2)")
-    return whole("period_ratio", ratio[0], 1), whole("period_ratio", ratio[1], 1)
+    first, second = (whole(("period_ratio", i), part, 1) for i, part in enumerate(ratio))
+    return first, second
 
 
 def direction_vectors(dofs: Sequence[str], directions: Sequence[Mapping[str, float]]) -> Array:

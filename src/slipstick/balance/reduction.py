@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipstick.errors import Fault
 from slipstick.structure.truncation import REFUSED, WARNED_REDUCTION, WorstError
 from slipstick.typing import Array
 
@@ -76,12 +77,13 @@ def reduction_attributes(problem: Problem) -> dict[str, str]:
 
 def reduction_faults(
     problem: Problem, omega: Sequence[float], count: Callable[[float], int | None] | None = None
-) -> list[str]:
+) -> list[Fault]:
     """Why the reduced structure is of no use over the range; ``count`` tells how many modes lie below a frequency."""
     worst = worst_error(problem, omega)
     if worst is None or not worst.refused:
         return []
-    return [worst.sentence(count(worst.needed) if count is not None else None, problem.units.angular)]
+    modes = count(worst.needed) if count is not None else None
+    return [Fault(statement=worst.sentence(modes, problem.units.angular))]
 
 
 def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from slipstick.contact import traits
+from slipstick.errors import Fault
 from slipstick.thermal.model import HeatedContacts
 
 if TYPE_CHECKING:
@@ -23,12 +24,15 @@ def cold_pairs(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContact
     return tuple(changed)
 
 
-def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> list[str]:
-    """Contacts that cannot be heated, in sentences."""
+def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> list[Fault]:
+    """Contacts that cannot be heated."""
     missing = [port for port in traits.optional_ports(batch.law) if port == "normal"]
     return [
-        f"contact '{heated.names[e]}': kn depends on temperature but the contact has no normal direction, so its "
-        "normal load is constant; give a normal direction, or no table of kn"
+        Fault(
+            ("contact", heated.names[e]),
+            "kn depends on temperature but the contact has no normal direction, so its normal load is constant",
+            remedy="give a normal direction, or no table of kn",
+        )
         for e, (p, k) in enumerate(batch.members)
         if missing and pairs[p].direction("normal", k) is None and heated.follows("kn", [e])
     ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, numbers, same_length, warn, whole, wrong
 from slipstick.trig.harmonics import HIGHEST, Harmonics
 from slipstick.typing import Array
@@ -166,9 +166,9 @@ def _checked(
     kept = found.take(Harmonics.of, orders)
     count = found.take(whole, "lobes", lobes, 1, HIGHEST)
     if arm is not None and np.any(np.asarray(arm) < SMALLEST):
-        found.problems.append(f"radius: found {np.min(arm):g}; expected a length > 0")
+        found.faults.append(Fault("radius", found=f"{np.min(arm):g}", expected="a length > 0"))
     if turning is not None and abs(turning) < SMALLEST:
-        found.problems.append("speed: found 0; expected a speed in rad/s other than 0")
+        found.faults.append(Fault("speed", found="0", expected="a speed in rad/s other than 0"))
     found.end()
     same_length("casing motion", {"angles": at, "radius": arm})
     assert kept is not None and count is not None and turning is not None  # noqa: PT018
@@ -203,8 +203,11 @@ def _sampled(profile: Callable[[Any], Any], angle: Array) -> Array:
     if np.any(differ):
         at = int(np.argmax(differ))
         raise InputError(
-            f"profile: found {once[at]:g} at angle {probes[at]:.4g} but {again[at]:g} a turn later; "
-            "expected a function with period 2 pi"
+            Fault(
+                "profile",
+                found=f"{once[at]:g} at angle {probes[at]:.4g} but {again[at]:g} a turn later",
+                expected="a function with period 2 pi",
+            )
         )
     return heights
 
@@ -226,21 +229,28 @@ def _corners(profile: Any) -> tuple[Array, Array]:
     """Angles in [0, 2 pi), increasing, and heights of a table."""
     table = numbers("profile", profile, _EXPECTED)
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3:
-        raise InputError(f"profile: found a table of shape {table.shape}; expected {_EXPECTED}, at least 3 rows")
+        raise InputError(
+            Fault("profile", found=f"a table of shape {table.shape}", expected=f"{_EXPECTED}, at least 3 rows")
+        )
     angle, height = table.T
     steps, turn = np.diff(angle), 2.0 * np.pi
     if np.any(steps <= 0.0):
         row = int(np.argmax(steps <= 0.0)) + 2
-        raise InputError(f"profile: row {row} has an angle not above the one before; expected growing angles")
+        raise InputError(
+            Fault("profile", f"row {row} has an angle not above the one before", expected="growing angles")
+        )
     if angle[-1] - angle[0] > turn * (1.0 + 1e-9):
         raise InputError(
-            f"profile: its angles go from {angle[0]:g} to {angle[-1]:g}; expected at most one turn, 2 pi rad"
+            Fault("profile", f"its angles go from {angle[0]:g} to {angle[-1]:g}", expected="at most one turn, 2 pi rad")
         )
     if angle[-1] - angle[0] > turn * (1.0 - 1e-9):
         if abs(height[-1] - height[0]) > 1e-6 * np.ptp(height):
             raise InputError(
-                f"profile: found {height[0]:g} in the first row but {height[-1]:g} a turn later in the last; "
-                "expected the same height"
+                Fault(
+                    "profile",
+                    found=f"{height[0]:g} in the first row but {height[-1]:g} a turn later in the last",
+                    expected="the same height",
+                )
             )
         angle, height = angle[:-1], height[:-1]
     order = np.argsort(angle % turn)

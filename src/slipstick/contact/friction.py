@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, same_length, shown
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -73,8 +73,11 @@ class FrictionContact(FrictionLaw):
             if value is not None or name not in ("gap", "normal_load"):
                 values[name] = found.take(_checked, name, value)
         if gap is None and normal_load is None:
-            found.problems.append(
-                "the normal load is missing; give normal_load=800.0, or gap=-800.0 (interference) with kn=1.0"
+            found.faults.append(
+                Fault(
+                    statement="the normal load is missing",
+                    remedy="give normal_load=800.0, or gap=-800.0 (interference) with kn=1.0",
+                )
             )
         found.end()
         found.take(same_length, "friction contact", values)
@@ -107,7 +110,7 @@ class FrictionContact(FrictionLaw):
 def _checked(name: str, value: Any) -> Any:
     value = number_or_numbers(name, value)
     if name != "gap" and np.any(np.asarray(value) < 0):
-        raise InputError(f"{name}: found {shown(value)}, negative; expected a value >= 0")
+        raise InputError(Fault(name, found=f"{shown(value)}, negative", expected="a value >= 0"))
     return value
 
 
@@ -118,13 +121,19 @@ def _gap(kn: Any, gap: Any, load: Any) -> Any:
         carried = kn * np.maximum(-np.asarray(gap), 0.0)
         if np.any(np.abs(carried - load) > _SAME * np.maximum(carried, load)):
             raise InputError(
-                f"gap = {shown(gap)} carries the normal load {shown(carried.tolist())}, but normal_load = "
-                f"{shown(load.tolist())} is given too; give one of them"
+                Fault(
+                    statement=f"gap = {shown(gap)} carries the normal load {shown(carried.tolist())}, but "
+                    f"normal_load = {shown(load.tolist())} is given too",
+                    remedy="give one of them",
+                )
             )
         return gap
     if np.any(kn * LARGEST < load):
         raise InputError(
-            f"kn = {shown(kn.tolist())} is too small to carry the normal load {shown(load.tolist())}; give a larger kn"
+            Fault(
+                statement=f"kn = {shown(kn.tolist())} is too small to carry the normal load {shown(load.tolist())}",
+                remedy="give a larger kn",
+            )
         )
     found = np.divide(-load, kn, out=np.zeros(np.broadcast_shapes(kn.shape, load.shape)), where=(load > 0) & (kn > 0))
     return _checked("gap", found)
@@ -133,7 +142,7 @@ def _gap(kn: Any, gap: Any, load: Any) -> Any:
 def _coefficients(name: str, value: ArrayLike, size: int) -> Array:
     array = numbers(name, value, "finite real coefficients")
     if array.shape[-1:] != (size,) or array.ndim > 2:
-        raise InputError(f"{name}: found shape {array.shape}; expected ({size},) or (n_elements, {size})")
+        raise InputError(Fault(name, found=f"shape {array.shape}", expected=f"({size},) or (n_elements, {size})"))
     return array
 
 
@@ -194,7 +203,11 @@ def contact_forces(
         shape = np.broadcast_shapes(*lead)
     except ValueError:
         raise InputError(
-            f"contact forces: numbers of elements do not agree; found {[s for s in lead if s]} in X, Y, U, parameters"
+            Fault(
+                "contact forces",
+                "numbers of elements do not agree",
+                remedy=f"found {[s for s in lead if s]} in X, Y, U, parameters",
+            )
         ) from None
     many = (*(shape or (1,)), harmonics.size)
     v, kt, mu, kn, gap = (np.broadcast_to(p, many[:-1]) for p in parts)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.errors import InputError
-from slipstick.faults import Gathering, number_or_numbers, same_length, whole, wrong
+from slipstick.errors import Fault, InputError, Where
+from slipstick.faults import Gathering, number_or_numbers, same_length, shown, whole, wrong
 from slipstick.trig.harmonics import Harmonics
 
 MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
@@ -50,13 +50,13 @@ class RubbingMotion:
 
     def __post_init__(self) -> None:
         found = Gathering()
-        values: dict[str, Any] = {"velocity": found.take(number_or_numbers, "rubbing velocity", self.velocity)}
+        values: dict[str, Any] = {"velocity": found.take(number_or_numbers, ("rubbing", "velocity"), self.velocity)}
         for part in MOTION_PARTS:
             least = int(part.endswith("sin"))
-            values[part] = found.take(_amplitudes, f"rubbing {part}", getattr(self, part), least=least)
+            values[part] = found.take(_amplitudes, ("rubbing", part), getattr(self, part), least=least)
         found.end()
         amplitudes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
-        same_length("rubbing motion", {"velocity": values["velocity"], **amplitudes})
+        same_length("rubbing", {"velocity": values["velocity"], **amplitudes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -116,7 +116,9 @@ class RubbingMotion:
 def _split(name: str) -> tuple[str, int]:
     found = _COMPONENT.fullmatch(name)
     if found is None:
-        raise InputError(f"rubbing motion: there is no component '{name}'; expected velocity, cos1, normal_sin2, ...")
+        raise InputError(
+            Fault("rubbing", f"there is no component '{name}'", expected="velocity, cos1, normal_sin2, ...")
+        )
     return found[1], int(found[2])
 
 
@@ -132,14 +134,14 @@ def _coefficients(
     return out
 
 
-def _amplitudes(name: str, given: Any, least: int) -> dict[int, Any]:
+def _amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
     """Amplitudes by whole order >= ``least``."""
     if not isinstance(given, Mapping):
         raise wrong(name, given, "amplitudes by harmonic such as {1: 2.0}")
     found, amplitudes = Gathering(), {}
     for order, value in given.items():
-        at = found.take(whole, f"{name}, harmonic", order, least)
-        amplitude = found.take(number_or_numbers, f"{name} {order}", value)
+        at = found.take(whole, (*name, "harmonic"), order, least)
+        amplitude = found.take(number_or_numbers, (*name, shown(order)), value)
         if at is not None and amplitude is not None:
             amplitudes[at] = amplitude
     found.end()

@@ -71,7 +71,7 @@ class SampledLaw:
             "ports": found.take(_ports, self.ports),
             "samples": None if self.samples is None else found.take(whole, "law samples", self.samples, 4, MOST_ITEMS),
         }
-        if not found.problems:
+        if not found.faults:
             found.take(_callable, self.force, values["parameters"])
         found.end()
         for name, value in values.items():

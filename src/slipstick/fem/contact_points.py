@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, listed, numbers, shown, whole, wrong
 from slipstick.typing import Array
 
@@ -66,7 +66,9 @@ class ContactPoints:
         flat = wanted - (self.normals @ wanted)[:, None] * self.normals
         size = np.linalg.norm(flat, axis=1)
         if not np.all(size > max(1e-3 * np.linalg.norm(wanted), SMALLEST)):
-            raise InputError(f"direction: {wanted.tolist()} is normal to the surface; give one along it")
+            raise InputError(
+                Fault("direction", f"{wanted.tolist()} is normal to the surface", remedy="give one along it")
+            )
         return np.asarray(flat / size[:, None])
 
     def tangential(self, direction: ArrayLike) -> list[dict[str, float]]:
@@ -98,7 +100,7 @@ class ContactPoints:
         given = listed("points", points, '"all" or numbers counted from 1')
         numbers = [whole("points", p, 1, self.count) for p in given]
         if not numbers or len(set(numbers)) != len(numbers):
-            raise InputError(f"points: found {shown(numbers)}; give every point once")
+            raise InputError(Fault("points", found=shown(numbers), remedy="give every point once"))
         return [p - 1 for p in numbers]
 
     def share(self, total: float, points: str | Iterable[int] = "all") -> Array:
@@ -117,6 +119,8 @@ class ContactPoints:
             If the body has no influence matrix.
         """
         if self.influence is None:
-            raise InputError("influence: the body has no influence matrix; give films or cold and a conductivity")
+            raise InputError(
+                Fault("influence", "the body has no influence matrix", remedy="give films or cold and a conductivity")
+            )
         at = self.chosen(points)
         return np.asarray(self.influence[np.ix_(at, at)] + np.diag(np.broadcast_to(np.asarray(own, float), len(at))))

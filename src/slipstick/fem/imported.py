@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import suggestion
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
@@ -78,9 +78,9 @@ class ImportedModel:
     materials: Mapping[str, Material] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        problems = list(_problems(self))
-        if problems:
-            raise InputError(problems)
+        faults = list(_faults(self))
+        if faults:
+            raise InputError(faults)
 
     def announce(self) -> None:
         """Give each of ``warnings`` as SlipstickWarning, in the name of whoever called the caller."""
@@ -164,7 +164,7 @@ class ImportedModel:
         """Node labels of several named sets."""
         known = user_names(self.node_sets)
         unknown = [
-            f"fixed: there is no node set '{name}' in the model; {suggestion(name, known)}"
+            Fault("fixed", f"there is no node set '{name}' in the model", remedy=suggestion(name, known))
             for name in sets
             if name not in self.node_sets
         ]
@@ -201,7 +201,7 @@ def _directions(components: str) -> set[str]:
     return {part for word in words for part in ([word] if word in COMPONENTS else list(word))}
 
 
-def _problems(model: ImportedModel) -> Iterator[str]:
+def _faults(model: ImportedModel) -> Iterator[str]:
     n = len(model.dof_nodes)
     for name in ("K", "M", "C"):
         matrix = getattr(model, name)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import SMALLEST, Gathering, number, wrong
+from slipstick.faults import SMALLEST, Gathering, Name, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array
 
@@ -37,11 +37,11 @@ class Material:
     def __post_init__(self) -> None:
         found = Gathering()
         values = {
-            "young": found.take(number, "material, young", self.young, "a modulus > 0", above=SMALLEST),
-            "poisson": found.take(_ratio, "material, poisson", self.poisson),
-            "density": found.take(number, "material, density", self.density, "a density >= 0", above=0.0),
+            "young": found.take(number, ("material", "young"), self.young, "a modulus > 0", above=SMALLEST),
+            "poisson": found.take(_ratio, ("material", "poisson"), self.poisson),
+            "density": found.take(number, ("material", "density"), self.density, "a density >= 0", above=0.0),
             "conductivity": found.take(
-                number, "material, conductivity", self.conductivity, "a conductivity >= 0", above=0.0
+                number, ("material", "conductivity"), self.conductivity, "a conductivity >= 0", above=0.0
             ),
         }
         found.end()
@@ -59,7 +59,7 @@ class Material:
         return self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
 
 
-def _ratio(name: str, value: Any) -> float:
+def _ratio(name: Name, value: Any) -> float:
     expected = "a ratio between -1 and 0.5, both excluded"
     found = number(name, value, expected)
     if not -1.0 < found < 0.5:

@@ -71,9 +71,9 @@ class Mesh:
     element_labels: Mapping[str, IntArray] | None = None
 
     def __post_init__(self) -> None:
-        problems = list(_problems(self))
-        if problems:
-            raise InputError(problems)
+        faults = list(_faults(self))
+        if faults:
+            raise InputError(faults)
 
     @property
     def n_nodes(self) -> int:
@@ -133,7 +133,7 @@ def _named(group: Mapping[str, T], name: str, what: str, known: Iterable[str] | 
     return group[name]
 
 
-def _problems(mesh: Mesh) -> Iterator[str]:
+def _faults(mesh: Mesh) -> Iterator[str]:
     nodes = np.asarray(mesh.nodes)
     if nodes.ndim != 2 or nodes.shape[1] != 3 or not len(nodes):
         yield f"mesh nodes have shape {nodes.shape}; expected (n_nodes, 3)"
@@ -143,12 +143,10 @@ def _problems(mesh: Mesh) -> Iterator[str]:
     if not any(len(block) for block in mesh.blocks.values()):
         yield "the mesh has no elements"
     for kind, block in mesh.blocks.items():
-        yield from _connectivity_problems(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
+        yield from _connectivity_faults(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
     for name, surface in mesh.surfaces.items():
         for kind, faces in surface.faces.items():
-            yield from _connectivity_problems(
-                f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes)
-            )
+            yield from _connectivity_faults(f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes))
     for name, group in mesh.node_sets.items():
         if len(group) and (np.min(group) < 0 or np.max(group) >= len(nodes)):
             yield f"node set '{name}' holds an index outside 0..{len(nodes) - 1}"
@@ -158,7 +156,7 @@ def _problems(mesh: Mesh) -> Iterator[str]:
         yield f"node labels: expected {len(nodes)} different numbers, one a node"
 
 
-def _connectivity_problems(what: str, element: Element | None, block: IntArray, n_nodes: int) -> Iterator[str]:
+def _connectivity_faults(what: str, element: Element | None, block: IntArray, n_nodes: int) -> Iterator[str]:
     if element is None:
         yield f"{what}: this type is not known; known are {', '.join([*ELEMENTS, *FACES])}"
     elif block.ndim != 2 or block.shape[1] != element.n_nodes:

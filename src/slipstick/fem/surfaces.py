@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.elements import FACES
 from slipstick.fem.loads import area_weights
@@ -75,7 +75,9 @@ def spread_nodes(mesh: Mesh, surface: Surface, count: int) -> IntArray:
     """
     nodes = surface.nodes
     if not 1 <= count <= len(nodes):
-        raise InputError(f"contacts: {count} nodes asked on a surface of {len(nodes)}; ask for 1 to {len(nodes)}")
+        raise InputError(
+            Fault("contacts", f"{count} nodes asked on a surface of {len(nodes)}", remedy=f"ask for 1 to {len(nodes)}")
+        )
     points, shares = mesh.nodes[nodes], area_weights(mesh, surface)[nodes]
     centres = points[_farthest(points, shares, count)]
     for _ in range(100):
@@ -152,15 +154,19 @@ def _located(mesh: Mesh, surface: Surface, at: NDArray[Any]) -> tuple[IntArray, 
         return surface.nodes[_distances(mesh.nodes[surface.nodes], positions).argmin(axis=0)], positions
     if at.ndim > 1 or not np.issubdtype(at.dtype, np.integer) or not at.size:
         raise InputError(
-            f"contacts: expected node indices (n,) or positions (n, 3); found {at.dtype} of shape {at.shape}"
+            Fault(
+                "contacts",
+                found=f"{at.dtype} of shape {at.shape}",
+                expected="node indices (n,) or positions (n, 3)",
+            )
         )
     nodes = np.atleast_1d(at).astype(np.int64)
     outside = nodes[~np.isin(nodes, surface.nodes)]
     if len(outside):
         named = mesh.labels[outside[0]] if 0 <= outside[0] < mesh.n_nodes else f"index {outside[0]}"
-        raise InputError(f"contacts: node {named} is not on the surface ({len(outside)} such in the list)")
+        raise InputError(Fault("contacts", f"node {named} is not on the surface ({len(outside)} such in the list)"))
     if len(np.unique(nodes)) != len(nodes):
-        raise InputError("contacts: a contact node is given twice; name each node once")
+        raise InputError(Fault("contacts", "a contact node is given twice", remedy="name each node once"))
     return nodes, mesh.nodes[nodes]
 
 
@@ -174,8 +180,11 @@ def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tupl
         total += density.sum()
     if not total > 0.05 * radius**2:
         raise InputError(
-            f"contact patch at {position.tolist()}: radius {radius:.3g} meets too little of the surface; "
-            "enlarge it, or move the contact"
+            Fault(
+                f"contact patch at {position.tolist()}",
+                f"radius {radius:.3g} meets too little of the surface",
+                remedy="enlarge it, or move the contact",
+            )
         )
     return weights / total, normal / np.linalg.norm(normal)
 

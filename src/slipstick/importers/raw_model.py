@@ -110,17 +110,17 @@ def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> Imp
         One sentence a fault: K or M missing, sizes that differ, no dof map, asymmetry, negative diagonal, rows without
         stiffness.
     """
-    problems = list(_size_problems(raw, source))
-    if problems:
-        raise InputError(problems)
+    faults = list(_size_faults(raw, source))
+    if faults:
+        raise InputError(faults)
     full = {name: full_symmetric(matrix, f"{source}: {name}") for name, matrix in raw.matrices.items()}
     assert raw.dof_map is not None
     nodes, components = raw.dof_map.nodes, raw.dof_map.components
     held = _held(raw.dof_map, raw.nodes.held)
     empty = np.logical_and.reduce([empty_rows(matrix) for matrix in full.values()]) & ~held
-    problems = list(_diagonal_problems(full, held | empty, nodes, components, source))
-    if problems:
-        raise InputError(problems)
+    faults = list(_diagonal_faults(full, held | empty, nodes, components, source))
+    if faults:
+        raise InputError(faults)
     notes = list(raw.notes)
     if empty.any():
         notes.append(
@@ -143,7 +143,7 @@ def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> Imp
     )
 
 
-def _size_problems(raw: RawModel, source: str) -> Iterator[str]:
+def _size_faults(raw: RawModel, source: str) -> Iterator[str]:
     for name, word in (("K", "stiffness"), ("M", "mass")):
         if name not in raw.matrices:
             yield f"{source}: no {word} matrix {name}; give the file that holds it"
@@ -170,7 +170,7 @@ def _some(nodes: IntArray, components: IntArray, chosen: NDArray[np.bool_]) -> s
     return name_rows(nodes[chosen], components[chosen])
 
 
-def _diagonal_problems(
+def _diagonal_faults(
     full: Mapping[str, csr_array], out: NDArray[np.bool_], nodes: IntArray, components: IntArray, source: str
 ) -> Iterator[str]:
     if np.all(out):

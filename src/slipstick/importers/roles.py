@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_files import MESH_SUFFIXES
 
@@ -75,7 +75,10 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
             role = _role(path)
             if role in matrices and suffix not in (".op4", ".pch"):
                 raise InputError(
-                    f"{matrices[role].name} and {path.name} both look like the matrix {role}; say which is the mass"
+                    Fault(
+                        statement=f"{matrices[role].name} and {path.name} both look like the matrix {role}",
+                        remedy="say which is the mass",
+                    )
                 )
             matrices[role if role not in matrices else f"{role}{len(matrices)}"] = path
         elif suffix in _MAPS and path != dof_map:
@@ -110,12 +113,24 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
     if not roles.matrices:
         used.add(paths[0])
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
-    faults = [f"{path.name}: what it is for does not show; leave it out" for path in paths if path not in used | beside]
+    faults = [
+        Fault(path.name, "what it is for does not show", remedy="leave it out")
+        for path in paths
+        if path not in used | beside
+    ]
     if roles.matrices and options.quadratic:
-        faults.append("quadratic: the matrices have elements already; import the mesh alone, or mesh it quadratic")
+        faults.append(
+            Fault(
+                "quadratic", "the matrices have elements already", remedy="import the mesh alone, or mesh it quadratic"
+            )
+        )
     if roles.matrices and options.material is not None and roles.nodes is None:
-        faults.append("material: matrices hold their material already; give it with a mesh, or leave it out")
+        faults.append(
+            Fault("material", "matrices hold their material already", remedy="give it with a mesh, or leave it out")
+        )
     if paths[0].suffix.lower() in MODELS and (options.material is not None or options.quadratic):
-        faults.append(f"{paths[0].name}: holds matrices; a material or quadratic has no effect on them: leave it out")
+        faults.append(
+            Fault(paths[0].name, "holds matrices", remedy="a material or quadratic has no effect on them: leave it out")
+        )
     if faults:
         raise InputError(faults)

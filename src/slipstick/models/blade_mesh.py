@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Gathering, number, suggestion
 from slipstick.fem.boundary import boundary
 from slipstick.fem.mesh import Mesh, Surface
@@ -83,27 +83,30 @@ class BladeShape:
     stretch: float = 1.5
 
     def __post_init__(self) -> None:
-        found = Gathering()
+        gathered = Gathering()
         for f in fields(self):
             signed = f.name in ("twist", "camber")
             least, expected = (-LARGEST, "a finite number") if signed else (SMALLEST, "a finite number > 0")
-            value = found.take(number, f"blade, {f.name}", getattr(self, f.name), expected, above=least)
+            value = gathered.take(number, ("blade", f.name), getattr(self, f.name), expected, above=least)
             low, high, unit = _RANGES.get(f.name, (-LARGEST, LARGEST, ""))
             if value is not None and not low <= value <= high:
-                found.problems.append(f"blade: {f.name} = {value:g}; expected {low:g} to {high:g} {unit}")
-        found.end()
-        problems = []
+                gathered.faults.append(
+                    Fault(("blade", f.name), found=f"{value:g}", expected=f"{low:g} to {high:g} {unit}")
+                )
+        gathered.end()
+        faults = []
         if not self.height > self.root_height + self.shroud_height:
-            problems.append(f"blade: height = {self.height} leaves no aerofoil above root_height + shroud_height")
-        if not problems and not self.element_size < self.chord:
-            problems.append(
-                f"blade: element_size = {self.element_size} is not below the chord, {self.chord}; give metres"
-            )
+            found = f"{self.height}, which leaves no aerofoil above root_height + shroud_height"
+            faults.append(Fault(("blade", "height"), found=found))
+        if not faults and not self.element_size < self.chord:
+            found = f"{self.element_size}, which is not below the chord, {self.chord}"
+            faults.append(Fault(("blade", "element_size"), found=found, remedy="give metres"))
         across = self.chord / self.element_size
-        if not problems and self.height / (self.stretch * self.element_size) * across * across > MOST_ELEMENTS:
-            problems.append(f"blade: element_size = {self.element_size} makes too many elements; give a larger one")
-        if problems:
-            raise InputError(problems)
+        if not faults and self.height / (self.stretch * self.element_size) * across * across > MOST_ELEMENTS:
+            found = f"{self.element_size}, which makes too many elements"
+            faults.append(Fault(("blade", "element_size"), found=found, remedy="give a larger one"))
+        if faults:
+            raise InputError(faults)
 
 
 def blade_shape(size: str = "large", **dimensions: float) -> BladeShape:
@@ -115,7 +118,7 @@ def blade_shape(size: str = "large", **dimensions: float) -> BladeShape:
         For another size, or dimensions that make no blade.
     """
     if size not in ELEMENT_SIZES:
-        raise InputError(f"size: found '{size}'; {suggestion(size, tuple(ELEMENT_SIZES))}")
+        raise InputError(Fault("size", found=f"'{size}'", remedy=suggestion(size, tuple(ELEMENT_SIZES))))
     return BladeShape(element_size=ELEMENT_SIZES[size], **dimensions)
 
 

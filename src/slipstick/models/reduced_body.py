@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import (
     SMALLEST,
     Gathering,
@@ -234,11 +234,11 @@ def _wanted(
     pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
     shapes = {} if pressure is None else found.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
     for name, on in (shapes or {}).items():
-        found.take(text, f"pressure {shown(name)}", on, "the name of a surface")
+        found.take(text, ("pressure", name), on, "the name of a surface")
     expected = "convection coefficients by surface"
     coefficients = {} if films is None else found.take(table, "films", films, expected)
     for name, film in (coefficients or {}).items():
-        found.take(number, f"films, {shown(name)}", film, "a convection coefficient >= 0", above=0.0)
+        found.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
     if cold is not None:
         found.take(text, "cold", cold, "the name of a node set or surface")
     checked = {
@@ -296,37 +296,46 @@ def _refuse(model: ImportedModel, wanted: _Wanted) -> None:
         raise InputError(faults)
 
 
-def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[str]:
+def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[Fault]:
     if wanted.surface is None:
         if not wanted.keep:
-            yield 'surface: nothing is kept; give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
+            yield Fault(
+                "surface",
+                "nothing is kept",
+                remedy='give surface = "NAME" for contacts on a surface, or keep = ["n123y"]',
+            )
         for key in ("radius", "pressure", "films", "cold"):
             if getattr(wanted, key):
-                yield f"{key}: is given without surface; give the surface the contacts lie on"
+                yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
     if wanted.modes is not None and wanted.accuracy is not None:
-        yield "modes: both modes and accuracy are given; keep one"
+        yield Fault("modes", "both modes and accuracy are given", remedy="keep one")
     if (wanted.accuracy is None) != (wanted.up_to is None):
-        yield "accuracy: accuracy and up_to belong together; give both or neither"
+        yield Fault("accuracy", "accuracy and up_to belong together", remedy="give both or neither")
     free = set(model.dofs) if wanted.keep else set()
     for name in wanted.keep:
         if name not in free:
-            yield f"keep: there is no free dof '{name}' in the model; names look like {', '.join(model.dofs[:3])}"
+            yield Fault(
+                "keep",
+                f"there is no free dof '{name}' in the model",
+                remedy=f"names look like {', '.join(model.dofs[:3])}",
+            )
 
 
-def _name_faults(mesh: Mesh, wanted: _Wanted) -> Iterator[str]:
+def _name_faults(mesh: Mesh, wanted: _Wanted) -> Iterator[Fault]:
     """Surfaces and sets that are not in the mesh."""
     surfaces, sets = user_names(mesh.surfaces), user_names({*mesh.node_sets, *mesh.surfaces})
-    named = {"surface": [wanted.surface] if isinstance(wanted.surface, str) else []}
-    named |= {f"pressure.{shape}": [on] for shape, on in wanted.pressure.items()}
-    for key, given in named.items():
-        for name in given:
-            if name not in mesh.surfaces:
-                yield f"{key}: there is no surface '{name}' in the model; {suggestion(name, surfaces)}"
+    named: dict[Where, str] = {("surface",): wanted.surface} if isinstance(wanted.surface, str) else {}
+    named |= {("pressure", shape): on for shape, on in wanted.pressure.items()}
+    for where, name in named.items():
+        if name not in mesh.surfaces:
+            yield Fault(where, f"there is no surface '{name}' in the model", remedy=suggestion(name, surfaces))
     for name in wanted.films:
         if name not in mesh.surfaces and name != "boundary":
-            yield f"films: there is no surface '{name}' in the model; {suggestion(name, [*surfaces, 'boundary'])}"
+            yield Fault(
+                "films", f"there is no surface '{name}' in the model", remedy=suggestion(name, [*surfaces, "boundary"])
+            )
     if wanted.cold is not None and wanted.cold not in {*mesh.node_sets, *mesh.surfaces}:
-        yield f"cold: there is no node set '{wanted.cold}' in the model; {suggestion(wanted.cold, sets)}"
+        yield Fault("cold", f"there is no node set '{wanted.cold}' in the model", remedy=suggestion(wanted.cold, sets))
 
 
 def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
@@ -335,7 +344,9 @@ def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
     if isinstance(wanted, str):
         return mesh.surface(wanted)
     if "direction" not in wanted or set(wanted) - {"direction", "angle", "depth"}:
-        raise InputError(f"surface: found {dict(wanted)}; expected a name, or direction with angle and depth")
+        raise InputError(
+            Fault("surface", found=shown(dict(wanted)), expected="a name, or direction with angle and depth")
+        )
     return surface_towards(mesh, **wanted)
 
 

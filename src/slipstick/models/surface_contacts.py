@@ -12,7 +12,7 @@ from slipstick.balance.contacts import ContactPair
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.models.reduced_body import ReducedBody
 from slipstick.typing import Array
@@ -58,9 +58,11 @@ def surface_contacts(
     """
     _refuse(body, name, contact, normal, shared, rubbing)
     if body.points is None:
-        raise InputError("points: the body has no contact points; give surface where it is reduced")
-    at = body.points.chosen(points)
-    along, across = body.points.tangential(direction), body.points.normal
+        raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
+    found = Gathering()
+    chosen, directions = found.take(body.points.chosen, points), found.take(body.points.tangential, direction)
+    found.end()
+    at, along, across = chosen or [], directions or [], body.points.normal
     if shared:
         contact = _sharing(contact, body.points.share(1.0, [k + 1 for k in at]))
     motion = rubbing or RubbingMotion()
@@ -83,7 +85,7 @@ def _refuse(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbin
     found.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
     found.take(text, "name", name)
     if not isinstance(contact, Law):
-        found.problems.append(f"contact: found {shown(contact)}; expected ss.FrictionContact(...), or a law")
+        found.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
     found.take(truth, "normal", normal)
     found.take(truth, "shared", shared)
     if rubbing is not None:
@@ -94,16 +96,18 @@ def _refuse(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbin
 def _sharing(contact: Law, shares: Array) -> Law:
     """The contact with a share of its normal load for each of the shares (n,)."""
     if not isinstance(contact, FrictionContact) or np.any(np.asarray(contact.gap) > 0.0):
-        raise InputError(f"shared: found {shown(contact)}; expected a FrictionContact with a normal load to share")
+        raise InputError(
+            Fault("shared", found=shown(contact), expected="a FrictionContact with a normal load to share")
+        )
     if np.ndim(contact.normal_load):
-        raise InputError("shared: found a normal load for each contact; expected one, that of all of them")
+        raise InputError(Fault("shared", found="a normal load for each contact", expected="one, that of all of them"))
     return contact.changed(normal_load=float(contact.normal_load) * shares)
 
 
 def _require_sizes(n: int, values: Mapping[str, ArrayLike]) -> None:
     """InputError for lists that do not have one value for each of n points."""
     faults = [
-        f"{name}: found {np.size(value)} values; expected one, or {n}, one for each of the chosen points"
+        Fault(name, found=f"{np.size(value)} values", expected=f"one, or {n}, one for each of the chosen points")
         for name, value in values.items()
         if np.ndim(value) and np.size(value) != n
     ]

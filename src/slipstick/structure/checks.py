@@ -1,4 +1,4 @@
-"""What is wrong with the arrays a structure is made of: one sentence for each fault."""
+"""What is wrong with the arrays a structure is made of."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
-from slipstick.faults import LARGEST, SMALLEST, listed, shown, table
+from slipstick.errors import Fault, InputError
+from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
 from slipstick.structure.symmetry import ASYMMETRY, asymmetry
 from slipstick.typing import Array
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
 
-OUT_OF_RANGE = f"some entries are not finite or above {LARGEST:g}; look for empty fields, overflow, other units"
-"""What is wrong with an array that is not :func:`within_range`."""
+_WRONG = f"some entries are not finite or above {LARGEST:g}"
+_LOOK = "look for empty fields, overflow, other units"
 
 REAL_MODES = {
     "omega": (
@@ -29,24 +29,24 @@ REAL_MODES = {
 """What to do about complex modal arrays."""
 
 
-def number_faults(name: str, value: Any, remedy: str = "") -> list[str]:
+def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
     """Faults of an array, dense or sparse, that is not of real numbers; an imaginary part of exactly zero passes.
 
-    >>> number_faults("K", [[40.0 + 4.0j]])
-    ['K is complex (imaginary parts up to 4 beside real ones up to 40); expected real numbers']
+    >>> str(*number_faults("K", [[40.0 + 4.0j]]))
+    'K is complex (imaginary parts up to 4 beside real ones up to 40); expected real numbers'
     """
     try:
         array = np.asarray(value.tocoo().data if hasattr(value, "tocoo") else value)
         if array.dtype.kind == "O":
             array = array.astype(complex)
     except (TypeError, ValueError, OverflowError) as error:
-        return [f"{name}: not made of real numbers ({error}); give rows of equal length"]
+        return [Fault(name, f"not made of real numbers ({error})", remedy="give rows of equal length")]
     if array.dtype.kind not in "biufc":
-        return [f"{name}: found values of type {array.dtype}; expected real numbers"]
+        return [Fault(name, found=f"values of type {array.dtype}", expected="real numbers")]
     if array.dtype.kind != "c" or not array.imag.any():
         return []
     found = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
-    return [f"{name} is complex ({found}); expected real numbers" + (f": {remedy}" if remedy else "")]
+    return [Fault(name, f"is complex ({found})", expected="real numbers", remedy=remedy)]
 
 
 def real(value: Any) -> Any:
@@ -58,29 +58,32 @@ def real(value: Any) -> Any:
 
 
 def array_faults(
-    name: str, value: Any, shape: Sequence[int], *, positive: bool = False, non_negative: bool = False
-) -> list[str]:
+    name: Name, value: Any, shape: Sequence[int], *, positive: bool = False, non_negative: bool = False
+) -> list[Fault]:
     """Faults of a real array that must have ``shape`` and finite entries."""
     if value.shape != tuple(shape):
-        return [f"{name}: found shape {value.shape}; expected {tuple(shape)}"]
-    if not within_range(value):
-        return [f"{name}: {OUT_OF_RANGE}"]
+        return [Fault(name, found=f"shape {value.shape}", expected=str(tuple(shape)))]
+    if faults := entry_faults(name, value):
+        return faults
     if positive and np.any(value < SMALLEST):
-        return [f"{name}: the smallest entry is {value.min():g}; expected all positive"]
+        return [Fault(name, f"the smallest entry is {value.min():g}", expected="all positive")]
     if non_negative and np.any(value < 0):
-        return [f"{name}: the smallest entry is {value.min():g}; expected none negative"]
+        return [Fault(name, f"the smallest entry is {value.min():g}", expected="none negative")]
     return []
 
 
-def symmetry_faults(name: str, value: Any, *, tolerance: float = ASYMMETRY) -> list[str]:
+def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> list[Fault]:
     """Faults of a square matrix (dense or sparse) that must be symmetric, see ``asymmetry``."""
     pair = asymmetry(value, tolerance)
     if pair is None:
         return []
     i, j = pair.row + 1, pair.column + 1
     return [
-        f"{name}: not symmetric (entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is {pair.mirrored:.6g}); "
-        "give the full symmetric matrix, not one triangle"
+        Fault(
+            name,
+            f"not symmetric (entry ({i}, {j}) is {pair.entry:.6g}, entry ({j}, {i}) is {pair.mirrored:.6g})",
+            remedy="give the full symmetric matrix, not one triangle",
+        )
     ]
 
 
@@ -89,20 +92,26 @@ def within_range(entries: Any) -> bool:
     return bool(np.all(np.abs(entries) <= LARGEST))
 
 
-def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[str]]:
+def entry_faults(name: Name, entries: Any) -> list[Fault]:
+    """Faults of an array that is not :func:`within_range`."""
+    return [] if within_range(entries) else [Fault(name, _WRONG, remedy=_LOOK)]
+
+
+def checked_names(dofs: Iterable[str]) -> tuple[tuple[str, ...], list[Fault]]:
     """Names of the degrees of freedom and their faults."""
     try:
         names = (dofs,) if isinstance(dofs, str) else listed("dofs", dofs, "a name for each degree of freedom")
     except InputError as error:
-        return (), list(error.problems)
+        return (), list(error.faults)
     if not names:
-        return names, ["dofs: none given; name every degree of freedom of the structure"]
+        return names, [Fault("dofs", "none given", remedy="name every degree of freedom of the structure")]
     wrong = [n for n in names if not isinstance(n, str) or not n]
     if wrong:
-        return names, [f"dofs: found {shown(wrong[0])}; expected non-empty names"]
+        return names, [Fault("dofs", found=shown(wrong[0]), expected="non-empty names")]
     double = [name for name, count in Counter(names).items() if count > 1]
     if double:
-        return names, [f"dofs: the name {shown(min(double))} is used more than once; names must differ"]
+        name = shown(min(double))
+        return names, [Fault("dofs", f"the name {name} is used more than once", remedy="names must differ")]
     return names, []
 
 
@@ -110,22 +119,28 @@ def directions(name: str, value: Any, n_dofs: int) -> Array:
     """Direction vectors as a float array (n_dofs, k); raises InputError if they do not fit."""
     array = np.asarray(value, dtype=float)
     if array.ndim != 2 or array.shape[0] != n_dofs or not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: found shape {array.shape}; expected ({n_dofs}, number of directions), finite")
+        raise InputError(
+            Fault(name, found=f"shape {array.shape}", expected=f"({n_dofs}, number of directions), finite")
+        )
     return array
 
 
-def named_shapes(given: Any, faults: list[str]) -> dict[str, Any]:
+def named_shapes(given: Any, faults: list[Fault]) -> dict[str, Any]:
     """Distributed loads by name; those that are not become a fault. None is none."""
     try:
         return {} if given is None else table("load_shapes", given, "a dict of loads by name")
     except InputError as error:
-        faults += error.problems
+        faults += error.faults
         return {}
 
 
 def known_shapes(shapes: Sequence[str], available: Mapping[str, Any]) -> None:
     """Raise InputError for the names of load shapes which do not exist."""
     listed = ", ".join(available) or "none"
-    faults = [f"load shape {s!r} is unknown; the structure has: {listed}" for s in shapes if s not in available]
+    faults = [
+        Fault(("load shape", s), "is unknown", remedy=f"the structure has: {listed}")
+        for s in shapes
+        if s not in available
+    ]
     if faults:
         raise InputError(faults)

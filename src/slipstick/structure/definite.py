@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from slipstick.errors import Fault
 from slipstick.faults import SMALLEST
 from slipstick.typing import Array, Sparse
 
@@ -16,17 +17,19 @@ DAMPING_ROUNDING = 1e-10
 _SMALLEST_DIAGONAL = 1e-4
 """Below this part of the largest damping (mass-normalised) a diagonal entry is not scaled up further: it is noise."""
 
-_REMEDY = {
-    "M": "the mass matrix is not positive definite; give every dof a mass, or condense the massless ones",
-    "K": "the stiffness matrix is not positive definite; look for wrong signs or a missing triangle",
+_NOT_DEFINITE = {
+    "M": ("the mass matrix is not positive definite", "give every dof a mass, or condense the massless ones"),
+    "K": ("the stiffness matrix is not positive definite", "look for wrong signs or a missing triangle"),
 }
-_GROUNDED = (
-    "K: the stiffness matrix is singular, the structure can move without deforming; a grounded structure is required "
-    "because the zero harmonic needs its static compliance: fix it, or attach weak springs to ground"
+_FREE = Fault(
+    "K",
+    "the stiffness matrix is singular, the structure can move without deforming",
+    remedy="a grounded structure is required because the zero harmonic needs its static compliance: fix it, or attach "
+    "weak springs to ground",
 )
 
 
-def definite_faults(name: str, matrix: Sparse) -> list[str]:
+def definite_faults(name: str, matrix: Sparse) -> list[Fault]:
     """Faults of M or K (n, n), which must be positive definite; judged with unit diagonal: dofs may differ in units.
 
     Dense: the smallest eigenvalue. Sparse: the signs of the pivots of a symmetric elimination.
@@ -34,8 +37,8 @@ def definite_faults(name: str, matrix: Sparse) -> list[str]:
     diagonal = matrix.diagonal()
     if np.any(diagonal < SMALLEST):
         if name == "K" and np.all(diagonal >= 0) and not _has_negative_pair(matrix):
-            return [_GROUNDED]
-        return [f"{name}: {_REMEDY[name]} (smallest diagonal entry {diagonal.min():g})"]
+            return [_FREE]
+        return [_not_definite(name, f"smallest diagonal entry {diagonal.min():g}")]
     if sparse.issparse(matrix):
         smallest, limit = smallest_pivot(scaled(matrix, diagonal)), 1e-14 * matrix.shape[0]
         what = "smallest scaled pivot"
@@ -45,11 +48,16 @@ def definite_faults(name: str, matrix: Sparse) -> list[str]:
     if smallest > (limit if name == "K" or not sparse.issparse(matrix) else 0.0):
         return []
     if name == "K" and smallest >= -limit:
-        return [_GROUNDED]
-    return [f"{name}: {_REMEDY[name]} ({what} {smallest:g})"]
+        return [_FREE]
+    return [_not_definite(name, f"{what} {smallest:g}")]
 
 
-def damping_faults(C: Sparse, M: Sparse) -> list[str]:
+def _not_definite(name: str, found: str) -> Fault:
+    statement, remedy = _NOT_DEFINITE[name]
+    return Fault(name, f"{statement} ({found})", remedy=remedy)
+
+
+def damping_faults(C: Sparse, M: Sparse) -> list[Fault]:
     """Faults of viscous damping that feeds energy in: C (n, n) must be positive semidefinite to rounding.
 
     C is scaled by the masses, which settles units, then to unit diagonal. Dense: its smallest eigenvalue must not lie
@@ -72,8 +80,12 @@ def damping_faults(C: Sparse, M: Sparse) -> list[str]:
     if right:
         return []
     return [
-        f"C: the damping matrix feeds energy in ({found}); negative damping has no steady vibration: look for wrong "
-        "signs, and write a file of few digits with more of them"
+        Fault(
+            "C",
+            f"the damping matrix feeds energy in ({found})",
+            remedy="negative damping has no steady vibration: look for wrong signs, and write a file of few digits "
+            "with more of them",
+        )
     ]
 
 

@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.errors import InputError
-from slipstick.faults import shown
+from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import (
-    DAMPING_ELSEWHERE,
-    OUT_OF_RANGE,
     array_faults,
     checked_names,
     directions,
@@ -22,17 +19,16 @@ from slipstick.structure.checks import (
     named_shapes,
     number_faults,
     real,
-    symmetry_faults,
-    within_range,
 )
-from slipstick.structure.definite import damping_faults, definite_faults
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
+from slipstick.structure.system_checks import system_matrices
 from slipstick.typing import Array, Matrix
 
-#: Largest number of dofs treated densely: all modes are computed.
 DENSE_LIMIT = 1500
+"""Largest number of dofs treated densely: all modes are computed."""
+
 _LISTED_FREQUENCIES = 20
 _POLE_LIMIT = 200
 _SMALL = 10_000
@@ -87,14 +83,12 @@ class MatrixStructure:
         if not n:
             raise InputError(faults)
         given = {"M": M, "K": K} | ({} if C is None else {"C": C})
-        for name, value in given.items():
-            wrong = number_faults(name, value, DAMPING_ELSEWHERE)
-            given[name] = None if wrong else _matrix(value)
-            wrong = wrong or _matrix_faults(name, given[name], n)
-            faults += wrong or symmetry_faults(name, given[name])
+        self._dense = n <= DENSE_LIMIT
+        matrices, wrong = system_matrices(given, n, dense=self._dense)
+        faults += wrong
         self._shapes: dict[str, Array] = {}
         for name, value in named_shapes(load_shapes, faults).items():
-            where = f"load shape {shown(name)}"
+            where = ("load shape", name)
             wrong = number_faults(where, value)
             self._shapes[name] = np.zeros(n) if wrong else real(value)
             faults += wrong or array_faults(where, self._shapes[name], (n,))
@@ -103,27 +97,7 @@ class MatrixStructure:
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
-        self._dense = n <= DENSE_LIMIT
-        self.M, self.K, self._viscous = (self._form(given.get(name)) for name in ("M", "K", "C"))
-        self._check_definite()
-
-    def _form(self, matrix: Matrix) -> Any:
-        """Dense below the limit, compressed sparse above."""
-        if matrix is None:
-            return None
-        if self._dense:
-            return matrix.toarray() if hasattr(matrix, "toarray") else matrix
-        from scipy.sparse import csc_array
-
-        return csc_array(matrix)
-
-    def _check_definite(self) -> None:
-        faults = definite_faults("M", self.M)
-        if self.C is not None and not faults:
-            faults += damping_faults(self.C, self.M)
-        faults += definite_faults("K", self.K)
-        if faults:
-            raise InputError(faults)
+        self.M, self.K, self._viscous = matrices["M"], matrices["K"], matrices.get("C")
 
     @property
     def C(self) -> Any:
@@ -273,7 +247,11 @@ class MatrixStructure:
         n = len(self._dofs)
         if not self._dense:
             raise InputError(
-                f"time integration: the structure has {n} dofs, too many for dense matrices; reduce it to modes first"
+                Fault(
+                    "time integration",
+                    f"the structure has {n} dofs, too many for dense matrices",
+                    remedy="reduce it to modes first",
+                )
             )
         damping = np.zeros((n, n)) if self.C is None else self.C
         if self.loss_factor:
@@ -294,10 +272,6 @@ class MatrixStructure:
         return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
 
 
-def _matrix(value: Any) -> Any:
-    return real(value).tocsc(copy=True) if hasattr(value, "tocsc") else real(value)
-
-
 def _thin(matrix: Matrix) -> Any:
     """A large dense matrix of mostly zeros as a sparse one, others as they are."""
     from scipy.sparse import csc_array
@@ -305,14 +279,3 @@ def _thin(matrix: Matrix) -> Any:
     if isinstance(matrix, np.ndarray) and matrix.size > _SMALL and 4 * np.count_nonzero(matrix) < matrix.size:
         return csc_array(matrix)
     return matrix
-
-
-def _matrix_faults(name: str, matrix: Matrix, n: int) -> list[str]:
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
-        return [f"{name}: found shape {matrix.shape}; expected a square matrix"]
-    if matrix.shape[0] != n:
-        return [f"{name}: found shape {matrix.shape} but {n} dofs are named; they must agree"]
-    entries = matrix.tocoo().data if hasattr(matrix, "tocoo") else matrix
-    if not within_range(entries):
-        return [f"{name}: {OUT_OF_RANGE}"]
-    return []

@@ -13,14 +13,14 @@ from slipstick.structure.symmetry import asymmetry
 from slipstick.typing import Sparse
 
 
-def matrix_problems(K: Sparse, M: Sparse, dofs: Sequence[str] | None = None) -> list[str]:
+def matrix_faults(K: Sparse, M: Sparse, dofs: Sequence[str] | None = None) -> list[str]:
     """One sentence for each fault of K and M (n, n): size, finite numbers, symmetry, negative mass."""
-    problems = list(_size_problems(K, M, dofs))
-    if problems:
-        return problems
+    faults = list(_size_faults(K, M, dofs))
+    if faults:
+        return faults
     for name, matrix in (("stiffness", K), ("mass", M)):
-        problems += _value_problems(name, matrix, dofs)
-    return problems or list(_mass_problems(M, dofs))
+        faults += _value_faults(name, matrix, dofs)
+    return faults or list(_mass_faults(M, dofs))
 
 
 def name_of(dofs: Sequence[str] | None, index: int) -> str:
@@ -28,7 +28,7 @@ def name_of(dofs: Sequence[str] | None, index: int) -> str:
     return f"number {index}" if dofs is None else f"'{dofs[index]}'"
 
 
-def _size_problems(K: Sparse, M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
+def _size_faults(K: Sparse, M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     odd = [
         (name, A.shape) for name, A in (("stiffness", K), ("mass", M)) if A.shape != A.shape[:1] * 2 or not A.shape[0]
     ]
@@ -43,7 +43,7 @@ def _size_problems(K: Sparse, M: Sparse, dofs: Sequence[str] | None) -> Iterator
         yield f"dof name '{twice}' appears more than once; each row needs its own name"
 
 
-def _value_problems(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
+def _value_faults(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     if not within_range(A.data):
         where = name_of(dofs, int(A.tocoo().row[~(np.abs(A.data) <= LARGEST)][0]))
         yield f"the {name} matrix holds a value that is not finite or above {LARGEST:g}, in the row of dof {where}"
@@ -57,7 +57,7 @@ def _value_problems(name: str, A: Sparse, dofs: Sequence[str] | None) -> Iterato
         )
 
 
-def _mass_problems(M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
+def _mass_faults(M: Sparse, dofs: Sequence[str] | None) -> Iterator[str]:
     diagonal = M.diagonal()
     if diagonal.min() < 0.0:
         where = name_of(dofs, int(np.argmin(diagonal)))

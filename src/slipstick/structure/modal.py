@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import one
 from slipstick.structure.checks import (
     array_faults,
@@ -25,7 +25,7 @@ from slipstick.structure.checks import (
 )
 from slipstick.structure.dynamic import checked_values
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
-from slipstick.structure.modal_files import modal_arrays, modal_dofs
+from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.skin import Skin
@@ -159,8 +159,12 @@ class ModalStructure:
         worst = int(np.argmin(whole - modal))
         if whole[worst] - modal[worst] < -RESIDUAL_ROUNDING * modal[worst]:
             raise InputError(
-                f"static_compliance: {whole[worst]:g} at dof {self._dofs[worst]!r} is less than the {modal[worst]:g} "
-                "of the modes alone; check that the modes are mass-normalised and that all arrays have the same units"
+                Fault(
+                    "static_compliance",
+                    f"{whole[worst]:g} at dof {self._dofs[worst]!r} is less than the {modal[worst]:g} of the modes "
+                    "alone",
+                    remedy="check that the modes are mass-normalised and that all arrays have the same units",
+                )
             )
 
         second = self.second_residual
@@ -211,9 +215,9 @@ class ModalStructure:
         """Frequency (rad/s) up to which the receptance is right to one percent, as far as the structure knows."""
         return self._truncation.valid_to()
 
-    def _faults(self, static_compliance: Array | None) -> list[str]:
+    def _faults(self, static_compliance: Array | None) -> list[Fault]:
         if self.omega.ndim != 1 or self.omega.size == 0:
-            return [f"omega: found shape {self.omega.shape}; expected (n_modes,), at least one mode"]
+            return [Fault("omega", found=f"shape {self.omega.shape}", expected="(n_modes,), at least one mode")]
         n, modes = len(self._dofs), self.omega.size
         faults = array_faults("omega", self.omega, (modes,), positive=True)
         faults += array_faults("mode_shapes", self.mode_shapes, (n, modes))
@@ -226,7 +230,7 @@ class ModalStructure:
         for name, shape in self.shapes.items():
             sizes = {"participation": (modes,), "static_response": (n,), "second_response": (n,)}
             for part, value in shape.arrays().items():
-                faults += array_faults(f"load shape {name!r}, {part}", value, sizes[part])
+                faults += array_faults(("load shape", name, part), value, sizes[part])
         return faults
 
     @classmethod
@@ -250,11 +254,13 @@ class ModalStructure:
         missing = [name for name in ("omega", "mode_shapes") if name not in arrays]
         if missing:
             found = ", ".join(sorted(arrays)) or "nothing"
-            raise InputError([f"modal arrays: {name!r} is missing; found {found}" for name in missing])
+            raise InputError(
+                [Fault("modal arrays", f"{name!r} is missing", remedy=f"found {found}") for name in missing]
+            )
         shapes = {}
         if "load_participation" in arrays:
             if "static_load_response" not in arrays:
-                raise InputError("modal arrays: 'static_load_response' is missing beside 'load_participation'")
+                raise InputError(Fault("modal arrays", "'static_load_response' is missing beside 'load_participation'"))
             shapes[load] = LoadShape(
                 participation=arrays["load_participation"],
                 static_response=arrays["static_load_response"],
@@ -291,11 +297,19 @@ class ModalStructure:
         InputError
             If the file cannot be read, or its arrays or names do not fit together.
         """
-        arrays = modal_arrays(Path(path), modes)
+        arrays = modal_arrays(Path(path))
         names = None if dofs is None else tuple(dofs)
-        rows = len(arrays["mode_shapes"])
+        rows, available = arrays["mode_shapes"].shape
+        faults = []
+        if modes is not None and not 1 <= modes <= available:
+            expected = f"1 to {available}, the modes in {Path(path).name}"
+            faults.append(Fault("modes", found=str(modes), expected=expected))
         if names is not None and len(names) != rows:
-            raise InputError(f"dofs: found {len(names)} names; expected {rows}, one for each row of mode_shapes")
+            expected = f"{rows}, one for each row of mode_shapes"
+            faults.append(Fault("dofs", found=f"{len(names)} names", expected=expected))
+        if faults:
+            raise InputError(faults)
+        arrays = arrays if modes is None else first_modes(arrays, modes)
         return cls.from_arrays(arrays, dofs=names, loss_factor=loss_factor, damping_ratio=damping_ratio, load=load)
 
     @property

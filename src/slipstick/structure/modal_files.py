@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.structure.npz import array_shapes, read_any, read_arrays
 
 _NEEDED = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
@@ -16,8 +16,8 @@ _DAMPING = ("loss_factor", "damping_ratio")
 _LOAD = ("load_participation", "static_load_response", "second_load_response")
 
 
-def modal_arrays(path: Path, modes: int | None = None) -> dict[str, Any]:
-    """The arrays of a file that ``ModalStructure.from_arrays`` knows; of its first ``modes`` alone where that is given.
+def modal_arrays(path: Path) -> dict[str, Any]:
+    """The arrays of a file that ``ModalStructure.from_arrays`` knows.
 
     Raises
     ------
@@ -26,14 +26,11 @@ def modal_arrays(path: Path, modes: int | None = None) -> dict[str, Any]:
     """
     arrays: dict[str, Any] = dict(read_arrays(path, _NEEDED, (*_LOAD, *_DAMPING, "second_residual")))
     faults = list(_shape_faults(path.name, arrays))
-    available = arrays["mode_shapes"].shape[1]
-    if modes is not None and not 1 <= modes <= available:
-        faults.append(f"modes: found {modes}; expected 1 to {available}, the modes in {path.name}")
     if faults:
         raise InputError(faults)
     if "dofs" in array_shapes(path):
         arrays["dofs"] = read_any(path)["dofs"]
-    return arrays if modes is None else first_modes(arrays, modes)
+    return arrays
 
 
 def first_modes(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
@@ -62,12 +59,16 @@ def modal_dofs(arrays: Mapping[str, Any]) -> tuple[str, ...]:
     rows = np.asarray(arrays["mode_shapes"]).shape[0]
     if rows % 3:
         raise InputError(
-            f"dofs is missing; {rows} rows of mode_shapes are not whole nodes of x, y, z: give their names"
+            Fault(
+                "dofs",
+                IS_MISSING,
+                remedy=f"{rows} rows of mode_shapes are not whole nodes of x, y, z: give their names",
+            )
         )
     return tuple(f"n{row // 3 + 1}{'xyz'[row % 3]}" for row in range(rows))
 
 
-def _shape_faults(file: str, arrays: Mapping[str, Any]) -> Iterator[str]:
+def _shape_faults(file: str, arrays: Mapping[str, Any]) -> Iterator[Fault]:
     n_dofs, n_modes = arrays["mode_shapes"].shape
     expected = {
         "omega": (n_modes,),
@@ -81,6 +82,9 @@ def _shape_faults(file: str, arrays: Mapping[str, Any]) -> Iterator[str]:
     for name, shape in expected.items():
         if name in arrays and arrays[name].shape != shape:
             yield (
-                f"{file}: '{name}' has shape {arrays[name].shape}; expected {shape} to agree with mode_shapes "
-                f"{n_dofs, n_modes}"
+                Fault(
+                    file,
+                    f"'{name}' has shape {arrays[name].shape}",
+                    expected=f"{shape} to agree with mode_shapes {(n_dofs, n_modes)}",
+                )
             )

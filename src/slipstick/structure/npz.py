@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import REAL_MODES, number_faults, real
 from slipstick.typing import AnyArray
 
@@ -104,29 +104,29 @@ def read_arrays(
         One sentence for each array that is missing, of the wrong number of dimensions, not real or not finite.
     """
     shapes = array_shapes(path, limit=limit)
-    problems = [
+    faults: list[str | Fault] = [
         f"{path.name}: has no array '{name}'; it holds {', '.join(sorted(shapes)) or 'nothing'}"
         for name in required
         if name not in shapes
     ]
-    problems += [
+    faults += [
         f"{path.name}: '{name}' has shape {shapes[name]}; expected {ndim} dimension{'s' * (ndim != 1)}"
         for name, ndim in required.items()
         if name in shapes and len(shapes[name]) != ndim
     ]
-    if problems:
-        raise InputError(problems)
+    if faults:
+        raise InputError(faults)
     arrays = {name: array for name, array in read_any(path, limit=limit).items() if name in {*required, *optional}}
-    problems = [fault for name, a in arrays.items() for fault in _faults(path.name, name, a, remedy)]
-    if problems:
-        raise InputError(problems)
+    faults = [fault for name, a in arrays.items() for fault in _faults(path.name, name, a, remedy)]
+    if faults:
+        raise InputError(faults)
     return {name: real(a) for name, a in arrays.items()}
 
 
-def _faults(file: str, name: str, array: NDArray, remedy: str) -> list[str]:
+def _faults(file: str, name: str, array: NDArray, remedy: str) -> list[str | Fault]:
     where = f"{file}: '{name}'"
     if array.dtype.kind not in "fiuc":
         return [f"{where} holds values of type {array.dtype}; expected finite real numbers"]
     if not np.all(np.isfinite(array)):
         return [f"{where} holds values that are not finite; expected finite real numbers"]
-    return number_faults(where, array, remedy or REAL_MODES.get(name, ""))
+    return [*number_faults(where, array, remedy or REAL_MODES.get(name, ""))]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.thermal.descent import LONGEST_CELL, downhill, near
 from slipstick.typing import Array, BoolArray
 
@@ -190,25 +190,34 @@ def checked(
     (n,)."""
     T0 = np.atleast_1d(np.asarray(background, dtype=float))
     R = np.asarray(resistance, dtype=float)
-    n, problems = T0.size, []
+    n, faults = T0.size, []
     if T0.ndim != 1 or not np.all(np.isfinite(T0)):
-        raise InputError(f"background temperature: found {T0}; expected one finite number for each element")
+        raise InputError(Fault(("thermal", "background"), found=str(T0), expected="one finite number for each element"))
     if R.shape not in ((), (n,), (n, n)):
-        raise InputError(f"thermal resistance: found shape {R.shape}; expected a number, ({n},) or ({n}, {n})")
+        raise InputError(
+            Fault(("thermal", "resistance"), found=f"shape {R.shape}", expected=f"a number, ({n},) or ({n}, {n})")
+        )
     if R.ndim < 2:
         R = np.full(n, R)
     elif not np.any(R[~np.eye(n, dtype=bool)]):
         R = R.diagonal().copy()
     if not np.all(np.isfinite(R)) or np.any((R if R.ndim == 1 else R.diagonal()) < 0):
-        problems.append("thermal resistance: found a negative or non-finite value; expected temperature per power >= 0")
+        faults.append(
+            Fault(
+                ("thermal", "resistance"), found="a negative or non-finite value", expected="temperature per power >= 0"
+            )
+        )
     low, high = (np.broadcast_to(np.asarray(limit, dtype=float), n) for limit in limits)
     for i in np.flatnonzero(np.clip(T0, low, high) != T0)[:1]:
-        problems.append(
-            f"background temperature: {T0[i]:g} of contact {_named(i, names)} lies outside its table, "
-            f"{low[i]:g} to {high[i]:g}; extend the table to the background temperature"
+        faults.append(
+            Fault(
+                ("thermal", "background"),
+                f"{T0[i]:g} of contact {_named(i, names)} lies outside its table, {low[i]:g} to {high[i]:g}",
+                remedy="extend the table to the background temperature",
+            )
         )
-    if problems:
-        raise InputError(problems)
+    if faults:
+        raise InputError(faults)
     return T0, R, (low, high)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import numbers, shown
 from slipstick.typing import Array
 
@@ -66,24 +66,22 @@ class FrictionCurve:
         kn: ArrayLike | None = None,
         interpolation: str | Mapping[str, str] = "pchip",
     ) -> None:
-        problems: list[str] = []
-        kinds = _interpolations(interpolation, problems)
+        faults: list[Fault] = []
+        kinds = _interpolations(interpolation, faults)
         given = {name: table for name, table in zip(CURVED_PARAMETERS, (mu, kt, kn), strict=True) if table is not None}
         if not given:
-            problems.append("friction curve: no table was given; give at least one of mu, kt, kn")
-        tables = {name: _checked_table(name, temperature, table, problems) for name, table in given.items()}
-        if problems:
-            raise InputError(problems)
+            faults.append(Fault("friction curve", "no table was given", remedy="give at least one of mu, kt, kn"))
+        tables = {name: _checked_table(name, temperature, table, faults) for name, table in given.items()}
+        if faults:
+            raise InputError(faults)
         self.interpolation = {name: kinds.get(name, "pchip") for name in tables}
         self.tables: dict[str, Array] = tables
-        self._splines = {
-            name: _spline(name, table, self.interpolation[name], problems) for name, table in tables.items()
-        }
+        self._splines = {name: _spline(name, table, self.interpolation[name], faults) for name, table in tables.items()}
         low, high = self.limits
         if low >= high:
-            problems.append(f"friction curve: its tables have no temperatures in common ({self._ranges()})")
-        if problems:
-            raise InputError(problems)
+            faults.append(Fault("friction curve", f"its tables have no temperatures in common ({self._ranges()})"))
+        if faults:
+            raise InputError(faults)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -141,7 +139,9 @@ class FrictionCurve:
 
     def _sampled(self, name: str, temperature: ArrayLike) -> Sampled:
         if name not in self._splines:
-            raise InputError(f"{name}: the friction curve has no table of it; it has {', '.join(self.names)}")
+            raise InputError(
+                Fault(name, "the friction curve has no table of it", remedy=f"it has {', '.join(self.names)}")
+            )
         if not (isinstance(temperature, np.ndarray) and temperature.dtype == np.float64):
             temperature = numbers("temperature", temperature)
         return self._splines[name].at(temperature)
@@ -166,8 +166,12 @@ class _Spline:
         if not np.all((temperature >= low) & (temperature <= high)):
             wrong = temperature[~((temperature >= low) & (temperature <= high))].flat[0]
             raise InputError(
-                f"{self.name}: temperature {wrong:g} lies outside its table, {low:g} to {high:g}; extend the table "
-                "by measured rows (it is not extrapolated) or lower the heat or the background temperature"
+                Fault(
+                    self.name,
+                    f"temperature {wrong:g} lies outside its table, {low:g} to {high:g}",
+                    remedy="extend the table by measured rows (it is not extrapolated) or lower the heat or the "
+                    "background temperature",
+                )
             )
         return self.within(temperature)
 
@@ -189,57 +193,71 @@ class _Spline:
         return float(temperature[value.argmin()]), float(value.min())
 
 
-def _interpolations(given: Any, problems: list[str]) -> dict[str, str]:
-    """Kind of interpolation by parameter; appends one sentence for each fault."""
+def _interpolations(given: Any, faults: list[Fault]) -> dict[str, str]:
+    """Kind of interpolation by parameter; appends every fault."""
     kinds = dict.fromkeys(CURVED_PARAMETERS, given)
     if isinstance(given, Mapping):
         kinds = dict(given)
-        problems += [
-            f"interpolation: found a kind for {shown(name)}; the parameters are {', '.join(CURVED_PARAMETERS)}"
+        faults += [
+            Fault(
+                "interpolation",
+                found=f"a kind for {shown(name)}",
+                remedy=f"the parameters are {', '.join(CURVED_PARAMETERS)}",
+            )
             for name in kinds
             if name not in CURVED_PARAMETERS
         ]
     wrong_kinds = (kind for kind in kinds.values() if not (isinstance(kind, str) and kind in INTERPOLATIONS))
-    sentences = (f"interpolation: found {shown(k)}; expected one of {', '.join(INTERPOLATIONS)}" for k in wrong_kinds)
-    problems += dict.fromkeys(sentences)
+    expected = f"one of {', '.join(INTERPOLATIONS)}"
+    faults += dict.fromkeys(Fault("interpolation", found=shown(kind), expected=expected) for kind in wrong_kinds)
     return kinds
 
 
-def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, problems: list[str]) -> Array:
-    """The table as (n, 2); appends one sentence for each fault."""
+def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, faults: list[Fault]) -> Array:
+    """The table as (n, 2); appends every fault."""
     expected = "a table of finite numbers: rows of temperature and value, or one value for each temperature"
     try:
         table = numbers(name, values, expected)
         rows = None if temperature is None else numbers("temperature", temperature)
     except InputError as error:
-        problems += [sentence for sentence in error.problems if sentence not in problems]
+        faults += [fault for fault in error.faults if fault not in faults]
         return np.zeros((2, 2))
     if rows is not None:
         if rows.ndim != 1 or rows.shape != table.shape:
-            problems.append(
-                f"{name}: found values of shape {table.shape} for temperatures of shape {rows.shape}; "
-                "expected one value for each temperature"
+            faults.append(
+                Fault(
+                    name,
+                    found=f"values of shape {table.shape} for temperatures of shape {rows.shape}",
+                    expected="one value for each temperature",
+                )
             )
             return np.zeros((2, 2))
         table = np.column_stack([rows, table])
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 2:
-        problems.append(
-            f"{name}: the table has the shape {table.shape}; expected at least two rows of temperature and value"
+        faults.append(
+            Fault(
+                name,
+                f"the table has the shape {table.shape}",
+                expected="at least two rows of temperature and value",
+            )
         )
     else:
         falling = np.flatnonzero(np.diff(table[:, 0]) <= 0)
         if falling.size:
             first = falling[0]
-            problems.append(
-                f"{name}: temperature {table[first + 1, 0]:g} follows {table[first, 0]:g}; "
-                "expected increasing temperatures"
+            faults.append(
+                Fault(
+                    name,
+                    f"temperature {table[first + 1, 0]:g} follows {table[first, 0]:g}",
+                    expected="increasing temperatures",
+                )
             )
         if np.any(table[:, 1] < 0):
-            problems.append(f"{name}: the table holds {table[:, 1].min():g}, negative; expected values >= 0")
+            faults.append(Fault(name, f"the table holds {table[:, 1].min():g}, negative", expected="values >= 0"))
     return table
 
 
-def _spline(name: str, table: Array, interpolation: str, problems: list[str]) -> _Spline:
+def _spline(name: str, table: Array, interpolation: str, faults: list[Fault]) -> _Spline:
     from scipy.interpolate import CubicSpline, PchipInterpolator  # slow to import
 
     x, y = np.ascontiguousarray(table.T)
@@ -250,8 +268,11 @@ def _spline(name: str, table: Array, interpolation: str, problems: list[str]) ->
     spline = _Spline(name=name, knots=x, coefficients=np.asarray(made.c))
     where, smallest = spline.lowest()
     if smallest < -1e-12 * y.max():
-        problems.append(
-            f"{name}: the {interpolation} spline overshoots to {smallest:.3g} at temperature {where:.4g}; "
-            'use interpolation = "pchip", which keeps the shape of the table, or add rows there'
+        faults.append(
+            Fault(
+                name,
+                f"the {interpolation} spline overshoots to {smallest:.3g} at temperature {where:.4g}",
+                remedy='use interpolation = "pchip", which keeps the shape of the table, or add rows there',
+            )
         )
     return spline

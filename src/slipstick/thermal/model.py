@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.law import Law, Motion, Response
-from slipstick.errors import InputError
-from slipstick.faults import Gathering, number, numbers, one, shown, suggestion, table, wrong
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, Name, number, numbers, one, shown, suggestion, table, wrong
 from slipstick.faults import names as names_of
 from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
@@ -63,7 +63,7 @@ class ThermalModel:
         values = {key: found.take(_each, key, getattr(self, key), *check) for key, check in checks.items()}
         if self.contacts is not None:
             expected = "names of contacts in the order of the influence matrix"
-            values["contacts"] = found.take(names_of, "thermal contacts", self.contacts, expected)
+            values["contacts"] = found.take(names_of, ("thermal", "contacts"), self.contacts, expected)
         found.end()
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -76,12 +76,12 @@ class ThermalModel:
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
-        problems = self._unknown(names)
-        background = _by_name("background", self.background, names, problems)
-        resistance = self._resistance(names, problems)
+        faults = self._unknown(names)
+        background = _by_name("background", self.background, names, faults)
+        resistance = self._resistance(names, faults)
         curves = [self.curve.get(name) if isinstance(self.curve, Mapping) else self.curve for name in names]
-        if problems:
-            raise InputError(problems)
+        if faults:
+            raise InputError(faults)
         limits = np.array([curve.limits if curve is not None else (-np.inf, np.inf) for curve in curves]).reshape(-1, 2)
         T0, R, bounds = checked(background, resistance, (limits[:, 0], limits[:, 1]), names)
         distinct = {curve.content: curve for curve in curves if curve is not None}
@@ -97,27 +97,30 @@ class ThermalModel:
             names=tuple(names), background=T0, resistance=R, limits=bounds, curves=groups, nominal=nominal
         )
 
-    def _unknown(self, names: Sequence[str]) -> list[str]:
+    def _unknown(self, names: Sequence[str]) -> list[Fault]:
         tables = {"curve": self.curve, "background": self.background, "resistance": self.resistance}
         given = [(what, name) for what, table in tables.items() if isinstance(table, Mapping) for name in table]
         given += [("contacts", name) for name in self.contacts or ()]
         return [
-            f"thermal {what}: there is no contact {shown(name)}; {suggestion(name, names)}"
+            Fault(("thermal", what), f"there is no contact {shown(name)}", remedy=suggestion(name, names))
             for what, name in given
             if name not in names
         ]
 
-    def _resistance(self, names: Sequence[str], problems: list[str]) -> Array:
+    def _resistance(self, names: Sequence[str], faults: list[Fault]) -> Array:
         if isinstance(self.resistance, Mapping):
             return np.array([self.resistance.get(name, 0.0) for name in names])
         matrix = np.asarray(self.resistance)
-        if matrix.ndim < 2 or problems:
+        if matrix.ndim < 2 or faults:
             return matrix
         order = list(self.contacts or names)
         if matrix.shape != (len(order), len(order)) or len(set(order)) != len(order):
-            problems.append(
-                f"thermal influence: found a matrix of shape {matrix.shape} for {len(order)} contacts; "
-                "expected one row and one column for each contact"
+            faults.append(
+                Fault(
+                    ("thermal", "influence"),
+                    found=f"a matrix of shape {matrix.shape} for {len(order)} contacts",
+                    expected="one row and one column for each contact",
+                )
             )
             return np.zeros(len(names))
         full = np.zeros((len(names), len(names)))
@@ -126,35 +129,41 @@ class ThermalModel:
         return full
 
 
-def _by_name(what: str, value: float | Mapping[str, float], names: Sequence[str], problems: list[str]) -> Array:
+def _by_name(what: str, value: float | Mapping[str, float], names: Sequence[str], faults: list[Fault]) -> Array:
     if not isinstance(value, Mapping):
         return np.full(len(names), value)
     missing = [name for name in names if name not in value]
     if missing:
-        problems.append(f"thermal {what}: nothing is given for contact {', '.join(missing)}; give it for every contact")
+        faults.append(
+            Fault(
+                ("thermal", what),
+                f"nothing is given for contact {', '.join(missing)}",
+                remedy="give it for every contact",
+            )
+        )
     return np.array([value.get(name, 0.0) for name in names])
 
 
 def _each(key: str, value: Any, check: Callable[..., Any], expected: str) -> Any:
     """One value for all contacts, or a dict of them by contact name, each checked."""
-    name = f"thermal {key}"
+    name = ("thermal", key)
     if not isinstance(value, Mapping):
         return check(name, value, expected)
     found = Gathering()
     each = number if check is _resistance else check
-    values = {k: found.take(each, f"{name} of {shown(k)}", v) for k, v in table(name, value, expected).items()}
+    values = {k: found.take(each, (*name, k), v) for k, v in table(name, value, expected).items()}
     found.end()
     return values
 
 
-def _resistance(name: str, value: Any, expected: str) -> float | Array:
+def _resistance(name: Name, value: Any, expected: str) -> float | Array:
     found = numbers(name, value, expected)
     if found.ndim > 2 or found.size == 0:
         raise wrong(name, value, expected)
     return found if found.ndim else float(found)
 
 
-def _curve(name: str, value: Any, expected: str = "ss.FrictionCurve(...)") -> FrictionCurve:
+def _curve(name: Name, value: Any, expected: str = "ss.FrictionCurve(...)") -> FrictionCurve:
     return one(name, value, FrictionCurve, expected)
 
 

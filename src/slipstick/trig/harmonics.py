@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
-from slipstick.faults import numbers, shown, whole
+from slipstick.faults import numbers, shown, whole, wrong
 from slipstick.typing import Array
 
 HIGHEST = 10_000
@@ -49,9 +49,7 @@ class Harmonics:
         self.orders: tuple[int, ...] = _orders(orders)
         increasing = all(a < b for a, b in zip(self.orders, self.orders[1:], strict=False))
         if not self.orders or self.orders[0] != 0 or not increasing:
-            raise InputError(
-                f"harmonics: found {shown(list(self.orders))}; expected increasing whole numbers starting at 0"
-            )
+            raise wrong("harmonics", list(self.orders), "increasing whole numbers starting at 0")
 
     @classmethod
     def of(cls, given: Harmonics | Iterable[int] | int) -> Harmonics:
@@ -139,14 +137,14 @@ class Harmonics:
 def _orders(given: Any) -> tuple[int, ...]:
     expected = "a count such as 10 for 0..10, or whole numbers such as range(11) or [0, 1, 3]"
     if isinstance(given, str | bytes | bool) or (getattr(given, "dtype", None) is not None and given.dtype.kind == "b"):
-        raise InputError(f"harmonics: found {shown(given)}; expected {expected}")
+        raise wrong("harmonics", given, expected)
     if not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
         given = range(whole("harmonics", given, 0, HIGHEST) + 1)
     found = list(islice(given, HIGHEST + 2))
     try:
         return tuple(whole("harmonics", m, -HIGHEST, HIGHEST) for m in found)
     except InputError:
-        raise InputError(f"harmonics: found {shown(found)}; expected {expected}, at most {HIGHEST}") from None
+        raise wrong("harmonics", found, f"{expected}, at most {HIGHEST}") from None
 
 
 def _floats(name: str, value: Any) -> Array:

@@ -110,7 +110,7 @@ def test_faults_of_storage(storage, name, content, sentence):
         (storage / name).write_text(content)
     with pytest.raises(InputError, match=sentence) as caught:
         read_model(storage / "job.sti")
-    assert len(caught.value.problems) == 1
+    assert len(caught.value.sentences) == 1
 
 
 def write_abaqus(path: Path, matrix: np.ndarray, dofs: list[tuple[int, int]], *, half: bool) -> None:

@@ -55,9 +55,9 @@ def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
     refused = [n for n in name if KEYWORD_VERDICTS[n.replace(" ", "")[1:]][0].name == "COUPLING"]
     with pytest.raises(InputError) as caught:
         read_model(write(tmp_path, CUBE + HELD + more + "\n"))
-    for problem in caught.value.problems:
-        assert problem.startswith("m.inp, line ")
-        assert "export the assembled matrices" in problem
+    for sentence in caught.value.sentences:
+        assert sentence.startswith("m.inp, line ")
+        assert "export the assembled matrices" in sentence
     for keyword in refused:
         assert keyword in str(caught.value)
 

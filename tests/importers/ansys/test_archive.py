@@ -88,7 +88,7 @@ def test_archive_that_claims_too_much_or_ends_early(shipped, tmp_path):
         path.write_text(spoilt)
         with pytest.raises(InputError) as caught:
             read_mesh(path)
-        assert len(caught.value.problems) == 1
+        assert len(caught.value.sentences) == 1
 
 
 @pytest.mark.skipif(not BLADE.is_file(), reason="the turbine blade is not beside this checkout")

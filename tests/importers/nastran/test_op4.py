@@ -102,7 +102,7 @@ def test_faults_of_op4(tmp_path, content, sentence):
     (tmp_path / "a.op4").write_bytes(content)
     with pytest.raises(InputError, match=sentence) as caught:
         read_op4(tmp_path / "a.op4")
-    assert len(caught.value.problems) == 1
+    assert len(caught.value.sentences) == 1
 
 
 @pytest.mark.parametrize("form", ["dense", "strings", "big"])

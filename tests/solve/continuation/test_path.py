@@ -358,9 +358,9 @@ def test_tangent_of_the_bordered_system():
 def test_bad_input_is_refused_with_every_fault():
     with pytest.raises(InputError) as error:
         continuation(circle(), [np.nan], 1.0, 1.0, requested=[3.0], at=5.0, direction=[1.0])
-    assert len(error.value.problems) == 5
+    assert len(error.value.sentences) == 5
     with pytest.raises(InputError):
         ArclengthScaling(weight=0.0)
     with pytest.raises(InputError) as error:
         ContinuationOptions(first_step=0.0, min_step=1.0, aimed_angle=2.0)
-    assert len(error.value.problems) == 3
+    assert len(error.value.sentences) == 3

@@ -160,4 +160,4 @@ def test_fixed_parameter():
 def test_all_faulty_options_are_named_at_once():
     with pytest.raises(InputError) as error:
         NewtonOptions(tolerance=-1.0, max_iterations=0, min_damping=2.0, non_monotone=-1, stagnation=1.0)
-    assert len(error.value.problems) == 5
+    assert len(error.value.sentences) == 5

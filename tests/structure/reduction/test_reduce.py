@@ -275,7 +275,7 @@ def test_bad_matrices_get_one_clear_sentence(change: Callable[..., Any], sentenc
     K, M = change(*small())
     with pytest.raises(InputError, match=sentence) as error:
         reduce(K, M, dofs=NAMES[: K.shape[0]], keep=["u3"], modes=3)
-    assert len(error.value.problems) == 1
+    assert len(error.value.sentences) == 1
 
 
 def test_a_mechanism_is_located() -> None:
@@ -305,14 +305,14 @@ def test_all_faults_of_a_request_come_at_once() -> None:
             load_shapes={"p": np.ones(29), "q": np.zeros(30)},
         )
     text = str(error.value)
-    assert len(error.value.problems) == 7
+    assert len(error.value.sentences) == 7
     for part in (
         "loss_factor: found -0.1",
         "modes: found 31; expected a whole number from 1 to 30",
         "accuracy: found 2.0",
         "frequency_range",
         "'tip'",
-        "'p' has 29",
+        "load shape 'p' has 29",
         "'q' is zero",
     ):
         assert part in text
@@ -322,10 +322,10 @@ def test_directions_and_names_must_fit() -> None:
     K, M = small()
     with pytest.raises(InputError, match="dofs of the matrices have none"):
         reduce(K, M, keep=["u3"])
-    with pytest.raises(InputError, match="29 dof names for matrices of 30 rows"):
+    with pytest.raises(InputError, match="dofs: 29 names for matrices of 30 rows"):
         reduce(K, M, dofs=NAMES[:29], keep=["u3"])
     with pytest.raises(
-        InputError, match=r"keep has 29 rows.*\n2 directions need as many different names; 1 were given"
+        InputError, match=r"keep has 29 rows.*\nnames: found 1; 2 directions need as many different names"
     ):
         reduce(K, M, keep=np.zeros((29, 2)), names=["a", "a"])
     with pytest.raises(InputError, match="dof name 'u0' appears more than once"):

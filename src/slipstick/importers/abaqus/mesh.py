@@ -162,7 +162,7 @@ def _materials(content: Content) -> tuple[dict[str, Material], tuple[str, ...]]:
         try:
             materials[section.elements] = Material(**known)
         except InputError as error:
-            faults += [f"{content.path.name}: {section.material}: {problem}" for problem in error.problems]
+            faults += [str(fault.inside(content.path.name, section.material)) for fault in error.faults]
     return materials, tuple(dict.fromkeys(faults))
 
 

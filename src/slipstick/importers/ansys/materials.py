@@ -53,7 +53,9 @@ def read_materials(findings: Findings, text: str) -> FoundMaterials:
             if {"young", "poisson"} <= known.keys():
                 materials[number] = Material(**known)
         except InputError as error:
-            faults.setdefault(number, []).extend(f"{findings.source}: material {number}: {p}" for p in error.problems)
+            faults.setdefault(number, []).extend(
+                str(fault.inside(findings.source, f"material {number}")) for fault in error.faults
+            )
     return FoundMaterials(materials=materials, faults=faults)
 
 

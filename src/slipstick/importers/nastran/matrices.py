@@ -30,20 +30,20 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     InputError
         If a name told is not there, or several would do.
     """
-    chosen, problems = {}, []
+    chosen, faults = {}, []
     for role, initial in _INITIAL.items():
         told = (wanted or {}).get(role)
         found = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
         if told and told not in names:
-            problems.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
+            faults.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
         elif len(found) == 1:
             chosen[role] = found[0]
         elif found:
-            problems.append(
+            faults.append(
                 f"{source}: several {_WORD[role]} matrices ({', '.join(found)}); say which, as {role}={found[0]}"
             )
-    if problems:
-        raise InputError(problems)
+    if faults:
+        raise InputError(faults)
     return chosen
 
 

@@ -37,16 +37,16 @@ def read_bundle(path: Path) -> RawModel:
         If a shape is wrong, or the map is missing.
     """
     shapes = array_shapes(path)
-    problems = [
+    faults = [
         f"{path.name}: '{n}' has shape {shapes[n]}; expected a square matrix"
         for n in "KMC"
         if n in shapes and len(shapes[n]) != 2
     ]
     missing = [name for name in ("dof_nodes", "dof_components") if name not in shapes]
     if missing:
-        problems.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
-    if problems:
-        raise InputError(problems)
+        faults.append(f"{path.name}: has no {' and no '.join(missing)}, the map from rows to nodes and directions")
+    if faults:
+        raise InputError(faults)
     arrays = read_any(path)
     try:
         components = np.array([direction(str(value)) for value in arrays["dof_components"].tolist()], dtype=np.int64)

@@ -17,7 +17,7 @@ from slipstick.solve.linear.factors import SingularMatrixError
 from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenError, Modes, StageListener, StageProgress
 from slipstick.structure.definite import scaled, smallest_pivot
-from slipstick.structure.matrix_checks import matrix_problems, name_of
+from slipstick.structure.matrix_checks import matrix_faults, name_of
 from slipstick.structure.receptance import undamped
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.request import Accuracy
@@ -125,9 +125,9 @@ def compute(
     listener: StageListener | None,
 ) -> ReducedData:
     """All of :class:`ReducedData`; the matrices are checked first."""
-    problems = matrix_problems(K, M, dofs)
-    if problems:
-        raise InputError(problems)
+    faults = matrix_faults(K, M, dofs)
+    if faults:
+        raise InputError(faults)
     clock, (directions, loads, skin) = _Clock(listener), columns
     B = np.hstack([directions.toarray(), loads])
     n_keep = directions.shape[1]

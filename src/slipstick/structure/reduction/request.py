@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     LARGEST,
     Gathering,
@@ -25,7 +25,7 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.faults import names as name_list
-from slipstick.structure.checks import DAMPING_ELSEWHERE, OUT_OF_RANGE, named_shapes, number_faults, real, within_range
+from slipstick.structure.checks import DAMPING_ELSEWHERE, entry_faults, named_shapes, number_faults, real, within_range
 from slipstick.typing import Array, Matrix
 
 
@@ -92,9 +92,9 @@ def checked_request(
     dofs = None if dofs is None else found.take(name_list, "dofs", dofs, "the name of each dof, in order")
     names = None if names is None else found.take(name_list, "names", names, "a name for each direction")
     directions, kept, faults = kept_directions(n, keep, dofs, names)
-    shapes = named_shapes(load_shapes, found.problems)
+    shapes = named_shapes(load_shapes, found.faults)
     loads, load_faults = shape_columns(n, shapes)
-    found.problems += faults + load_faults
+    found.faults += faults + load_faults
     found.take(truth, "force", force)
     found.take(tools, solver, cache, listener)
     found.end()
@@ -151,7 +151,7 @@ def real_matrices(K: Matrix, M: Matrix) -> tuple[Any, Any]:
         wrong_numbers = number_faults(name, A, DAMPING_ELSEWHERE)
         faults += wrong_numbers
         if not wrong_numbers and np.ndim(A) != 2:
-            faults.append(f"{name}: found shape {np.shape(A)}; expected a square matrix")
+            faults.append(Fault(name, found=f"shape {np.shape(A)}", expected="a square matrix"))
     if faults:
         raise InputError(faults)
     return as_csr(K), as_csr(M)
@@ -164,42 +164,46 @@ def as_csr(A: Matrix) -> Any:
 
 def kept_directions(
     n: int, keep: Any, dofs: Sequence[str] | None, names: Sequence[str] | None
-) -> tuple[Any, tuple[str, ...], list[str]]:
+) -> tuple[Any, tuple[str, ...], list[Fault]]:
     """Directions (n, n_keep) sparse by columns, their names, and what is wrong with them."""
     if sparse.issparse(keep) or (isinstance(keep, np.ndarray) and keep.dtype.kind not in "UO"):
         faults = number_faults("keep", keep)
         if faults:
             return None, (), faults
         if keep.ndim != 2:
-            return None, (), [f"keep: found shape {keep.shape}; expected ({n}, number of directions), or names of dofs"]
+            expected = f"({n}, number of directions), or names of dofs"
+            return None, (), [Fault("keep", found=f"shape {keep.shape}", expected=expected)]
         matrix = sparse.csc_array(real(keep))
         kept = tuple(names or ())
         if matrix.shape[0] != n:
-            faults.append(f"keep has {matrix.shape[0]} rows, the matrices have {n}; give one row for each dof")
+            height = f"has {matrix.shape[0]} rows, the matrices have {n}"
+            faults.append(Fault("keep", height, remedy="give one row for each dof"))
         if len(kept) != matrix.shape[1] or len(set(kept)) != len(kept):
-            faults.append(f"{matrix.shape[1]} directions need as many different names; {len(set(kept))} were given")
-        if not within_range(matrix.data):
-            faults.append(f"keep: {OUT_OF_RANGE}")
+            needed = f"{matrix.shape[1]} directions need as many different names"
+            faults.append(Fault("names", needed, found=str(len(set(kept)))))
+        faults += entry_faults("keep", matrix.data)
         return matrix, kept, faults
     try:
         kept = name_list("keep", keep, "names of dofs, or a matrix of directions (numpy or scipy.sparse)")
     except InputError as error:
-        return None, (), list(error.problems)
+        return None, (), list(error.faults)
     if dofs is None:
-        return (
-            None,
-            kept,
-            ["keep gives names, but the dofs of the matrices have none; give dofs or a matrix of directions"],
-        )
+        unnamed = "names are given, but the dofs of the matrices have none"
+        return None, kept, [Fault("keep", unnamed, remedy="give dofs or a matrix of directions")]
     position = {name: index for index, name in enumerate(dofs)}
     unknown = [name for name in kept if name not in position]
     faults = [
-        f"dof {shown(name)} to keep is not in the model; its names look like {_examples(dofs)}" for name in unknown[:20]
+        Fault("keep", f"there is no dof {shown(name)} in the model", remedy=f"its names look like {_examples(dofs)}")
+        for name in unknown[:20]
     ]
     if not kept or len(set(kept)) != len(kept):
-        faults.append("keep must name at least one dof, each once")
-    if faults or len(dofs) != n:
-        return None, kept, faults or [f"{len(dofs)} dof names for matrices of {n} rows; give the map of these matrices"]
+        faults.append(Fault("keep", found=shown(list(kept)), expected="the names of one dof or more, each once"))
+    if len(dofs) != n:
+        faults.append(
+            Fault("dofs", f"{len(dofs)} names for matrices of {n} rows", remedy="give the map of these matrices")
+        )
+    if faults:
+        return None, kept, faults
     rows = [position[name] for name in kept]
     return sparse.csc_array((np.ones(len(rows)), (rows, range(len(rows)))), shape=(n, len(rows))), kept, []
 
@@ -208,23 +212,23 @@ def _examples(dofs: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in list(dofs)[:3])
 
 
-def shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[str]]:
+def shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[Fault]]:
     """Load vectors as columns (n, n_loads), and what is wrong with them."""
-    faults: list[str] = []
+    faults: list[Fault] = []
     columns: list[Array] = []
     for name, vector in shapes.items():
-        wrong = number_faults(f"load shape {shown(name)}", vector)
+        wrong = number_faults(("load shape", name), vector)
         if wrong:
             faults += wrong
             continue
         column = real(vector).reshape(-1)
         columns.append(column)
         if column.shape != (n,):
-            faults.append(
-                f"load shape {shown(name)} has {column.size} entries, the matrices {n}; give one for each dof"
-            )
+            sizes = f"has {column.size} entries, the matrices {n}"
+            faults.append(Fault(("load shape", name), sizes, remedy="give one for each dof"))
         elif not within_range(column) or not column.any():
-            faults.append(f"load shape {shown(name)} is zero, not finite or above {LARGEST:g}; give forces")
+            zero = f"is zero, not finite or above {LARGEST:g}"
+            faults.append(Fault(("load shape", name), zero, remedy="give forces"))
     if faults or not columns:
         return np.zeros((n, 0)), faults
     return np.column_stack(columns), faults
