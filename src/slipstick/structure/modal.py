@@ -25,7 +25,7 @@ from slipstick.structure.checks import (
 )
 from slipstick.structure.dynamic import checked_values
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
-from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs
+from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs, size_faults
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.skin import Skin
@@ -158,15 +158,9 @@ class ModalStructure:
         whole, modal = np.diag(self.static_compliance), np.diag(self._modal_compliance)
         worst = int(np.argmin(whole - modal))
         if whole[worst] - modal[worst] < -RESIDUAL_ROUNDING * modal[worst]:
-            raise InputError(
-                Fault(
-                    "static_compliance",
-                    f"{whole[worst]:g} at dof {self._dofs[worst]!r} is less than the {modal[worst]:g} of the modes "
-                    "alone",
-                    remedy="check that the modes are mass-normalised and that all arrays have the same units",
-                )
-            )
-
+            less = f"{whole[worst]:g} at dof {self._dofs[worst]!r} is less than the {modal[worst]:g} of the modes alone"
+            remedy = "check that the modes are mass-normalised and that all arrays have the same units"
+            raise InputError(Fault("static_compliance", less, remedy=remedy))
         second = self.second_residual
         faults = residual_faults("static_compliance", self.static_compliance - self._modal_compliance, whole)
         if second is not None:
@@ -299,14 +293,7 @@ class ModalStructure:
         """
         arrays = modal_arrays(Path(path))
         names = None if dofs is None else tuple(dofs)
-        rows, available = arrays["mode_shapes"].shape
-        faults = []
-        if modes is not None and not 1 <= modes <= available:
-            expected = f"1 to {available}, the modes in {Path(path).name}"
-            faults.append(Fault("modes", found=str(modes), expected=expected))
-        if names is not None and len(names) != rows:
-            expected = f"{rows}, one for each row of mode_shapes"
-            faults.append(Fault("dofs", found=f"{len(names)} names", expected=expected))
+        faults = list(size_faults(arrays["mode_shapes"].shape, modes, names))
         if faults:
             raise InputError(faults)
         arrays = arrays if modes is None else first_modes(arrays, modes)

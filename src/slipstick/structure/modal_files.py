@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +66,15 @@ def modal_dofs(arrays: Mapping[str, Any]) -> tuple[str, ...]:
             )
         )
     return tuple(f"n{row // 3 + 1}{'xyz'[row % 3]}" for row in range(rows))
+
+
+def size_faults(shape: tuple[int, int], modes: int | None, dofs: Sequence[str] | None) -> Iterator[Fault]:
+    """Whether mode shapes (n_dofs, n_modes) have as many modes, and as many rows as there are names."""
+    rows, available = shape
+    if modes is not None and not 1 <= modes <= available:
+        yield Fault("modes", found=str(modes), expected=f"1 to {available}, the modes in the file")
+    if dofs is not None and len(dofs) != rows:
+        yield Fault("dofs", found=f"{len(dofs)} names", expected=f"{rows}, one for each row of mode_shapes")
 
 
 def _shape_faults(file: str, arrays: Mapping[str, Any]) -> Iterator[Fault]:

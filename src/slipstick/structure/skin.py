@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
 from slipstick.typing import Array, IntArray
 
@@ -47,23 +47,24 @@ class Skin:
 
     def __post_init__(self) -> None:
         arrays = {name: getattr(self, name) for name in ("nodes", "triangles", "modes", "static")} | dict(self.loads)
-        wrong = [fault for name, value in arrays.items() for fault in number_faults(f"skin, {name}", value)]
+        wrong = [fault for name, value in arrays.items() for fault in number_faults(("skin", name), value)]
         if wrong:
             raise InputError(wrong)
         nodes, modes, static = (real(value) for value in (self.nodes, self.modes, self.static))
         count = len(nodes) if nodes.ndim else 0
-        faults = array_faults("skin, nodes", nodes, (count, 3))
+        faults = array_faults(("skin", "nodes"), nodes, (count, 3))
         if count > MOST_SKIN_NODES:
-            faults.append(f"skin, nodes: found {count}; expected at most {MOST_SKIN_NODES}")
+            faults.append(Fault(("skin", "nodes"), found=str(count), expected=f"at most {MOST_SKIN_NODES}"))
         for name, value in (("modes", modes), ("static", static)):
-            faults += array_faults(f"skin, {name}", value, (3 * count, *value.shape[1:2]))
+            faults += array_faults(("skin", name), value, (3 * count, *value.shape[1:2]))
         loads = {str(name): real(value) for name, value in self.loads.items()}
         for name, value in loads.items():
-            faults += array_faults(f"skin, load {name!r}", value, (3 * count,))
+            faults += array_faults(("skin", "loads", name), value, (3 * count,))
         triangles = real(self.triangles)
-        faults += array_faults("skin, triangles", triangles, (len(triangles) if triangles.ndim else 0, 3))
+        faults += array_faults(("skin", "triangles"), triangles, (len(triangles) if triangles.ndim else 0, 3))
         if not faults and triangles.size and not (triangles.min() >= 0 and triangles.max() < count):
-            faults.append(f"skin, triangles: found nodes {triangles.min():g} to {triangles.max():g} of {count}")
+            found = f"nodes {triangles.min():g} to {triangles.max():g} of {count}"
+            faults.append(Fault(("skin", "triangles"), found=found))
         if faults:
             raise InputError(faults)
         made: dict[str, Any] = {"modes": modes.astype(np.float32), "static": static.astype(np.float32)}
@@ -71,11 +72,12 @@ class Skin:
         for name, value in (made | {"nodes": nodes, "triangles": triangles.astype(np.int64)}).items():
             object.__setattr__(self, name, value)
 
-    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[str]:
+    def faults(self, modes: int, dofs: int, shapes: tuple[str, ...]) -> list[Fault]:
         """Why this is no skin of a structure with so many modes and dofs, and these load shapes."""
         found = (np.shape(self.modes)[1], np.shape(self.static)[1])
-        faults = [] if found == (modes, dofs) else [f"skin: found modes and dofs {found}; expected {(modes, dofs)}"]
-        return faults + [f"skin: it has no load shape '{name}'" for name in shapes if name not in self.loads]
+        wrong = Fault("skin", found=f"modes and dofs {found}", expected=f"{(modes, dofs)}")
+        missing = [Fault("skin", f"it has no load shape '{name}'") for name in shapes if name not in self.loads]
+        return missing if found == (modes, dofs) else [wrong, *missing]
 
     @property
     def basis(self) -> Array:
