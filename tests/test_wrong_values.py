@@ -60,6 +60,16 @@ BEAM = MeshModel(mesh=box((0.02, 0.02, 0.01), (2, 1, 1), "hex20"))
 MODEL = assemble_mesh(BEAM, source="beam", material=STEEL, fixed=["x0"])
 SKIN = Skin(nodes=np.eye(3), triangles=[[0, 1, 2]], modes=np.ones((9, 1)), static=np.ones((9, 1)))
 BODY = ss.reduced_body(MODEL, surface="y1", contacts=1, modes=3)
+
+
+def moving() -> ss.Branch:
+    modal = ss.ModalStructure(
+        omega=[6.3], mode_shapes=[[1.0]], static_compliance=[[0.03]], dofs=["x"], loss_factor=0.1, skin=SKIN
+    )
+    problem = ss.Problem(modal, contacts=PAIR, loads=ss.Load(dof="x", sin=1.0), harmonics=H)
+    return ss.forced_response(problem, omega=(2.0, 3.0), options=SHORT)
+
+
 COARSE = BladeShape(element_size=0.05, stretch=4.0)
 CASE = example("oscillator").path.read_text(encoding="utf-8")
 
@@ -243,6 +253,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.states": (lambda: branch().states, {"point": 0}),
     "Branch.loop": (lambda: branch().loop, {"point": 0, "contact": "damper", "samples": 5}),
     "Branch.report": (lambda: branch().report, {"path": "r.html", "title": "t", "contacts": 1, "dofs": 1}),
+    "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
     "Branch.check_in_time": (lambda: branch().check_in_time, {"point": 0}),
 }  # fmt: skip
 

@@ -226,6 +226,19 @@ class Branch:
 
         return report(self, path, title=title, contacts=contacts, dofs=dofs)
 
+    def save_shape(self, path: str | Path, point: int, *, frames: int = 36) -> Path:
+        """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, there is no such point, or the structure has no surface: reduced models with
+            a mesh have one.
+        """
+        from slipstick.results.verbs import save_shape
+
+        return save_shape(self, path, point, frames=frames)
+
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 

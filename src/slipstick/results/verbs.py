@@ -35,6 +35,13 @@ def report(branch: Branch, path: str | Path, **options: Any) -> Path:
     return write_report(branch, path, **options)
 
 
+def save_shape(branch: Branch, path: str | Path, point: int, **options: Any) -> Path:
+    """As ``Branch.save_shape``."""
+    from slipstick.io.xdmf import write_shape
+
+    return write_shape(branch, path, point, **options)
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
     """A point of a branch against time integration, by output dof, both (n_outputs,)."""
