@@ -30,6 +30,7 @@ html_title = f"slipstick {version}"
 html_theme_options = {"source_repository": SOURCE, "source_branch": "main", "source_directory": "docs/"}
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+toc_object_entries_show_parents = "hide"
 
 nitpicky = True
 # no links are made to names of other projects, type aliases, and classes that a documented one only builds on
@@ -41,6 +42,10 @@ autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+napoleon_attr_annotations = False
+
+
+CITED = r"THEORY\.md \((\d+\.\d+)\)"
 
 
 def navigation(text: str) -> str:
@@ -64,6 +69,8 @@ def for_the_site(app: Any, page: str, source: list[str]) -> None:
     """Links that leave this folder lead to the repository; the first page gets its tables of contents."""
     if page == "changelog":
         source[0] = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
+    if page != "THEORY":
+        source[0] = re.sub(CITED, r"<a href='THEORY.html#eq-\1'>(\1)</a>", source[0])
     source[0] = re.sub(r"\]\(\.\./([^)]+)\)", rf"]({SOURCE}/blob/main/\1)", source[0])
     source[0] = re.sub(r"^\$\$\n(.*?\\tag\{([\d.]+)\})\n\$\$$", numbered, source[0], flags=re.MULTILINE | re.DOTALL)
     if page == app.config.root_doc:
@@ -71,11 +78,13 @@ def for_the_site(app: Any, page: str, source: list[str]) -> None:
 
 
 def equations_linked(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """What a docstring cites of THEORY.md leads there."""
-    lines[:] = [re.sub(r"THEORY\.md \((\d+\.\d+)\)", r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in lines]
+    """What a docstring cites of THEORY.md leads there; napoleon takes no "type: text" from a property's first line."""
+    lines[:] = [re.sub(CITED, r"`THEORY.md (\1) <THEORY.html#eq-\1>`__", line) for line in lines]
+    if what in ("property", "attribute"):
+        lines[:0] = ["..", ""]
 
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("source-read", for_the_site)
-    app.connect("autodoc-process-docstring", equations_linked)
+    app.connect("autodoc-process-docstring", equations_linked, priority=400)
