@@ -115,3 +115,9 @@ def test_one_home_everywhere() -> None:
 def test_the_case_of_the_readme_is_the_example() -> None:
     (shown,) = re.findall(r"```toml\n(.*?)```", text(ROOT / "README.md"), flags=re.DOTALL)
     assert tomllib.loads(shown) == tomllib.loads(text(ROOT / "examples/oscillator/oscillator.toml"))
+
+
+def test_one_version_everywhere() -> None:
+    project = tomllib.loads(text(ROOT / "pyproject.toml"))["project"]
+    assert ss.__version__ == project["version"]
+    assert re.search(r"^version: (\S+)$", text(ROOT / "CITATION.cff"), flags=re.MULTILINE)[1] == project["version"]

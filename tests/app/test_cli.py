@@ -464,6 +464,20 @@ def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.Mon
     assert slipstick("verify", "--only", "nothing").exit_code == 2
 
 
+def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from slipstick.verify.table import Check
+
+    checks = (Check(name="C1", what="holds", compute=lambda: (1.0, 1.0)),)
+    monkeypatch.setattr("slipstick.verify.table.all_checks", lambda: checks)
+    page = tmp_path / "page.md"
+    assert slipstick("verify", "--markdown", str(page)).exit_code == 0
+    assert "| C1 | holds | 1 | 1 |  | ok |" in page.read_text(encoding="utf-8")
+    refused = slipstick("verify", "--markdown", str(tmp_path / "no" / "page.md"))
+    assert refused.exit_code == 2
+    assert "cannot be written" in refused.output
+    assert slipstick("verify", "results.nc", "--markdown", str(page)).exit_code == 2
+
+
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.app.prepare import prepare_kernel
 
