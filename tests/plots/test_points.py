@@ -10,73 +10,6 @@ import slipstick as ss
 from slipstick import plots
 from slipstick.errors import InputError
 from slipstick.plots.points import draw_states
-from slipstick.results.measures import friction_force
-
-
-def energy(b: ss.Branch, point: int, contact: str) -> float:
-    """The integral of the friction force over the sliding motion, from the closed form of the element.
-
-    Gauss' rule within each state, where the force is smooth: exact to rounding.
-    """
-    d = b.dataset.isel(point=point).sel(contact=contact)
-    h, states = b.harmonics, b.states(point)[contact]
-    X = d["contact_tangential"].to_numpy()
-    W, Y = X + d["rubbing_motion"].to_numpy(), d["contact_normal"].to_numpy()
-    v = float(d["rubbing_velocity"] / d["omega"])
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    mean, total = float(b.contact_forces(point).Fx[list(b.states(point)).index(contact), 0]), 0.0
-    numbers = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
-    for start, end, _ in states:
-        tau = 0.5 * (start + end) + 0.5 * (end - start) * nodes
-        given = {key: float(d[name]) for key, name in numbers.items()}
-        force = friction_force(h, states, tau, W=W, Y=Y, v=v, mean=mean, **given)
-        speed = v + h.H_minus(tau) @ h.derivative(W)
-        total += 0.5 * (end - start) * float(weights @ (force * speed))
-    return total
-
-
-@pytest.mark.parametrize("velocity", [0.0, 5.0])
-def test_the_area_of_the_loop_over_the_sliding_motion_is_the_energy(velocity: float) -> None:
-    b = branch(velocity)
-    for point in (0, b.at(6.9)):
-        d = b.dataset.isel(point=point)
-        for contact in ("c0", "c1", "c2"):
-            dissipated = 2 * np.pi * float(d["dissipated_power"].sel(contact=contact)) / float(d["omega"])
-            scale = 2 * np.pi * 60.0 * abs(float(d["amplitude"].max()))
-            assert energy(b, point, contact) == pytest.approx(dissipated, rel=1e-9, abs=1e-9 * scale)
-            w, f = drawn(b.plot.loop(point, contact, over="sliding").lines[0])
-            area = float(np.sum(0.5 * (f[1:] + f[:-1]) * np.diff(w)))
-            assert area == pytest.approx(dissipated, rel=1e-3, abs=1e-4 * scale)
-
-
-@pytest.mark.parametrize("velocity", [0.0, 5.0])
-def test_a_loop_over_the_vibration_and_one_over_the_sliding_motion(velocity: float) -> None:
-    b, point = branch(velocity), branch(velocity).at(6.9)
-    left, right = b.plot.loops(point, "c1", limit=True)
-    period = b.loop(point, "c1")
-    np.testing.assert_array_equal(drawn(left.lines[0]), (period["motion"], period["friction"]))
-    np.testing.assert_array_equal(drawn(right.lines[0]), (period["total"], period["friction"]))
-    np.testing.assert_array_equal(drawn(left.lines[2])[1], -period["limit"])
-    closes = drawn(right.lines[0])[0][[0, -1]]
-    advanced = 2 * np.pi * velocity / float(b.dataset["omega"][point])
-    assert closes[1] - closes[0] == pytest.approx(advanced, abs=1e-9)
-    assert (left.get_xlabel(), right.get_xlabel()) == ("Vibration x [mm]", "Sliding motion x + u [mm]")
-    assert (left.get_ylabel(), right.get_ylabel()) == ("Friction force [N]", "")
-    d = b.dataset.isel(point=point).sel(contact="c1")
-    size = 2 * np.pi * float(d["dissipated_power"]) / float(d["omega"])
-    assert right.get_title() == f"area = energy dissipated a period = {size:.4g} N mm"
-    assert title(left) == f"Chain (c1, at {float(d['omega']):.5g} rad/s)"
-    assert len(right.patches) == 1
-
-
-def test_loops_of_several_contacts_have_names() -> None:
-    left, right = branch().plot.loops(3, ["c0", "c2"])
-    assert (named(left), named(right)) == ([], ["c0", "c2"])
-    assert len(left.lines) == len(right.lines) == 2
-    assert named(branch().plot.loop(3, "c0", label="v = 0")) == ["v = 0"]
-    ax = branch().plot.loop(3, "c0", label="v = 0")
-    branch(5.0).plot.loop(3, "c0", label="v = 5", ax=ax)
-    assert named(ax) == ["v = 0", "v = 5"]
 
 
 def test_states_are_wrapped_round_the_period() -> None:
@@ -170,8 +103,3 @@ def test_points_that_are_not_there(draw: object) -> None:
             draw(branch(), point)  # type: ignore[operator]
     with pytest.raises(InputError, match="nothing to draw"):
         draw(3, 0)  # type: ignore[operator]
-
-
-def test_loops_over_something_else() -> None:
-    with pytest.raises(InputError, match="over: found 'u'; expected 'vibration' or 'sliding'"):
-        plots.loop(branch(), 0, over="u")

@@ -16,25 +16,15 @@ They raise InputError for names and units that are not there.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import text, truth, whole
-from slipstick.plots.quantities import (
-    ROUNDING,
-    abscissa,
-    chosen,
-    datasets,
-    held_text,
-    parted,
-    quantity,
-    title_of,
-    values_of,
-)
-from slipstick.plots.style import GREY, PEAK, legend, over_decades, styled, titled
+from slipstick.faults import truth, whole
+from slipstick.plots.overlay import Curves
+from slipstick.plots.quantities import ROUNDING, chosen, datasets, quantity, values_of
+from slipstick.plots.style import GREY, PEAK, over_decades
 from slipstick.typing import Names
 
 if TYPE_CHECKING:
@@ -75,7 +65,7 @@ def response(
     Axes
         One line for each branch and dof, labelled with their names.
     """
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("amplitude", "dof", dof)
     log = None if log is None else truth("log", log)
     if truth("peaks", peaks):
@@ -124,7 +114,7 @@ def phase(
 
     It goes on without jumps along a branch; where the harmonic is nothing but rounding there is none.
     """
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     order = whole("harmonic", harmonic, 1)
     values = {id(d): {n: _phase(d, n, order) for n in chosen(d, "dof", dof)} for _, d in curves.found}
     ax = curves.draw_values(f"Phase of harmonic {order} [deg]", "dof", dof, values)
@@ -154,7 +144,7 @@ def mean(
 
     A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
     """
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("mean", "dof", dof)
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     curves.legend()
@@ -170,13 +160,13 @@ def power(
     frequency: str | None = None,
 ) -> Axes:
     """Dissipated power: of one contact, of several, or of all together."""
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("dissipated_power", "contact", contact) if contact is not None else _total_power(curves)
     curves.legend()
     return ax
 
 
-def _total_power(curves: _Curves) -> Axes:
+def _total_power(curves: Curves) -> Axes:
     def total(dataset: xarray.Dataset) -> np.ndarray:
         names = chosen(dataset, "contact", [str(name) for name in dataset["contact"].to_numpy()])
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
@@ -194,7 +184,7 @@ def friction(
     frequency: str | None = None,
 ) -> Axes:
     """Friction coefficient of one contact (by default the first), or of several."""
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("friction_coefficient", "contact", contact)
     curves.legend()
     return ax
@@ -209,7 +199,7 @@ def temperature(
     frequency: str | None = None,
 ) -> Axes:
     """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts."""
-    curves = _Curves(branches, ax, label, frequency)
+    curves = Curves(branches, ax, label, frequency)
     if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.found):
         raise InputError("there is no temperature in these results: the contacts are not heated")
     ax = curves.draw("temperature", "contact", contact)
@@ -217,86 +207,7 @@ def temperature(
     return ax
 
 
-@dataclass
-class _Curves:
-    """Branches and the axes their curves go into."""
-
-    branches: Any
-    ax: Axes | None = None
-    label: str | None = None
-    frequency: str | None = None
-    found: list[tuple[str | None, xarray.Dataset]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.found = datasets(self.branches)
-        if self.label is not None:
-            text("label", self.label)
-        self.new = self.ax is None
-        self.abscissa = abscissa(self.first, self.frequency)
-        for _, dataset in self.found[1:]:
-            other = abscissa(dataset, self.frequency)
-            if (other.name, other.label) != (self.abscissa.name, abscissa(self.first, self.frequency).label):
-                raise InputError(f"branches over {self.abscissa.label} and over {other.label} do not fit in one figure")
-
-    @property
-    def first(self) -> xarray.Dataset:
-        return self.found[0][1]
-
-    def draw(self, name: str, dim: str, given: Names) -> Axes:
-        """A variable of named dofs or contacts."""
-        labels = {quantity(d, name) for _, d in self.found if name in d}
-        if len(labels) > 1:
-            raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
-        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, given)} for _, d in self.found}
-        return self.draw_values(labels.pop(), dim, given, values)
-
-    def draw_values(self, y_label: str, dim: str, given: Names, values: Mapping[int, Mapping[str, np.ndarray]]) -> Axes:
-        """Values (point,) by the id of their dataset and by name."""
-        ax = styled(self.ax, self.abscissa.label, y_label)
-        for own, dataset in self.found:
-            for name, series in values[id(dataset)].items():
-                x, y = parted(dataset, self.abscissa.values(dataset), series)
-                label, marker = self._label(own, name, len(values[id(dataset)])), "o" if len(x) == 1 else None
-                ax.plot(x, y, linewidth=1.6, marker=marker, label=label)
-        every = np.concatenate([series for own in values.values() for series in own.values()])
-        if self.new:
-            _limits(ax, every)
-            self._scale(ax)
-            alone = {name for own in values.values() for name in own}
-            about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
-            titled(ax.figure, title_of(self.found), *about)  # type: ignore[arg-type]
-        self.ax = ax
-        return ax
-
-    def legend(self) -> None:
-        """Names of the curves; a single one that only the title could name needs none."""
-        assert self.ax is not None
-        legend(self.ax, least=2 if self.new and self.label is None and self.found[0][0] is None else 1)
-
-    def _label(self, own: str | None, name: str, names: int) -> str:
-        """A branch by its label, else a curve by its dof or contact."""
-        branch = own or self.label or ""
-        return ", ".join(part for part in (branch, name) if part) if names > 1 or not branch else branch
-
-    def _scale(self, ax: Axes) -> None:
-        """A range over decades has a logarithmic axis."""
-        x = [self.abscissa.values(dataset) for _, dataset in self.found]
-        if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
-            ax.set_xscale("log")
-
-
-def _limits(ax: Axes, values: np.ndarray) -> None:
-    """Rounding is not to be magnified."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        ax.text(0.5, 0.5, "no values", transform=ax.transAxes, ha="center", color=GREY)
-    elif not known.any():
-        ax.set_ylim(-0.05, 1.0)
-    elif known.size and np.ptp(known) < 1e-6 * np.abs(known).max():
-        ax.set_ylim(*np.sort(known[0] * np.array([0.8, 1.2])))
-
-
-def _mark_peaks(ax: Axes, curves: _Curves, dataset: xarray.Dataset, dof: Names) -> None:
+def _mark_peaks(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -> None:
     if "kind" not in dataset:
         return
     known = [str(name) for name in dataset["dof"].to_numpy()]

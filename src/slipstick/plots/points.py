@@ -1,4 +1,4 @@
-"""One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
+"""One point of a branch over its period: states, time histories, harmonics; loops are in ``hysteresis.py``.
 
 All take a branch (or its dataset) and the number of a point, and return Axes: those given as ``ax``, else those of a
 new figure, which has the title of the results and tells where the point lies. They raise InputError for points and
@@ -13,20 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.faults import shown, truth, whole
-from slipstick.faults import text as one_text
-from slipstick.plots.quantities import abscissa, chosen, dataset_of, motion_label, title_of, units_of, with_unit
-from slipstick.plots.style import GREY, STATE_COLOURS, legend, new_figure, over_decades, short, styled, titled
-from slipstick.results.branch import Branch
+from slipstick.faults import truth
+from slipstick.plots.places import branch_of, place, point_titled
+from slipstick.plots.quantities import chosen, dataset_of, motion_label, units_of, with_unit
+from slipstick.plots.style import GREY, STATE_COLOURS, legend, over_decades, short, styled
 from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
-"""What a loop is drawn over: its key in ``Branch.loop`` and its name."""
 
 _MOST_ROWS = 40
 """With more contacts the bars become thinner and not each is named."""
@@ -35,102 +30,15 @@ _LEAST = 1e-8
 """Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
 
 
-def loop(
-    branch: Any,
-    point: int,
-    contact: Names = None,
-    *,
-    over: str = "vibration",
-    limit: bool = False,
-    ax: Axes | None = None,
-    label: str | None = None,
-) -> Axes:
-    """Hysteresis loop: friction force over the vibration x of the contact, or over its sliding motion x + u.
-
-    The area under the curve over x + u is the energy dissipated in a period; with a constant rubbing velocity that
-    curve does not close, it goes on by velocity x period. Over x alone the area is the work taken from the structure.
-
-    Parameters
-    ----------
-    branch, point, contact
-        A contact at a point, or several contacts; by default the first.
-    over
-        "vibration" or "sliding".
-    limit
-        Whether the friction limit mu fy is drawn, thin and dotted, with both signs.
-    ax, label
-        Axes to draw into, and name of a single loop in the legend.
-
-    Returns
-    -------
-    Axes
-        One line for each contact.
-    """
-    if not isinstance(over, str) or over not in LOOP_MOTIONS:
-        raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
-    found, dataset, new = _branch(branch), dataset_of(branch), ax is None
-    point = _place(dataset, point)
-    names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
-    unit, limit = units_of(dataset), truth("limit", limit)
-    if label is not None:
-        one_text("label", label)
-    force = with_unit("Friction force", unit.label("force"))
-    ax = styled(ax, with_unit(text, unit.label("length")), force)
-    for name in names:
-        period = found.loop(point, name)
-        (line,) = ax.plot(period[key], period["friction"], linewidth=1.6, label=label if len(names) == 1 else name)
-        if not np.ptp(period[key]) and not np.ptp(period["friction"]):
-            line.set_marker("o")  # at rest: a loop without extent
-        for sign in (1.0, -1.0) if limit else ():
-            ax.plot(period[key], sign * period["limit"], color=line.get_color(), linewidth=0.7, linestyle=":")
-    if new:
-        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
-    if not new or label is not None or len(names) > 1:
-        legend(ax)
-    return ax
-
-
-def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
-    """The loop over the vibration x and, beside it, over the sliding motion x + u, whose area is the energy dissipated.
-
-    Arguments as in :func:`loop`; always a new figure.
-    """
-    dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
-    point = _place(dataset, point)
-    left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
-    for ax, over in ((left, "vibration"), (right, "sliding")):
-        loop(branch, point, names, over=over, limit=limit, ax=ax)
-    right.set_ylabel("")
-    if len(names) == 1:
-        _shade(right, dataset, point, names[0])
-    elif left.get_legend() is not None:
-        left.get_legend().remove()
-    _titled(left, dataset, point, *names[: 1 if len(names) == 1 else 0])
-    return left, right
-
-
-def _shade(ax: Axes, dataset: Any, point: int, contact: str) -> None:
-    """The area of a loop over the sliding motion, and how much it is."""
-    at = dataset.isel(point=point)
-    power = float(at["dissipated_power"].sel(contact=contact))
-    unit = units_of(dataset).after("force length")
-    energy = f"{2 * np.pi * power / float(at['omega']):.4g}{unit}"
-    w, force = (np.asarray(values) for values in ax.lines[0].get_data())
-    if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
-        w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])
-    ax.fill(w, force, alpha=0.12, color=ax.lines[0].get_color(), linewidth=0)
-    ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
-
-
 def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> Axes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom."""
-    found, dataset, new = _branch(branch), dataset_of(branch), ax is None
+    found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
-    names, point = chosen(dataset, "contact", every if contact is None else contact), _place(dataset, point)
+    names, point = chosen(dataset, "contact", every if contact is None else contact), place(dataset, point)
     intervals = found.states(point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
-        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+        point_titled(ax, dataset, point, names)
     return ax
 
 
@@ -176,13 +84,13 @@ def history(
     contact.
     """
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
-    point, (names, y_label) = _place(dataset, point), _names(dataset, dof, contact)
+    point, (names, y_label) = place(dataset, point), _names(dataset, dof, contact)
     ax = styled(ax, "Phase τ = ω t", y_label)
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
-        period = _branch(branch).loop(point, name) if contact is not None else {}
+        period = branch_of(branch).loop(point, name) if contact is not None else {}
         series = (
-            period["friction"] if period else _branch(branch).harmonics.H_minus(tau) @ _motion(dataset, point, name)
+            period["friction"] if period else branch_of(branch).harmonics.H_minus(tau) @ _motion(dataset, point, name)
         )
         alone = period and new and len(names) == 1  # the title has its name
         (line,) = ax.plot(tau, series, linewidth=1.6, label="friction force" if alone else name)
@@ -191,7 +99,7 @@ def history(
             ax.plot(tau, sign * period["limit"], color=line.get_color(), linewidth=0.8, linestyle=":", label=text)
     _period_axis(ax)
     if new:
-        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+        point_titled(ax, dataset, point, names)
     legend(ax, least=2 if new else 1)
     return ax
 
@@ -210,8 +118,8 @@ def spectrum(
     Its height is the amplitude ``sqrt(c^2 + s^2)``, of harmonic 0 the size of the mean; on a logarithmic scale where
     they span decades, unless ``log`` says otherwise.
     """
-    dataset, new, orders = dataset_of(branch), ax is None, _branch(branch).harmonics.orders
-    point, (names, text) = _place(dataset, point), _names(dataset, dof, contact)
+    dataset, new, orders = dataset_of(branch), ax is None, branch_of(branch).harmonics.orders
+    point, (names, text) = place(dataset, point), _names(dataset, dof, contact)
     log = None if log is None else truth("log", log)
     of, y_label = _motion if contact is None else _force, f"Amplitude of the {text[0].lower()}{text[1:]}"
     sizes = {name: _sizes(of(dataset, point, name)) for name in names}
@@ -231,7 +139,7 @@ def spectrum(
     ax.set_xticks(range(0, len(orders), every), labels=[str(m) for m in orders[::every]])
     ax.grid(False, axis="x")
     if new:
-        _titled(ax, dataset, point, *names[: 1 if len(names) == 1 else 0])
+        point_titled(ax, dataset, point, names)
     if len(names) > 1:
         legend(ax)
     return ax
@@ -250,26 +158,9 @@ def _names(dataset: Any, dof: Names, contact: Names) -> tuple[list[str], str]:
     return chosen(dataset, "dof", dof), motion_label(dataset)
 
 
-def _place(dataset: Any, point: Any) -> int:
-    """The number of a point; InputError where there is none."""
-    count = dataset.sizes["point"]
-    if not count:
-        raise InputError("the branch has no points to draw")
-    return whole("point", point, -count, count - 1)
-
-
 def _motion(dataset: Any, point: int, dof: str) -> Array:
     return np.asarray(dataset["displacement"].isel(point=point).sel(dof=dof))
 
 
 def _force(dataset: Any, point: int, contact: str) -> Array:
-    return np.asarray(_branch(dataset).point(point, friction=True)["friction_force"].sel(contact=contact))
-
-
-def _branch(branch: Any) -> Branch:
-    return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
-
-
-def _titled(ax: Axes, dataset: Any, point: int, *about: str) -> None:
-    figure: Figure = ax.figure  # type: ignore[assignment]
-    titled(figure, title_of([(None, dataset)]), *about, f"at {abscissa(dataset).text(dataset, point)}")
+    return np.asarray(branch_of(dataset).point(point, friction=True)["friction_force"].sel(contact=contact))
