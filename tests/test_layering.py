@@ -85,7 +85,6 @@ BY_OTHERS = {
     "results/notebook.py": "test_html.py",
     "faults.py": "test_wrong_values.py, argument by argument",
     "io/notes.py": "app/test_resume.py, by runs that go on",
-    "plots/quantities.py": "test_plots.py, by the figures",
 }
 """Files, or folders, that are tested through another one, and where."""
 
