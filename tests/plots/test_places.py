@@ -6,19 +6,19 @@ import pytest
 from helpers.figures import branch, title
 
 from slipstick.errors import InputError
-from slipstick.plots.places import branch_of, place, point_titled
+from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.style import styled
 
 
 def test_points_count_from_both_ends() -> None:
     data = branch().dataset
     count = data.sizes["point"]
-    assert (place(data, 0), place(data, -1), place(data, 2.0)) == (0, -1, 2)
+    assert (point_number(data, 0), point_number(data, -1), point_number(data, 2.0)) == (0, -1, 2)
     for point in (count, -count - 1, 0.5, "0", None):
         with pytest.raises(InputError, match=f"point: found .* from -{count} to {count - 1}"):
-            place(data, point)
+            point_number(data, point)
     with pytest.raises(InputError, match="the branch has no points to draw"):
-        place(data.isel(point=slice(0, 0)), 0)
+        point_number(data.isel(point=slice(0, 0)), 0)
 
 
 def test_a_branch_is_taken_as_it_is() -> None:

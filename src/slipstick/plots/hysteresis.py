@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import shown, truth
 from slipstick.faults import text as one_text
-from slipstick.plots.places import branch_of, place, point_titled
+from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.quantities import chosen, dataset_of, units_of, with_unit
 from slipstick.plots.style import legend, new_figure, styled
 from slipstick.typing import Names
@@ -55,7 +55,7 @@ def loop(
     if not isinstance(over, str) or over not in LOOP_MOTIONS:
         raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
     found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
-    point = place(dataset, point)
+    point = point_number(dataset, point)
     names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
     unit, limit = units_of(dataset), truth("limit", limit)
     if label is not None:
@@ -82,7 +82,7 @@ def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False
     Arguments as in :func:`loop`; always a new figure.
     """
     dataset, names = dataset_of(branch), chosen(dataset_of(branch), "contact", contact)
-    point = place(dataset, point)
+    point = point_number(dataset, point)
     left, right = new_figure(10.0, 4.0).subplots(1, 2, sharey=True)
     for ax, over in ((left, "vibration"), (right, "sliding")):
         loop(branch, point, names, over=over, limit=limit, ax=ax)

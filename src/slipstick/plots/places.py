@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def place(dataset: Any, point: Any) -> int:
+def point_number(dataset: Any, point: Any) -> int:
     """The number of a point; InputError where there is none."""
     count = dataset.sizes["point"]
     if not count:

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import truth
-from slipstick.plots.places import branch_of, place, point_titled
+from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.quantities import chosen, dataset_of, motion_label, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, over_decades, short, styled
 from slipstick.typing import Array, Names
@@ -34,7 +34,7 @@ def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = 
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom."""
     found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
-    names, point = chosen(dataset, "contact", every if contact is None else contact), place(dataset, point)
+    names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
     intervals = found.states(point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
@@ -84,7 +84,7 @@ def history(
     contact.
     """
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
-    point, (names, y_label) = place(dataset, point), _names(dataset, dof, contact)
+    point, (names, y_label) = point_number(dataset, point), _names(dataset, dof, contact)
     ax = styled(ax, "Phase τ = ω t", y_label)
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
@@ -119,7 +119,7 @@ def spectrum(
     they span decades, unless ``log`` says otherwise.
     """
     dataset, new, orders = dataset_of(branch), ax is None, branch_of(branch).harmonics.orders
-    point, (names, text) = place(dataset, point), _names(dataset, dof, contact)
+    point, (names, text) = point_number(dataset, point), _names(dataset, dof, contact)
     log = None if log is None else truth("log", log)
     of, y_label = _motion if contact is None else _force, f"Amplitude of the {text[0].lower()}{text[1:]}"
     sizes = {name: _sizes(of(dataset, point, name)) for name in names}
