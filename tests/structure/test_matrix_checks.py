@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from slipstick.structure.matrix_checks import matrix_problems, name_of
+from slipstick.structure.matrix_checks import matrix_faults, name_of
 
 K = np.array([[3.0, -1.0, 0.0], [-1.0, 3.0, -1.0], [0.0, -1.0, 3.0]])
 DOFS = ("a", "b", "c")
 
 
 def problems(k=K, m=None, dofs=DOFS):
-    return matrix_problems(csr_array(k), csr_array(np.eye(3) if m is None else m), dofs)
+    return matrix_faults(csr_array(k), csr_array(np.eye(3) if m is None else m), dofs)
 
 
 def changed(a, at, value):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from slipstick.structure.truncation import REFUSED, WARNED, Truncation, WorstError
+from slipstick.structure.truncation import REFUSED, WARNED_REDUCTION, Truncation, WorstError
 
 N = 12
 K = 100.0 * (2.0 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))
@@ -63,7 +63,9 @@ def test_a_worst_error_says_what_to_do():
     assert bad.refused
     assert "force = true" in bad.sentence(7)
     assert "all 7 below" in bad.sentence(7)
-    fair = WorstError(value=10 * WARNED, relative=10 * WARNED, omega=5.0, last_mode=9.0, reach=5.0, kind="bound")
+    fair = WorstError(
+        value=10 * WARNED_REDUCTION, relative=10 * WARNED_REDUCTION, omega=5.0, last_mode=9.0, reach=5.0, kind="bound"
+    )
     assert not fair.refused
     assert "may be wrong by up to" in fair.sentence()
     assert fair.needed >= 1.05 * 9.0
