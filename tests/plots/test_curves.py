@@ -177,7 +177,7 @@ def test_no_motion_has_no_phase() -> None:
 
 
 def test_names_that_do_not_exist() -> None:
-    with pytest.raises(InputError, match="there is no dof 'y' in the results; known are x, z"):
+    with pytest.raises(InputError, match="there is no dof 'y' in the results; there are x, z"):
         plots.response(dataset(), "y")
     with pytest.raises(InputError, match="there is no contact 'tipp' in the results; did you mean 'tip'"):
         plots.power(dataset(), ["root", "tipp"])
