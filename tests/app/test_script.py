@@ -135,16 +135,26 @@ normal_load_total = 1.0
 rubbing = { velocity = 0.005 }
 thermal = { resistance = 2.0 }
 [[contact]]
-name = "class"
+name = "curve"
 points = [3]
 direction = [1.0, 0.0, 0.0]
 kt = 2e5
 mu = 0.3
 normal_load = 0.7
 """
+SINGLE = """
+[[contact]]
+name = "beside"
+tangential = "c2x"
+kt = 1e5
+mu = 0.3
+normal_load = 1.0
+thermal = { resistance = 3.0 }
+"""
 HEATS = {
+    "with one beside": '[thermal]\ninfluence = "structure"\nbackground = 20.0\n',
     "of the structure": '[thermal]\ninfluence = "structure"\nbackground = 20.0\n',
-    "of some": '[thermal]\ninfluence = "structure"\nbackground = 20.0\ncontacts = ["pad 1", "class 3"]\n',
+    "of some": '[thermal]\ninfluence = "structure"\nbackground = 20.0\ncontacts = ["pad 1", "curve 3"]\n',
     "in numbers": "[thermal]\ninfluence = [[3.0, 1.0], [1.0, 3.0]]\nbackground = 20.0\n",
 }
 
@@ -154,7 +164,9 @@ def test_a_finite_element_model_with_heat(tmp_path: Path, heat: str) -> None:
     mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
     steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
     save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
-    blocks = BLOCKS if heat == "of the structure" else BLOCKS.replace("points = [2, 1]", "points = [1]")
+    blocks = BLOCKS.replace("points = [2, 1]", "points = [1]") if heat == "in numbers" else BLOCKS
+    if heat == "with one beside":
+        blocks += SINGLE
     if heat == "in numbers":
         blocks = blocks.replace("thermal = { resistance = 2.0 }\n", "")
     text = f"""format = 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import json
 import keyword
 import re
@@ -37,7 +38,27 @@ _STRUCTURES: dict[str, type[Table]] = {
     "blade": BladeTable,
 }
 _SECTIONS = ("structure", "load", "contact", "thermal", "response", "output")
-_OWN = ("body", "contacts", "friction", "heated", "loads", "model", "names", "np", "own", "points", "ss", "structure")
+_OWN = {
+    *(
+        "at",
+        "body",
+        "contacts",
+        "C",
+        "curve",
+        "friction",
+        "heated",
+        "i",
+        "K",
+        "loads",
+        "M",
+        "model",
+        "names",
+        "np",
+        "own",
+    ),
+    *("p", "pair", "Path", "points", "resistance", "ss", "structure", "thermal", *dir(builtins)),
+}
+"""Names that a script uses itself."""
 _CONSTANTS = {"HZ": "2 * np.pi", "KHZ": "2e3 * np.pi", "RPM": "np.pi / 30", "DEG": "np.pi / 180"}
 _IMPORTS = {
     "mmread(": "from scipy.io import mmread",
@@ -300,7 +321,8 @@ def _material(known: Mapping[str, Any]) -> str:
 def _variable(name: str, taken: list[str]) -> str:
     """A variable that is called like a contact."""
     plain = re.sub(r"\W", "_", name)
-    free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in (*taken, *_OWN)
+    own = plain in _OWN or re.fullmatch(r"(curve|friction|contacts)_\d+", plain)
+    free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in taken and not own
     return plain if free else f"contacts_{len(taken) + 1}"
 
 

@@ -78,43 +78,46 @@ def _resistance(
         lines.append(f"own = {{{', '.join(items)}}}")
         return {"resistance": "np.diag([own[name] for name in names])"}
     if top.influence == OWN:
-        return _conducted(tables, top, variables, alone, lines)
-    matrix = _matrix(top.influence, folder)
-    heated = {"contacts": literal(top.contacts)} if top.contacts is not None else {}
-    others = {name: value for name, value in alone.items() if value}
+        matrix, heated, beside = _conducted(tables, top, variables, alone, lines)
+    else:
+        matrix, beside = _matrix(top.influence, folder), alone
+        heated = literal(top.contacts) if top.contacts is not None else ""
+    others = [t for t in tables if beside.get(t.name)]
     if not others:
-        return {"resistance": matrix, **heated}
+        return {"resistance": matrix, **({"contacts": heated} if heated else {})}
     lines.append("names = [name for pair in contacts for name in pair.elements]")
-    lines.append(f"heated = {heated.get('contacts', 'names')}")
+    lines.append(f"heated = {heated or 'names'}")
     lines.append("at = [names.index(name) for name in heated]")
     lines.append("resistance = np.zeros((len(names), len(names)))")
     lines.append(f"resistance[np.ix_(at, at)] = {matrix}")
-    for table in tables:
-        if table.name in others:
-            chosen = variables.get(table.name)
-            names = f"[pair.name for pair in {chosen}]" if chosen else literal([table.name])
-            lines.append(f"for name in {names}:")
-            lines.append(f"    resistance[names.index(name), names.index(name)] = {literal(others[table.name])}")
+    for table in others:
+        chosen = variables.get(table.name)
+        every = f"[pair.name for pair in {chosen} if pair.name not in heated]" if chosen else literal([table.name])
+        lines.append(f"for i in map(names.index, {every}):")
+        lines.append(f"    resistance[i, i] = {literal(beside[table.name])}")
     return {"resistance": "resistance"}
 
 
 def _conducted(
     tables: Sequence[Any], top: ThermalTable, variables: Mapping[str, str], alone: Mapping[str, float], lines: list[str]
-) -> dict[str, str]:
-    """``influence = "structure"``: contacts are named by their points."""
+) -> tuple[str, str, dict[str, float]]:
+    """``influence = "structure"``: the matrix, the names it heats or nothing for all, and what is beside it.
+
+    Contacts on the surface are named by their points; the matrix holds their own resistances.
+    """
     blocks = [table for table in tables if table.name in variables]
-    only = len(blocks) == len(tables)
-    if len(variables) == 1 and top.contacts is None and blocks[0].points == "all":
-        (own,) = [alone.get(t.name, 0.0) for t in blocks]
-        given = {"own": literal(own)} if own else {}
-        found = {"resistance": call("body.points.resistance", **given)}
-        return found if only else {**found, "contacts": f"[pair.name for pair in {variables[blocks[0].name]}]"}
+    single = {t.name: alone[t.name] for t in tables if t not in blocks and t.name in alone}
+    if len(blocks) == 1 and top.contacts is None and blocks[0].points == "all":
+        own = alone.get(blocks[0].name, 0.0)
+        names = "" if len(tables) == 1 else f"[pair.name for pair in {variables[blocks[0].name]}]"
+        return call("body.points.resistance", **({"own": literal(own)} if own else {})), names, single
     chosen = [f"[(p.name, {literal(alone.get(t.name, 0.0))}) for p in {variables[t.name]}]" for t in blocks]
     lines.append(f"own = dict({' + '.join(chosen)})")
     if top.contacts is not None:
         lines.append(f"own = {{name: own[name] for name in own if name in {literal(top.contacts)}}}")
+        single |= {t.name: alone[t.name] for t in blocks if t.name in alone}
     lines.append('points = [int(name.rpartition(" ")[2]) for name in own]')
-    return {"resistance": "body.points.resistance(points, own=[*own.values()])", "contacts": "[*own]"}
+    return "body.points.resistance(points, own=[*own.values()])", "[*own]", single
 
 
 def _matrix(value: Any, folder: Path) -> str:
