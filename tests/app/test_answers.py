@@ -69,6 +69,10 @@ def test_check(tmp_path: Path) -> None:
     assert code == 2
     assert len(found["errors"]) == 2
     assert "did you mean 'mu'" in " ".join(found["errors"])
+    assert {"where", "statement", "found", "expected", "remedy"} == set(found["faults"][0])
+    code, found, _ = asked("check", case(tmp_path, ("mu = 0.3", "mu = -1.0")))
+    (fault,) = found["faults"]
+    assert (fault["where"][0], fault["where"][-1], fault["found"]) == ("contact", "mu", "-1.0")
 
 
 def test_info_and_verify() -> None:

@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,7 @@ def answering(wanted: bool) -> Iterator[Answer]:
                 yield answer
             except InputError as error:
                 answer["errors"] = list(error.sentences)
+                answer["faults"] = [asdict(fault) for fault in error.faults]
                 raise
     except typer.Exit as ended:
         answer["exit_code"] = ended.exit_code
