@@ -37,7 +37,16 @@ def test_parts_of_a_branch_are_not_joined() -> None:
     np.testing.assert_array_equal(x[~np.isnan(x)], OMEGA)
 
 
+def test_frequencies_are_all_in_the_unit_of_the_first() -> None:
+    first, other = dataset().assign_attrs(frequency_unit="Hz"), dataset().assign_attrs(frequency_unit="rpm")
+    ax = Curves([first, other]).draw("amplitude", "dof", None)
+    assert ax.get_xlabel() == "Omega [Hz]"
+    for line in ax.lines:
+        np.testing.assert_allclose(drawn(line)[0] * 2 * np.pi, OMEGA, rtol=1e-15)
+
+
 def test_branches_of_different_units_of_time_do_not_fit() -> None:
     other = dataset().assign_attrs(time_unit="ms", frequency_unit="rad/ms")
+    other["omega"].attrs["units"] = "rad/ms"
     with pytest.raises(InputError, match=r"branches over Omega \[rad/s\] and over Omega \[rad/ms\] do not fit"):
         Curves([dataset(), other])

@@ -117,7 +117,7 @@ def phase(
     curves = Curves(branches, ax, label, frequency)
     order = whole("harmonic", harmonic, 1)
     values = {id(d): {n: _phase(d, n, order) for n in chosen(d, "dof", dof)} for _, d in curves.found}
-    ax = curves.draw_values(f"Phase of harmonic {order} [deg]", "dof", dof, values)
+    ax = curves.draw_values(f"Phase of harmonic {order} [deg]", values)
     curves.legend()
     return ax
 
@@ -172,7 +172,7 @@ def _total_power(curves: Curves) -> Axes:
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
 
     values = {id(dataset): {"": total(dataset)} for _, dataset in curves.found}
-    return curves.draw_values(quantity(curves.first, "dissipated_power"), "contact", "", values)
+    return curves.draw_values(quantity(curves.first, "dissipated_power"), values)
 
 
 def friction(

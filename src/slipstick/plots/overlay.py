@@ -35,10 +35,10 @@ class Curves:
             text("label", self.label)
         self.new = self.ax is None
         self.abscissa = abscissa(self.first, self.frequency)
-        for _, dataset in self.found[1:]:
-            other = abscissa(dataset, self.frequency)
-            if (other.name, other.label) != (self.abscissa.name, abscissa(self.first, self.frequency).label):
-                raise InputError(f"branches over {self.abscissa.label} and over {other.label} do not fit in one figure")
+        for _, dataset in self.found[1:]:  # frequencies all in the unit of the first
+            own, other = (quantity(d, abscissa(d).name) for d in (self.first, dataset))
+            if own != other:
+                raise InputError(f"branches over {own} and over {other} do not fit in one figure")
 
     @property
     def first(self) -> xarray.Dataset:
@@ -51,9 +51,9 @@ class Curves:
         if len(labels) > 1:
             raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
         values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, given)} for _, d in self.found}
-        return self.draw_values(labels.pop(), dim, given, values)
+        return self.draw_values(labels.pop(), values)
 
-    def draw_values(self, y_label: str, dim: str, given: Names, values: Mapping[int, Mapping[str, np.ndarray]]) -> Axes:
+    def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> Axes:
         """Values (point,) by the id of their dataset and by name."""
         ax = styled(self.ax, self.abscissa.label, y_label)
         for own, dataset in self.found:
