@@ -215,7 +215,7 @@ class Branch:
         """Write one self-contained page for any browser and return its path: curves, loops, states, provenance.
 
         ``contacts`` and ``dofs`` are how many are shown: those that dissipate most, those that move most. The loops
-        in the page are exact. Several branches in one page: ``slipstick.report.writing.write_report``.
+        in the page are exact. Several branches in one page: ``slipstick.report.write_report``.
 
         Raises
         ------

@@ -214,8 +214,8 @@ class Curves {
     this.peaks = found.slice(0, 40);
     const [, units] = this.unitsOf(this.lines[0]?.result ?? model.results[0]);
     const rows = this.peaks.map((peak) => peakRow(peak, this, model.results.length > 1));
-    const head = element("tr", {}, ...["dof", withUnits("at", units), withUnits("amplitude", model.results[0].content.dofs.units)].map((text) => element("th", { scope: "col" }, text)));
-    fill(this.side,element("h3", {}, "Peaks"),
+    const head = element("tr", {}, ...[...(model.results.length > 1 ? ["result"] : []), "dof", withUnits("at", units), withUnits("amplitude", model.results[0].content.dofs.units)].map((text) => element("th", { scope: "col" }, text)));
+    fill(this.side, element("h3", {}, "Peaks"),
       rows.length ? element("table", { class: "list" }, element("thead", {}, head), element("tbody", {}, ...rows))
         : element("p", { class: "soft" }, "No peak was located on these curves."));
   }
@@ -231,7 +231,7 @@ function peakRow(peak, curves, several) {
   const go = () => curves.app.set({ curve: "amplitude", result: peak.result.index, point: peak.point, dof: peak.name,
     dofs: curves.app.view.dofs.includes(peak.name) ? curves.app.view.dofs : [...curves.app.view.dofs, peak.name] });
   const stable = peak.result.unstable(peak.point) ? " (unstable)" : "";
-  return element("tr", {},
-    element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, peak.name), several ? element("span", { class: "soft" }, ` ${peak.result.label}`) : null),
+  return element("tr", {}, several ? element("td", { class: "soft" }, peak.result.label) : null,
+    element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, peak.name)),
     element("td", {}, short(peak.result.at[peak.point] * factor)), element("td", {}, `${short(peak.size)}${stable}`));
 }

@@ -2,7 +2,7 @@
 
 function head(host, content) {
   fill(host, element("p", { class: "brand" }, "slipstick"), element("h1", {}, content.title),
-    ...content.results.map((result) => outcome(result, content.results.length > 1)));
+    element("div", { class: content.results.length > 1 ? "outcomes" : "" }, ...content.results.map((result) => outcome(result, content.results.length > 1))));
 }
 
 function outcome(result, several) {

@@ -24,7 +24,7 @@ class Panels {
     const { app } = this, { view, result } = app;
     this.host.hidden = !result.points;
     if (this.host.hidden) return;
-    this.title.textContent = `At ${app.where()}`;
+    this.title.textContent = `${app.model.results.length > 1 ? `${result.label}, at` : "At"} ${app.where()}`;
     this.drawPick(result);
     const law = view.contact ? result.element(view.point, view.contact) : null;
     const ported = law || !view.contact ? null : result.ported(view.point, view.contact);
