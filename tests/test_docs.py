@@ -1,9 +1,9 @@
 """Every block of README, docs and notebooks runs, page by page in a folder of its own, and prints what is shown.
 
 ``python`` blocks of a page share their names; one that begins with a comment naming a file (`# case.toml`) is written
-to that file instead, and so are ``toml`` blocks. ``sh`` blocks run line by line. A ``text`` block is what the block
-before it printed: "..." stands for anything, numbers may differ by two units of their last digit. What Python prints
-must be shown.
+to that file instead, and so are ``toml`` blocks, which have to be right as cases or as parts of one. ``sh`` blocks run
+line by line. A ``text`` block is what the block before it printed: "..." stands for anything, numbers may differ by two
+units of their last digit. What Python prints must be shown.
 """
 
 from __future__ import annotations
@@ -72,6 +72,8 @@ GIVEN = {
 }
 """Files that a page speaks of."""
 
+SECTIONS = {"structure", "load", "contact", "thermal", "response", "output"}
+
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {
     "tutorial-blade-tip.md",
@@ -125,7 +127,16 @@ class Session:
         self.printed = out.getvalue()
 
     def toml(self, text: str) -> None:
-        tomllib.loads(text)
+        """A case, sections of one, or keys of a contact: every key and value is one that a case may have."""
+        from slipstick.app.sections import read_sections
+
+        given = tomllib.loads(text)
+        case = tomllib.loads((ROOT / "examples/oscillator/oscillator.toml").read_text(encoding="utf-8"))
+        if "format" in given or set(given) <= SECTIONS:
+            case = given if "format" in given else case | given
+        else:
+            case["contact"][0] |= given
+        assert read_sections(case)[1] == [], text
         self._is_file(text)
 
     def sh(self, text: str) -> None:

@@ -121,3 +121,11 @@ def test_one_version_everywhere() -> None:
     project = tomllib.loads(text(ROOT / "pyproject.toml"))["project"]
     assert ss.__version__ == project["version"]
     assert re.search(r"^version: (\S+)$", text(ROOT / "CITATION.cff"), flags=re.MULTILINE)[1] == project["version"]
+
+
+def test_every_example_is_in_the_gallery() -> None:
+    from slipstick.app.examples import examples
+
+    gallery = "".join(text(DOCS / name) for name in ("examples.md", "blade.md"))
+    for name, example in examples().items():
+        assert f"`{name}`" in gallery or f"examples/{name}.py" in gallery or f"`{example.path.name}`" in gallery, name
