@@ -145,38 +145,46 @@ function seen(nodes, u, magnified, { middle }, [yaw, pitch], scale, width, heigh
   return out;
 }
 
+/** Twice the area a triangle shows to the eye, positive where it looks at it; the screen's y points down. */
+function facing(p, i, j, k) {
+  const [ax, ay, bx, by] = [p[3 * j] - p[3 * i], p[3 * j + 1] - p[3 * i + 1], p[3 * k] - p[3 * i], p[3 * k + 1] - p[3 * i + 1]];
+  return ay * bx - ax * by;
+}
+
+function triangle(ctx, p, corners) {
+  corners.forEach((i, at) => ctx[at ? "lineTo" : "moveTo"](p[3 * i], p[3 * i + 1]));
+  ctx.closePath();
+}
+
+/** Triangles that look at the eye. */
+function seenOf(p, triangles) {
+  const found = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    const corners = triangles.subarray(t, t + 3);
+    if (facing(p, ...corners) > 0) found.push(corners);
+  }
+  return found;
+}
+
 function outline(ctx, p, triangles) {
   ctx.beginPath();
-  for (let t = 0; t < triangles.length; t += 3) {
-    const [i, j, k] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
-    ctx.moveTo(p[i], p[i + 1]);
-    ctx.lineTo(p[j], p[j + 1]);
-    ctx.lineTo(p[k], p[k + 1]);
-    ctx.closePath();
-  }
-  ctx.fillStyle = colour("edge");
+  for (const corners of seenOf(p, triangles)) triangle(ctx, p, corners);
+  ctx.globalAlpha = 0.35;
+  ctx.fillStyle = colour("text-faint");
   ctx.fill();
+  ctx.globalAlpha = 1;
 }
 
 /** Triangles from back to front, coloured by how much they move, lighter where they look at the eye. */
 function faces(ctx, p, triangles, moved) {
-  const drawn = [];
-  for (let t = 0; t < triangles.length; t += 3) {
-    const [i, j, k] = [triangles[t], triangles[t + 1], triangles[t + 2]];
-    const [ax, ay, bx, by] = [p[3 * j] - p[3 * i], p[3 * j + 1] - p[3 * i + 1], p[3 * k] - p[3 * i], p[3 * k + 1] - p[3 * i + 1]];
-    const facing = ay * bx - ax * by; // the screen's y points down
-    if (facing > 0) drawn.push({ i, j, k, depth: p[3 * i + 2] + p[3 * j + 2] + p[3 * k + 2] });
-  }
-  drawn.sort((a, b) => a.depth - b.depth);
+  const drawn = seenOf(p, triangles), depth = ([i, j, k]) => p[3 * i + 2] + p[3 * j + 2] + p[3 * k + 2];
+  drawn.sort((a, b) => depth(a) - depth(b));
   ctx.lineWidth = 0.6;
-  for (const { i, j, k } of drawn) {
-    const light = lightOf(p, i, j, k), [r, g, b] = rampAt((moved(i) + moved(j) + moved(k)) / 3).map((c) => Math.round(c * light));
+  for (const corners of drawn) {
+    const [i, j, k] = corners, light = lightOf(p, i, j, k), [r, g, b] = rampAt((moved(i) + moved(j) + moved(k)) / 3).map((c) => Math.round(c * light));
     ctx.fillStyle = ctx.strokeStyle = `rgb(${r},${g},${b})`;
     ctx.beginPath();
-    ctx.moveTo(p[3 * i], p[3 * i + 1]);
-    ctx.lineTo(p[3 * j], p[3 * j + 1]);
-    ctx.lineTo(p[3 * k], p[3 * k + 1]);
-    ctx.closePath();
+    triangle(ctx, p, corners);
     ctx.fill();
     ctx.stroke();
   }
@@ -185,9 +193,9 @@ function faces(ctx, p, triangles, moved) {
 /** Brightness by the angle between the face and the eye. */
 function lightOf(p, i, j, k) {
   const [a, b] = [j, k].map((n) => [p[3 * n] - p[3 * i], p[3 * n + 1] - p[3 * i + 1]]);
-  const facing = Math.abs(a[1] * b[0] - a[0] * b[1]), [da, db] = [j, k].map((n) => p[3 * n + 2] - p[3 * i + 2]);
+  const front = Math.abs(facing(p, i, j, k)), [da, db] = [j, k].map((n) => p[3 * n + 2] - p[3 * i + 2]);
   const side = Math.hypot(a[1] * db - b[1] * da, a[0] * db - b[0] * da);
-  return 0.62 + 0.38 * (facing / (Math.hypot(facing, side) || 1));
+  return 0.62 + 0.38 * (front / (Math.hypot(front, side) || 1));
 }
 
 function rampAt(part) {
