@@ -26,7 +26,11 @@ Strategy = tuple[str, Callable[[], "Array | None"]]
 _NEWTON = NewtonOptions(max_iterations=40)
 _QUICK = NewtonOptions(max_iterations=12, min_damping=0.05, non_monotone=2, patience=3)
 """Given up early: what is cheap is tried first, and everything again with patience when nothing cheap helped."""
-_RAMP = ContinuationOptions(first_step=0.05, max_step=0.2, max_points=400, locate_turning_points=False)
+_RAMP = ContinuationOptions(
+    first_step=0.05, max_step=0.3, min_step=1e-5, max_points=400, locate_turning_points=False,
+    aimed_angle=0.8, max_angle=1.5, max_correction=10.0, contraction=0.5, target_iterations=8, kink_step=1e-3,
+)  # fmt: skip
+"""Long steps: only the end counts, not which way leads there."""
 
 
 @dataclass(frozen=True, kw_only=True)
