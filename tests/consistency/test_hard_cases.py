@@ -36,8 +36,8 @@ def test_a_plateau_has_no_peaks():
 
 @pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 def test_the_ladder_ends_when_no_harmonic_can_be_left_out():
-    """Orders 0 to 3, driven on 3: fewer harmonics would be the same ones again."""
-    problem = oscillator(harmonics=range(4), harmonic=3)
+    """Orders 0, 1 and 3, driven on 3: fewer harmonics would be the same ones again."""
+    problem = oscillator(harmonics=[0, 1, 3], harmonic=3)
     balance = Balance(problem)
     names = [name for name, _ in FirstPoint(balance, problem.inputs, 2.0).strategies()]
     assert "fewer harmonics first" not in names

@@ -201,7 +201,7 @@ class FirstPoint:
             return None
         full = np.zeros((self.balance.n_ports, self.balance.L))
         full[:, places] = x.reshape(-1, kept.size)
-        return self._solve(full.reshape(-1), _QUICK)
+        return self._solve(full.reshape(-1), replace(_QUICK, max_iterations=20, patience=5))
 
     def _essential(self) -> Harmonics:
         harmonics = self.balance.harmonics
