@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,10 @@ def test_every_page_is_in_the_navigation() -> None:
 def test_every_public_name_is_in_the_reference() -> None:
     listed = re.findall(r"^\.\. auto\w+:: (\w+)$", text(DOCS / "python.md"), flags=re.MULTILINE)
     assert sorted(listed) == ss.__all__
+    for module, name in re.findall(
+        r"^\.\. autoclass:: (slipstick[\w.]+)\.(\w+)$", text(DOCS / "python.md"), flags=re.MULTILINE
+    ):
+        assert hasattr(import_module(module), name), name
 
 
 def test_every_verb_is_on_the_page_of_the_command_line() -> None:
