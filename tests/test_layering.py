@@ -84,7 +84,7 @@ BY_OTHERS = {
     "balance/notebook.py": "test_html.py, as every table that a notebook shows",
     "results/notebook.py": "test_html.py",
     "faults.py": "test_wrong_values.py, argument by argument",
-    "io/notes.py": "app/test_resume.py, by runs that go on",
+    "io/notes.py": "app/verbs/test_resume.py, by runs that go on",
 }
 """Files, or folders, that are tested through another one, and where."""
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.examples import example
+from slipstick.app.verbs.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape

@@ -30,8 +30,8 @@ _PUBLIC = {
     "reduced_blade": "slipstick.models.blade",
     "surface_contacts": "slipstick.models.surface_contacts",
     "Material": "slipstick.fem.materials",
-    "Case": "slipstick.app.case",
-    "load_case": "slipstick.app.case",
+    "Case": "slipstick.app.case.case",
+    "load_case": "slipstick.app.case.case",
     "FrictionCurve": "slipstick.thermal.friction_curve",
     "ThermalModel": "slipstick.thermal.model",
     "Branch": "slipstick.results.branch",
@@ -56,8 +56,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.response import linear_response as linear_response
     from slipstick.analysis.response import parameter_response as parameter_response
     from slipstick.analysis.transient import transient as transient
-    from slipstick.app.case import Case as Case
-    from slipstick.app.case import load_case as load_case
+    from slipstick.app.case.case import Case as Case
+    from slipstick.app.case.case import load_case as load_case
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app import fe_tables, tables
-from slipstick.app.case import Case
+from slipstick.app.case import fe_tables, tables
+from slipstick.app.case.case import Case
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 

@@ -16,9 +16,9 @@ import xarray
 from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
-from slipstick.app import run as run_module
 from slipstick.app.cli import app
-from slipstick.app.examples import examples
+from slipstick.app.verbs import run as run_module
+from slipstick.app.verbs.examples import examples
 from slipstick.contact.kernel.compilation import compile_kernel
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
@@ -73,7 +73,7 @@ def test_run_writes_results_figures_and_the_case(tmp_path: Path) -> None:
 
 
 def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
-    from slipstick.app.case import Case
+    from slipstick.app.case.case import Case
 
     path = case(tmp_path)
     assert slipstick("run", path, "-o", tmp_path / "out", "--no-figures", "-q").exit_code == 0
@@ -84,7 +84,7 @@ def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
 
 def test_missing_harmonics_are_warned_of_once(tmp_path: Path) -> None:
     """Odd harmonics alone under rubbing; the words are those of Python."""
-    from slipstick.app.run import warnings_of
+    from slipstick.app.verbs.run import warnings_of
 
     text = GOOD.replace('harmonics = "0..5"', "harmonics = [0, 1, 3]")
     assert text != GOOD
@@ -184,7 +184,7 @@ def test_unwritable_output_is_told_before_computing(tmp_path: Path, monkeypatch:
     def never(*_: object, **__: object) -> None:
         raise AssertionError("computed although the results cannot be written")
 
-    monkeypatch.setattr("slipstick.app.case.Case.run", never)
+    monkeypatch.setattr("slipstick.app.case.case.Case.run", never)
     places = [tmp_path / "file", tmp_path / "file" / "below", Path("/proc/none")]
     if os.name == "posix" and os.geteuid() != 0:
         (tmp_path / "locked").mkdir(mode=0o500)
@@ -256,7 +256,7 @@ def test_a_fault_of_the_program_is_a_sentence_and_a_log(tmp_path: Path, monkeypa
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("slipstick.app.case.Case.task", broken)
+    monkeypatch.setattr("slipstick.app.case.case.Case.task", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 2
@@ -479,7 +479,7 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
-    from slipstick.app.prepare import prepare_kernel
+    from slipstick.app.verbs.prepare import prepare_kernel
 
     monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
     monkeypatch.setattr("slipstick.contact.kernel.compilation.compile_kernel", lambda: 12.3)

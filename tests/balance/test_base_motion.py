@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.examples import example
+from slipstick.app.verbs.examples import example
 from slipstick.balance.kinds import KINDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.ports import Balance

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.parts import load_of
-from slipstick.app.tables import LoadTable
-from slipstick.app.validation import ReadTable
+from slipstick.app.case.parts import load_of
+from slipstick.app.case.tables import LoadTable
+from slipstick.app.case.validation import ReadTable
 from slipstick.balance.checks import range_faults
 from slipstick.balance.preflight import problem_warnings
 

@@ -9,8 +9,8 @@ import pytest
 import xarray
 
 import slipstick as ss
-from slipstick.app.case import Case
-from slipstick.app.run import Manner, run_case
+from slipstick.app.case.case import Case
+from slipstick.app.verbs.run import Manner, run_case
 from slipstick.results.schema import POINT_KINDS, VARIABLES
 
 CASE = """

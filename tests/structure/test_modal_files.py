@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.case import load_case
+from slipstick.app.case.case import load_case
 from slipstick.errors import InputError
 from slipstick.structure.modal_files import first_modes
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slipstick.app.answers import Answer, answering
-from slipstick.app.completion import case_files, example_names, results_files
-from slipstick.app.guard import guarded
+from slipstick.app.terminal.answers import Answer, answering
+from slipstick.app.terminal.completion import case_files, example_names, results_files
+from slipstick.app.terminal.guard import guarded
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.app.run import Manner
+    from slipstick.app.verbs.run import Manner
 
 app = typer.Typer(
     name="slipstick",
@@ -73,7 +73,7 @@ def run(
 ) -> None:
     """Compute a case: results.nc, written point by point, report.html and figures."""
     with answering(as_json) as answer:
-        from slipstick.app.run import run_case
+        from slipstick.app.verbs.run import run_case
 
         raise typer.Exit(
             run_case(case, output, force=force, manner=_manner(figures, report, quiet, time_limit, answer))
@@ -91,14 +91,14 @@ def resume(
 ) -> None:
     """Go on with a run that was killed, interrupted or out of time: the same points as if nothing had happened."""
     with answering(as_json) as answer:
-        from slipstick.app.resume import resume_run
+        from slipstick.app.verbs.resume import resume_run
 
         raise typer.Exit(resume_run(folder, _manner(figures, report, quiet, time_limit, answer)))
 
 
 def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, answer: Answer) -> Manner:
-    from slipstick.app.quantity_texts import read_duration
-    from slipstick.app.run import Manner
+    from slipstick.app.case.quantity_texts import read_duration
+    from slipstick.app.verbs.run import Manner
 
     try:
         seconds = None if time_limit is None else read_duration(time_limit)
@@ -125,7 +125,7 @@ def report(
 ) -> None:
     """Write one self-contained page of results, for any browser: curves, loops, states, provenance."""
     with answering(as_json) as answer:
-        from slipstick.app.report import report_results
+        from slipstick.app.verbs.report import report_results
 
         answer |= report_results(results, output, title=title, contacts=contacts, dofs=dofs)
 
@@ -141,7 +141,7 @@ def check(
 ) -> None:
     """Everything run would refuse or warn of, and the modes of the structure."""
     with answering(as_json) as answer:
-        from slipstick.app.check import check_case
+        from slipstick.app.verbs.check import check_case
 
         raise typer.Exit(check_case(case, answer, in_time=in_time))
 
@@ -159,7 +159,7 @@ def init(
 ) -> None:
     """Write a commented example case, or the same as a Python script."""
     with guarded():
-        from slipstick.app.init import list_examples, write_example
+        from slipstick.app.verbs.init import list_examples, write_example
 
         if example is None or listed:
             list_examples()
@@ -188,7 +188,7 @@ def import_(
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
     with guarded():
-        from slipstick.app.importing import ImportRequest, import_files
+        from slipstick.app.verbs.importing import ImportRequest, import_files
 
         import_files(
             ImportRequest(
@@ -216,7 +216,7 @@ def import_(
 def info(as_json: AsJson = False) -> None:
     """Versions, platform, threads, and whether the contact kernel is compiled."""
     with answering(as_json) as answer:
-        from slipstick.app.info import show_info
+        from slipstick.app.verbs.info import show_info
 
         show_info(answer)
 
@@ -249,14 +249,14 @@ def verify(
         if results is None:
             if point or at:
                 raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
-            from slipstick.app.verify import show_verification
+            from slipstick.app.verbs.verify import show_verification
 
             raise typer.Exit(show_verification(only, answer, markdown))
         if only is not None:
             raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
         if markdown is not None:
             raise InputError("--markdown: writes the installation's table; leave it out with RESULTS")
-        from slipstick.app.in_time import verify_results
+        from slipstick.app.verbs.in_time import verify_results
 
         raise typer.Exit(verify_results(results, point or (), at or (), tolerance, answer))
 

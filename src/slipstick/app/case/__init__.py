@@ -1,0 +1,1 @@
+"""The case file: its format, what it says made public objects, its faults in its own words."""

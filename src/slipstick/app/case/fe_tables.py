@@ -1,0 +1,224 @@
+"""Tables of a case file for finite element models: ``[structure]`` of kind "fe" and "blade", contacts on a surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator
+
+from slipstick.app.case.sentences import toml, unexpected
+from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table
+from slipstick.errors import Fault, InputError
+
+MOST_POINTS = 1000
+"""Each keeps three dofs, of which the reduction is a full matrix."""
+
+_DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _vector(value: Any) -> tuple[float, ...]:
+    if not (isinstance(value, list) and len(value) == 3 and all(map(_number, value)) and any(value)):
+        raise unexpected("three numbers such as [0, 1, 0], not all 0")
+    return tuple(map(float, value))
+
+
+def _surface(value: Any) -> Any:
+    """A name, or ``{ direction, angle, depth }``."""
+    if isinstance(value, str) and value:
+        return value
+    if not isinstance(value, dict) or "direction" not in value or set(value) - {"direction", "angle", "depth"}:
+        raise unexpected(f"{_DIRECTION}")
+    for name in ("angle", "depth"):
+        if name in value and not (_number(value[name]) and value[name] > 0):
+            raise InputError(Fault(name, found=toml(value[name]), expected="a number > 0"))
+    return {**value, "direction": _vector(value["direction"])}
+
+
+def _contacts(value: Any) -> Any:
+    """A number, node labels, or positions."""
+    if _whole(value) and 1 <= value <= MOST_POINTS:
+        return value
+    if (value if _whole(value) else len(value) if isinstance(value, list) else 0) > MOST_POINTS:
+        raise unexpected(f"at most {MOST_POINTS} contacts")
+    if isinstance(value, list) and value and all(map(_whole, value)):
+        return value
+    triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
+    if triples and all(_number(x) for p in value for x in p):
+        return [[float(x) for x in p] for p in value]
+    raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
+
+
+def _shapes(value: Any) -> dict[str, str]:
+    """``"SURFACE"`` or ``{ name = "SURFACE" }``."""
+    if isinstance(value, str) and value:
+        return {"pressure": value}
+    if not (isinstance(value, dict) and value and all(isinstance(s, str) and s for s in value.values())):
+        raise unexpected('the name of a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    return value
+
+
+def _films(value: Any) -> dict[str, float]:
+    if not (isinstance(value, dict) and value and all(_number(h) and h >= 0 for h in value.values())):
+        raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
+    return {name: float(h) for name, h in value.items()}
+
+
+def _points(value: Any) -> Any:
+    if value == "all" or (isinstance(value, list) and value and all(_whole(p) and p >= 1 for p in value)):
+        return value
+    raise unexpected('"all", or a list of contact points such as [1, 3], counted from 1')
+
+
+def _from_surface(value: Any) -> str:
+    if value != "surface":
+        raise unexpected('"surface": contacts on a surface take their normals from it')
+    return "surface"
+
+
+Vector = Annotated[tuple[float, float, float], PlainValidator(_vector)]
+SurfaceName = Annotated[Any, PlainValidator(_surface)]
+Contacts = Annotated[Any, PlainValidator(_contacts)]
+Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
+Films = Annotated[dict[str, float], PlainValidator(_films)]
+Positive = Annotated[float, Field(gt=0)]
+ModeCount = Annotated[int, Field(ge=1, le=10_000)]
+
+
+class MaterialTable(Table):
+    """``material = { young = 2e11, poisson = 0.3, density = 7800 }``."""
+
+    young: Positive | None = Field(default=None, description="a number > 0, Young's modulus (force/length^2)")
+    poisson: Annotated[float, Field(gt=-1, lt=0.5)] | None = Field(
+        default=None, description="a number between -1 and 0.5, Poisson's ratio"
+    )
+    density: Positive | None = Field(default=None, description="a number > 0, mass/length^3")
+    conductivity: NotNegative | None = Field(
+        default=None, description="a number >= 0, thermal conductivity (power/(length temperature))"
+    )
+
+
+class ReductionTable(Table):
+    """What both finite element kinds take."""
+
+    radius: Positive | None = Field(
+        default=None, description="a number > 0, the radius of the contact patches (length)"
+    )
+    modes: ModeCount | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
+
+
+class FeTable(ReductionTable):
+    """``[structure] kind = "fe"``."""
+
+    kind: Literal["fe"]
+    file: str = Field(description="the name of a model.h5 made by 'slipstick import', or of a mesh (.cdb, .inp, .msh)")
+    material: MaterialTable | None = Field(
+        default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
+    )
+    quadratic: bool = Field(default=False, description="true or false: nodes in the middle of the edges of a mesh")
+    fixed: list[str] = Field(default=[], description='a list of node sets or surfaces such as ["ROOT"]')
+    surface: SurfaceName | None = Field(default=None, description=_DIRECTION)
+    contacts: Contacts | None = Field(
+        default=None, description="a number of contacts, a list of node numbers, or a list of positions"
+    )
+    pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    base: list[Literal["x", "y", "z"]] = Field(
+        default=[], description='a list of the directions in which the support may move, such as ["x"]'
+    )
+    films: Films = Field(default={}, description="a table of surface = convection coefficient")
+    cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
+    keep: list[str] = Field(
+        default=[], max_length=3 * MOST_POINTS, description='a list of dofs of the full model such as ["n123y"]'
+    )
+    accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
+        default=None, description="a number between 0 and 1, the relative error of the receptance"
+    )
+    up_to: Frequency | None = Field(default=None, description='the highest frequency of that accuracy, such as "2 kHz"')
+    damping_ratio: NotNegative = Field(default=0.0, description="a number >= 0, the ratio to critical damping")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Something is kept; the number of modes is said in one way."""
+        faults = []
+        if "surface" not in raw and not raw.get("keep"):
+            remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
+            faults.append(Fault(statement="nothing is kept", remedy=remedy))
+        faults += [
+            Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
+            for key in ("contacts", "radius", "films", "cold")
+            if key in raw and "surface" not in raw
+        ]
+        if "accuracy" in raw and "modes" in raw:
+            faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
+        if ("accuracy" in raw) != ("up_to" in raw):
+            given, missing = ("accuracy", "up_to") if "accuracy" in raw else ("up_to", "accuracy")
+            remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
+            faults.append(Fault(given, f"is given without {missing}", remedy=remedy))
+        return faults
+
+
+class BladeTable(ReductionTable):
+    """``[structure] kind = "blade"``: a parametric turbine blade with contacts on its shroud, SI units."""
+
+    kind: Literal["blade"]
+    size: str = Field(default="small", description='"small", "medium" or "large"')
+    height: Positive | None = Field(default=None, description="a number > 0, the height of the whole blade, m")
+    chord: Positive | None = Field(default=None, description="a number > 0, the chord at the bottom, m")
+    thickness: Positive | None = Field(default=None, description="a number > 0, thickness over chord")
+    twist: float | None = Field(default=None, description="a finite number, degrees from bottom to top")
+    material: MaterialTable | None = Field(
+        default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
+    )
+    contacts: Annotated[int, Field(ge=1, le=MOST_POINTS)] = Field(
+        default=8, description="a whole number >= 1 of contacts"
+    )
+    film: NotNegative = Field(default=200.0, description="a number >= 0, the convection coefficient, W/(m2 K)")
+
+
+class SurfaceContactTable(ContactTable):
+    """``[[contact]]`` with ``points``: one block for contacts on a surface."""
+
+    points: Annotated[Any, PlainValidator(_points)] = Field(
+        default="all", description='"all", or a list of contact points such as [1, 3]'
+    )
+    direction: Vector = Field(description="the rubbing direction such as [0, 1, 0], projected on the surface")
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    normal: Annotated[Any, PlainValidator(_from_surface)] = Field(
+        default=None, description='"surface", for a normal load that varies with the motion'
+    )
+    normal_load_total: NotNegative | None = Field(
+        default=None, description="a number >= 0, the normal load of all points, shared by area"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The normal load and the direction are said in one way."""
+        faults = []
+        if "tangential" in raw:
+            remedy = "contacts on a surface slide along direction"
+            faults.append(Fault("tangential", "is given together with points", remedy=remedy))
+        if "normal_load_total" in raw:
+            faults += [
+                Fault(key, "is given together with normal_load_total", remedy="keep one")
+                for key in ("normal_load", "gap")
+                if key in raw
+            ]
+            raw = {**raw, "normal_load": raw["normal_load_total"]}
+            raw = {key: value for key, value in raw.items() if key != "gap"}
+        return faults + super().cross_check(raw)
+
+
+def contact_table(raw: Mapping[str, Any]) -> type[Table]:
+    """Which table a ``[[contact]]`` block is."""
+    on_surface = "points" in raw or ("tangential" not in raw and {"direction", "normal_load_total"} & set(raw))
+    return SurfaceContactTable if on_surface else ContactTable

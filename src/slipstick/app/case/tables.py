@@ -1,0 +1,386 @@
+"""The tables of a case file: which keys there are and what each expects (its description is used in messages)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator
+
+from slipstick.app.case.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
+from slipstick.app.case.sentences import toml, unexpected
+from slipstick.app.case.spacing import MOST_VALUES, Spacing, spacing_or_list
+from slipstick.balance.loads import place_faults, way_faults
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.faults import suggestion
+from slipstick.units import Units, label_faults
+
+
+def _positive_frequency(value: Any) -> float:
+    number = read_frequency(value)
+    if number <= 0:
+        raise unexpected("a frequency > 0")
+    return number
+
+
+def _cosines(value: Any) -> dict[str, float]:
+    """``"x"`` or ``{x = 1.0, y2 = -1.0}``."""
+    if isinstance(value, str) and value:
+        return {value: 1.0}
+    numbers = isinstance(value, dict) and value and all(_is_number(c) for c in value.values())
+    if not numbers:
+        raise unexpected('the name of a dof such as "x", or a table of cosines such as { x = 1.0, x2 = -1.0 }')
+    if not any(value.values()):
+        raise unexpected("at least one cosine that is not 0")
+    return {str(dof): float(cosine) for dof, cosine in value.items()}
+
+
+def _base(value: Any) -> str | dict[str, float]:
+    """``"x"`` as it is, or ``{x1 = 1.0, x2 = 1.0}``."""
+    cosines = _cosines(value)
+    return value if isinstance(value, str) else cosines
+
+
+def _orders_to_numbers(value: Any) -> dict[int, float]:
+    """``{ "1" = 2.0 }``: harmonic of the rubbing motion -> amplitude."""
+    right = isinstance(value, dict) and all(
+        k.isdecimal() and len(k) < 7 and _is_number(v) for k, v in value.items() if isinstance(k, str)
+    )
+    if not right:
+        raise unexpected('a table of harmonic = amplitude such as { "1" = 2.0 }, amplitudes finite lengths')
+    return {int(order): float(amplitude) for order, amplitude in value.items()}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def _number_or_table(value: Any) -> Any:
+    """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
+    if not isinstance(value, dict):
+        if not _is_number(value):
+            raise unexpected("a number >= 0, or { table = [[temperature, value], ...] }")
+        if value < 0:
+            raise unexpected("a number >= 0")
+        return float(value)
+    from slipstick.thermal.friction_curve import FrictionCurve
+
+    known = ("table", "interpolation")
+    faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]
+    if "table" not in value and not any(get_close_matches(key, known) for key in value):
+        faults.append(Fault("table", IS_MISSING, remedy="give rows of temperature and value"))
+    elif "table" in value:
+        try:
+            FrictionCurve(mu=value["table"], interpolation=str(value.get("interpolation", "pchip")))
+        except InputError as error:
+            faults += [fault.below("mu") for fault in error.faults]
+    if faults:
+        raise InputError(faults)
+    return value
+
+
+Frequency = Annotated[float, PlainValidator(_positive_frequency)]
+Cosines = Annotated[dict[str, float], PlainValidator(_cosines)]
+Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
+Harmonic = Annotated[int, Field(ge=0, le=10_000)]
+NotNegative = Annotated[float, Field(ge=0)]
+NumberOrTable = Annotated[float | dict[str, Any], PlainValidator(_number_or_table)]
+MatrixGiven = Annotated[list[Any] | str, PlainValidator(lambda value: _list_or_file(value))]
+
+
+def _list_or_file(value: Any) -> Any:
+    if isinstance(value, str) and value:
+        return value
+    square = isinstance(value, list) and value and all(isinstance(row, list) for row in value)
+    if not square:
+        raise unexpected("a square list of rows such as [[1.0, 0.0], [0.0, 1.0]], or a file .npz or .mtx")
+    for i, row in enumerate(value):
+        if len(row) != len(value):
+            rows = f"row {i + 1} has {len(row)} entries but there are {len(value)} rows"
+            raise InputError(Fault(statement=rows, expected="a square"))
+        for j, entry in enumerate(row):
+            if not _is_number(entry):
+                wrong = f"row {i + 1}, column {j + 1} is {toml(entry)}"
+                raise InputError(Fault(found=toml(value), statement=wrong, expected="a finite number"))
+    return value
+
+
+class Table(BaseModel):
+    """A table of the file: no unknown keys, no silent conversion, no inf or nan."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True, populate_by_name=False)
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Faults between keys, found on the raw table so that they are told together with wrong values."""
+        return []
+
+
+def _label(value: Any) -> str:
+    if faults := label_faults(value):
+        raise InputError([replace(fault, found=toml(value)) for fault in faults])
+    return str(value)
+
+
+Label = Annotated[str, PlainValidator(_label)]
+
+
+class UnitsTable(Table):
+    """``units = { length = "mm", force = "N", time = "s" }``: names alone, nothing is converted."""
+
+    length: Label | None = Field(default=None, description='a text such as "mm"')
+    force: Label | None = Field(default=None, description='a text such as "N"')
+    time: Label | None = Field(default=None, description='a text such as "s"')
+    temperature: Label | None = Field(default=None, description='a text such as "degC"')
+
+    @property
+    def units(self) -> Units:
+        """The names given, over the words for the dimensions."""
+        return Units(**self.model_dump(exclude_none=True))
+
+
+class TopTable(Table):
+    """Keys above the first section."""
+
+    format: Literal[1] = Field(description="format = 1, the version of the case file")
+    title: str = Field(default="", description="a text")
+    harmonics: Annotated[list[int], PlainValidator(harmonic_orders)] = Field(
+        description='the harmonics kept, such as "0..10" or [0, 1, 3, 5]'
+    )
+    period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
+        default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
+    )
+    units: UnitsTable = Field(
+        default=UnitsTable(), description='a table such as { length = "mm", force = "N", time = "s" }'
+    )
+
+
+class MatricesTable(Table):
+    """``[structure] kind = "matrices"``."""
+
+    kind: Literal["matrices"]
+    dofs: list[str] | None = Field(default=None, description='a list of names such as ["x", "y"]')
+    count: int | None = Field(
+        default=None, ge=1, le=10_000_000, description='a whole number >= 1: the dofs are then named "1", "2", ...'
+    )
+    mass: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    damping: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    stiffness: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Dofs or count, not both."""
+        if "dofs" in raw and "count" in raw:
+            return [Fault("count", "is given together with dofs", remedy="keep one of them")]
+        return []
+
+
+class ModalTable(Table):
+    """``[structure] kind = "modal"``."""
+
+    kind: Literal["modal"]
+    file: str = Field(description="the name of an .npz file with omega, mode_shapes and static_compliance")
+    dofs: list[str] | None = Field(default=None, description='a list of names; by default "n1x", "n1y", "n1z", "n2x"')
+    modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes to use")
+    loss_factor: NotNegative | None = Field(default=None, description="a number >= 0, the hysteretic loss factor")
+    damping_ratio: NotNegative | None = Field(default=None, description="a number >= 0, the ratio to critical damping")
+    force: bool = Field(default=False, description="true or false: take modes that are too few")
+
+
+class LoadTable(Table):
+    """``[[load]]``."""
+
+    dof: str | None = Field(default=None, description="the name of a dof")
+    shape: str | None = Field(default=None, description="the name of a load shape of the structure")
+    base: Annotated[str | dict[str, float], PlainValidator(_base)] | None = Field(
+        default=None,
+        description='dofs with their motion for a unit motion of the support, { x1 = 1.0, x2 = 1.0 }, or a name: "x"',
+    )
+    motion: Literal["displacement", "acceleration"] | None = Field(
+        default=None, description='"displacement" or "acceleration", what is given of the support'
+    )
+    harmonic: Harmonic = Field(default=1, description="a whole number >= 0 (0 is a static load)")
+    cos: float = Field(default=0.0, description="a finite number, the cosine part")
+    sin: float = Field(default=0.0, description="a finite number, the sine part")
+    amplitude: float | None = Field(default=None, description="a finite number: amplitude * cos(harmonic tau + phase)")
+    phase: Annotated[float, PlainValidator(read_angle)] | None = Field(
+        default=None, description='a number in rad, or text such as "90 deg"'
+    )
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Where and how much, each said once."""
+        faults = [*place_faults(raw), *way_faults(raw)]
+        if not {"amplitude", "cos", "sin"} & set(raw):
+            faults.append(Fault(statement="no force is given", remedy="give cos, sin, or amplitude with phase"))
+        return faults
+
+
+class RubbingTable(Table):
+    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``."""
+
+    velocity: float = Field(default=0.0, description="a finite number, length/time")
+    cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
+    normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
+
+
+class ContactThermalTable(Table):
+    """``[contact.thermal]``: how friction heats one contact."""
+
+    background: float | None = Field(default=None, description="a finite number, the temperature without friction")
+    resistance: NotNegative | None = Field(default=None, description="a number >= 0, temperature per dissipated power")
+
+
+class ThermalTable(Table):
+    """``[thermal]``: how friction heats contacts that share a body."""
+
+    influence: MatrixGiven = Field(
+        description="a square list of rows, or the name of an .npz or .mtx file: temperature per power"
+    )
+    contacts: list[str] | None = Field(
+        default=None, min_length=1, description="a list of contact names, in the order of the influence matrix"
+    )
+    background: float | None = Field(default=None, description="a finite number, the temperature without friction")
+
+
+class ContactTable(Table):
+    """``[[contact]]``."""
+
+    name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
+    tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
+    normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
+    kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
+    mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
+    kn: NumberOrTable | None = Field(
+        default=None, description="a number >= 0, the normal contact stiffness (force/length)"
+    )
+    gap: float | None = Field(default=None, description="a finite number, the gap (> 0) or interference (< 0)")
+    normal_load: NotNegative | None = Field(default=None, description="a number >= 0, the static normal load (force)")
+    rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
+    thermal: ContactThermalTable | None = Field(
+        default=None, description="a table such as { background = 25.0, resistance = 8.0 }"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The normal load is said in one way."""
+        faults = []
+        if "gap" in raw and "normal_load" in raw:
+            faults.append(Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)"))
+        elif "gap" not in raw and "normal_load" not in raw:
+            remedy = "give normal_load = 800.0, or normal, kn and gap"
+            faults.append(Fault(statement="the normal load is missing", remedy=remedy))
+        if "kn" not in raw and ("normal" in raw or ("gap" in raw and "normal_load" not in raw)):
+            remedy = "give the normal contact stiffness, needed with normal or gap"
+            faults.append(Fault("kn", IS_MISSING, remedy=remedy))
+        elif raw.get("kn") == 0 and raw.get("normal_load"):
+            faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
+        return faults
+
+
+class ResponseTable(Table):
+    """``[response]``: what is followed, from where to where."""
+
+    start: Any = Field(alias="from", description="a number")
+    stop: Any = Field(alias="to", description="a number")
+    parameter: str | None = Field(default=None, description='the name of a parameter such as "damper.velocity"')
+    omega: Frequency | None = Field(default=None, description="the fixed frequency of a parameter curve, rad/s")
+    at: Annotated[list[Any] | Spacing, PlainValidator(spacing_or_list)] = Field(
+        default=[], description='a list of values that become exact points, or { count = 50, spacing = "log" }'
+    )
+    period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
+        default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
+    )
+    peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")
+    max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
+        default=None, description="a whole number from 2 to 1000000"
+    )
+    first_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
+    max_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
+    min_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Values of the swept quantity: frequencies with units, or plain numbers of a parameter."""
+        swept = "parameter" in raw
+        faults = [fault for key in ("from", "to") if key in raw for fault in _value_faults((key,), raw[key], swept)]
+        values = raw.get("at", [])
+        if isinstance(values, list):
+            if len(values) > MOST_VALUES:
+                faults.append(Fault("at", found=f"{len(values)} values", expected=f"at most {MOST_VALUES}"))
+            ends = (raw.get("from"), raw.get("to")) if not faults else (None, None)
+            faults += [fault for i, v in enumerate(values) for fault in _at_faults(i, v, ends, swept)]
+        if swept and "omega" not in raw:
+            remedy = "a parameter is followed at one frequency, give omega in rad/s"
+            faults.append(Fault("omega", IS_MISSING, remedy=remedy))
+        if "omega" in raw and not swept:
+            faults.append(Fault("omega", "is given without parameter", remedy="give parameter, or from and to alone"))
+        low = min((end for key in ("from", "to") if (end := _value(raw.get(key), swept)) is not None), default=1.0)
+        if isinstance(values, Mapping) and values.get("spacing") == "log" and low <= 0:
+            remedy = 'give spacing = "linear", or a list'
+            faults.append(Fault(("at", "spacing"), found='"log", which needs from and to > 0', remedy=remedy))
+        return faults + _range_faults(raw, swept)
+
+
+def frequencies_met(response: ResponseTable) -> tuple[float, float]:
+    """The frequencies a case meets, rad/s: the ends of a range, or twice the fixed one."""
+    if response.parameter is None:
+        return swept_value(response.start, False), swept_value(response.stop, False)
+    assert response.omega is not None
+    return response.omega, response.omega
+
+
+def swept_value(value: Any, parameter: bool) -> float:
+    """A value of the swept quantity: rad/s, or the plain number of a parameter."""
+    if not parameter:
+        return _positive_frequency(value)
+    if not _is_number(value):
+        raise unexpected("a finite number")
+    return float(value)
+
+
+def _value(value: Any, swept: bool) -> float | None:
+    """A value of the swept quantity, or None where it is none."""
+    try:
+        return swept_value(value, swept)
+    except InputError:
+        return None
+
+
+def _value_faults(where: Where, value: Any, swept: bool) -> list[Fault]:
+    try:
+        swept_value(value, swept)
+    except InputError as error:
+        return [replace(fault.inside(*where), found=toml(value)) for fault in error.faults]
+    return []
+
+
+def _at_faults(number: int, value: Any, ends: tuple[Any, Any], swept: bool) -> list[Fault]:
+    """Faults of one requested value; it lies in the range where both ends of that are right."""
+    wrong = _value_faults(("at", number), value, swept)
+    start, stop = (_value(end, swept) for end in ends)
+    if wrong or start is None or stop is None:
+        return wrong
+    found, (low, high) = swept_value(value, swept), sorted((start, stop))
+    unit = "" if swept else " rad/s"
+    outside = f"{found:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
+    return [] if low <= found <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
+
+
+def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
+    start, stop = (_value(raw.get(key), swept) for key in ("from", "to"))
+    if start is None or start != stop:
+        return []
+    unit = "" if swept else " rad/s"
+    return [Fault("to", f"is {stop:g}{unit}, the same as from", remedy="give a range that is not empty")]
+
+
+class OutputTable(Table):
+    """``[output]``."""
+
+    dofs: list[str] = Field(min_length=1, description='a list of dof names such as ["x"]')

@@ -1,0 +1,1 @@
+"""What a user sees while a verb works and when it cannot."""

@@ -1,0 +1,173 @@
+"""The ``check`` verb: what a case describes, what looks wrong, and what the linear limits are."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.app.case.case import Case
+from slipstick.app.terminal.answers import Answer, case_answer
+from slipstick.app.terminal.guard import DONE, complain, say
+from slipstick.app.verbs.full_model import show_full_model
+from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.app.verbs.references import linear_references
+from slipstick.contact import traits
+from slipstick.errors import SlipstickWarning
+
+if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.problem import Problem
+    from slipstick.units import Units
+
+_LISTED = 10
+
+
+def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
+    """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults.
+
+    With ``in_time`` the curve is followed, and its highest peaks are held against integration in time.
+    """
+    case = Case.from_file(path, say)
+    problem = case.problem()
+    answer |= case_answer(case)
+    answer["warnings"] = print_warnings(case)
+    say(f"{case.title} ({path})")
+    _structure(case, problem)
+    _reduction(case, problem)
+    show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
+    _request(case, problem)
+    _contacts(problem)
+    if case.parameter is None:
+        answer["linear"] = _linear_limits(case, problem)
+    say(f"ok: 'slipstick run {path}' can start")
+    return _in_time(case, answer) if in_time else DONE
+
+
+def _in_time(case: Case, answer: Answer) -> int:
+    from slipstick.app.verbs.in_time import AGREES, check_curve
+
+    say(f"following {case.request} for the check in time ...")
+    prepare_kernel(say)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SlipstickWarning)
+        branch = case.run()
+    for warning in caught:
+        complain(f"warning: {warning.message}")
+    return check_curve(branch, AGREES, answer)
+
+
+def print_warnings(case: Case) -> list[str]:
+    """Print the warnings of a case on standard error; the sentences."""
+    sentences = case.warnings()
+    for sentence in sentences:
+        complain(f"warning: {sentence}")
+    return sentences
+
+
+def _structure(case: Case, problem: Problem) -> None:
+    structure = problem.structure
+    shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
+    say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
+    frequencies = np.asarray(structure.natural_frequencies)
+    say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
+    for number, omega in enumerate(frequencies[:_LISTED], start=1):
+        say(f"  {number:>3}  {case.frequency_text(float(omega))}")
+
+
+def _reduction(case: Case, problem: Problem) -> None:
+    from slipstick.balance.reduction import worst_error
+
+    worst = worst_error(problem, case.omega)
+    if worst is None or worst.kind == "unknown":
+        return
+    limit = problem.structure.valid_to  # type: ignore[attr-defined]
+    say(
+        f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
+        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if np.isfinite(limit) else "")
+    )
+
+
+def _request(case: Case, problem: Problem) -> None:
+    say(f"range: {case.request}")
+    orders = problem.harmonics.orders
+    unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
+    say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
+    if problem.period_ratio != (1, 1):
+        ratio = "{}/{}".format(*problem.period_ratio)
+        say(f"period of the load over that of the rub: {ratio}; omega belongs to the common period")
+    say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
+    if problem.relative:
+        say("the support moves: all motion, in results and figures too, is relative to it")
+
+
+_ALONG = {"tangential": "slides along"}
+
+
+def _contacts(problem: Problem) -> None:
+    for pair in problem.contacts:
+        for k, name in enumerate(pair.elements):
+            ports = {port: pair.direction(port, k) for port in pair.contact.ports}
+            along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
+            law, units = pair.contact, problem.units
+            numbers = [
+                f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(traits.units(law, quantity))}"
+                for quantity in _told(pair, k)
+            ]
+            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
+
+
+def _motion(pair: ContactPair, k: int, units: Units) -> str:
+    """How the counter surface of the k-th contact moves."""
+    along, across = (
+        _some(sorted({m for part in parts for m in getattr(pair.rubbing, part) if pair.values(f"{part}{m}")[k] != 0.0}))
+        for parts in (("cos", "sin"), ("normal_cos", "normal_sin"))
+    )
+    velocity = float(pair.values("velocity")[k])
+    words = [f"rubbing at {velocity:g}{units.after('length/time')}" if velocity or along else "no rubbing"]
+    words += [f"periodic part of order {along}"] if along else []
+    words += [f"moving along the normal with order {across}"] if across else []
+    return " and ".join(words)
+
+
+def _told(pair: ContactPair, k: int) -> list[str]:
+    """Quantities worth a word: of a friction contact the normal load at rest instead of the gap that makes it."""
+    load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
+    hidden = {"gap"} if load else {"normal_load"}
+    hidden |= {"kn"} if pair.direction("normal", k) is None else set()
+    return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
+
+
+def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
+    """Highest point of the linear response without contacts and with all of them stuck."""
+    found = []
+    for label, data in linear_references(problem, case.omega):
+        grid = data["omega"].to_numpy()
+        for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
+            values = data["amplitude"].sel(dof=dof).to_numpy()
+            at = int(np.argmax(values))
+            size = f"{values[at]:.4g}{problem.units.after('length')}"
+            say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
+            found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+    return found
+
+
+def _cosines(cosines: Mapping[str, float] | None) -> str:
+    """A direction as a sum.
+
+    >>> _cosines({"x1": 1.0, "x2": -1.0}), _cosines({"x": -0.6, "y": 0.8})
+    ('x1 - x2', '-0.6 x + 0.8 y')
+    """
+    words: list[str] = []
+    for dof, c in (cosines or {}).items():
+        size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
+        words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
+    return " ".join(words)
+
+
+def _some(names: object, most: int = 8) -> str:
+    listed = [str(n) for n in names]  # type: ignore[attr-defined]
+    return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")

@@ -1,0 +1,62 @@
+"""The figures a run leaves beside its results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick import plots
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.app.case.case import Case
+
+
+def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
+    """Draw everything that says something about the results; the files written."""
+    dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
+    top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
+    drawings: dict[str, Callable[[], Any]] = {
+        "response": lambda: plots.response(data, dof, references=_references(case)),
+        "mean": lambda: plots.mean(data, dof),
+        "phase": lambda: plots.phase(data, dof),
+        "spectrum": lambda: plots.spectrum(data, top, dof),
+        "history": lambda: plots.history(data, top, dof),
+    }
+    if data.sizes["contact"]:
+        drawings |= _contact_drawings(data, top)
+    return [path for name, draw in drawings.items() for path in plots.save_figure(draw(), folder / name)]
+
+
+def _contact_drawings(data: xarray.Dataset, top: int) -> dict[str, Callable[[], Any]]:
+    """What shows the contacts; loops and states are those at the point ``top``, of the largest amplitude."""
+    contact = _busiest(data)
+    drawings: dict[str, Callable[[], Any]] = {
+        "power": lambda: plots.power(data),
+        "fractions": lambda: plots.fractions(data, contact),
+        "loop": lambda: plots.loops(data, top, contact)[0],
+        "states": lambda: plots.states(data, top),
+    }
+    if np.ptp(data["friction_coefficient"].to_numpy()) > 0:
+        drawings["friction"] = lambda: plots.friction(data, contact)
+    if "temperature" in data and data["temperature"].notnull().any():
+        drawings["temperature"] = lambda: plots.temperature(data, contact)
+    return drawings
+
+
+def _busiest(data: xarray.Dataset) -> str:
+    """The contact that dissipates most."""
+    return str(data["contact"].to_numpy()[int(data["dissipated_power"].max("point").to_numpy().argmax())])
+
+
+def _references(case: Case) -> dict[str, Any]:
+    """Linear responses without contact and fully stuck, over the range of frequencies."""
+    if case.parameter is not None:
+        return {}
+    from slipstick.app.verbs.references import linear_references
+
+    return dict(linear_references(case.problem(), case.omega))

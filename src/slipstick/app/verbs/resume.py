@@ -1,0 +1,133 @@
+"""The ``resume`` verb: go on with a run that ended before it was done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.case.case import Case
+from slipstick.app.case.source import read_text
+from slipstick.app.terminal.answers import files_in, results_answer
+from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.app.verbs.check import print_warnings
+from slipstick.app.verbs.output import FolderOfRun
+from slipstick.app.verbs.run import PLAIN, UNFINISHED, Begun, Manner, Run
+from slipstick.errors import InputError, Outcome
+
+if TYPE_CHECKING:
+    from slipstick.results.schema import Layout
+
+
+def resume_run(folder: Path, manner: Manner = PLAIN) -> int:
+    """Go on with the run in a folder, from its last point; the exit code.
+
+    Raises
+    ------
+    InputError
+        If there is no run in it, its case has changed, or it was begun by another version.
+    """
+    place = FolderOfRun(folder)
+    try:
+        ended = _ended(place, manner)
+        return ended if ended is not None else _go_on(place, manner)
+    finally:
+        place.release()
+
+
+def _ended(place: FolderOfRun, manner: Manner) -> int | None:
+    """The exit code of a run that has nothing left to do; None of one to go on with."""
+    from slipstick.io.journal import journal_of
+    from slipstick.io.loading import load_dataset
+
+    journal = journal_of(place.results)
+    if not place.results.exists():
+        if journal.exists():
+            return None
+        raise InputError(f"{place.folder}: there is no run in it; expected a folder that 'slipstick run' wrote")
+    attributes = load_dataset(place.results).attrs
+    outcome = Outcome.__members__.get(str(attributes.get("outcome")), Outcome.INTERRUPTED)
+    if outcome in UNFINISHED:
+        if journal.exists():
+            return None
+        raise InputError(
+            f"{place.folder}: the run in it did not end, and {journal.name}, from which it would go on, is missing; "
+            "run the case anew into another folder"
+        )
+    journal.unlink(missing_ok=True)
+    if outcome.ok:
+        place.complete()
+    if manner.answer is not None:
+        said = {"outcome": outcome.name, "message": str(attributes.get("outcome_text") or outcome.text)}
+        manner.answer.update({**said, **results_answer(load_dataset(place.results)), **files_in(place.work)})
+    if outcome.ok:
+        say(f"nothing is left to do: the run in {place.folder} is complete")
+        return DONE
+    say(str(attributes.get("outcome_text") or outcome.text))
+    say(f"nothing is left to do: the run in {place.folder} ended by itself; change the case and run it anew")
+    return STOPPED
+
+
+def _go_on(place: FolderOfRun, manner: Manner) -> int:
+    from slipstick.analysis.course import Checkpoint, resumable
+    from slipstick.io.journal import journal_of, read_journal
+    from slipstick.io.notes import unpacked
+
+    journal = journal_of(place.results)
+    recorded = read_journal(journal)
+    attributes, about = recorded.layout.attributes, recorded.about
+    _same_versions(attributes, journal)
+    text, path = str(attributes.get("case", "")), Path(str(about.get("case_path") or "case.toml"))
+    _same_text(text, [path, place.work / path.name])
+    case = Case.from_text(text, path, manner.tell)
+    told = print_warnings(case)
+    size = case.balance.size
+    try:
+        checkpoints = [Checkpoint.from_plain(unpacked(note), size) for note in recorded.notes]
+    except InputError as error:
+        raise InputError(f"{journal}: {error}") from None
+    _same_problem(case, recorded.layout, str(about.get("problem")), journal)
+    kept = checkpoints[: resumable(checkpoints)]
+    manner.tell(f"going on after {len(kept)} points in {place.work}")
+    place.keep_case(path.name, text)
+    return Run(case, place, manner, told, Begun(recorded, kept)).whole()
+
+
+def _same_versions(attributes: Mapping[str, Any], journal: Path) -> None:
+    """Raises InputError for a run of another slipstick; a change in what it stands on is told."""
+    from slipstick.results.schema import versions
+
+    for name, present in versions().items():
+        found, package = str(attributes.get(name, "")), name.removesuffix("_version")
+        if found == present:
+            continue
+        if package == "slipstick":
+            raise InputError(
+                f"{journal}: the run was begun by slipstick {found}, this is {present}, and its points may differ; go "
+                "on with that version, or run the case anew into another folder"
+            )
+        complain(f"warning: the run was begun with {package} {found}, this is {present}: last digits may differ")
+
+
+def _same_text(text: str, copies: Sequence[Path]) -> None:
+    """Raises InputError where the case was changed since the run began; one that is gone is read from the results."""
+    for copy in copies:
+        if copy.is_file() and read_text(copy) != text:
+            raise InputError(
+                f"{copy}: the case has changed since the run began; put it back as it was (the results hold it), or "
+                "run the case anew into another folder"
+            )
+
+
+def _same_problem(case: Case, layout: Layout, fingerprint: str, journal: Path) -> None:
+    """Raises InputError where files that the case names have changed."""
+    from slipstick.io import problem as problems
+    from slipstick.results.schema import layout_of
+
+    own = layout_of(case.problem(), parameter=case.parameter or "")
+    same = (own.labels, own.variables) == (layout.labels, layout.variables)
+    if not same or problems.fingerprint(case.problem()) != fingerprint:
+        raise InputError(
+            f"{journal}: the run is of other numbers: a file that the case names, or what it is reduced to, has "
+            "changed since it began; put it back, or run the case anew into another folder"
+        )

@@ -1,0 +1,379 @@
+"""The ``run`` verb: compute a case with everything kept as it is found."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.case.body import silent
+from slipstick.app.case.case import Case
+from slipstick.app.terminal.answers import Answer, case_answer, files_in, results_answer
+from slipstick.app.terminal.guard import (
+    BAD_INPUT,
+    DONE,
+    STOPPED,
+    complain,
+    internal_sentence,
+    os_sentence,
+    say,
+    termination_as_interrupt,
+)
+from slipstick.app.terminal.progress import Progress, duration, progress
+from slipstick.app.verbs.check import print_warnings
+from slipstick.app.verbs.output import REPORT, OutputFolder
+from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
+from slipstick.io.loading import load_dataset
+from slipstick.units import Units, after_number
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.analysis.course import Checkpoint
+    from slipstick.analysis.events import Stopped
+    from slipstick.io.journal import Recorded
+    from slipstick.io.store import ResultStore
+    from slipstick.results.record import Recorder
+    from slipstick.results.schema import Layout
+
+
+UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
+"""Outcomes of a run that can be gone on with."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manner:
+    """How a run goes: what is drawn and shown, and after how many seconds it ends."""
+
+    figures: bool = True
+    report: bool = True
+    quiet: bool = False
+    time_limit: float | None = None
+    answer: Answer | None = None
+    """What is found goes here too."""
+
+    @property
+    def tell(self) -> Callable[[str], None]:
+        """What is said on the way."""
+        return silent if self.quiet else say
+
+
+PLAIN = Manner()
+
+
+def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Manner = PLAIN) -> int:
+    """Compute a case into a folder; the exit code.
+
+    Raises
+    ------
+    InputError
+        If the case has faults or its results cannot be written, before anything is computed.
+    """
+    case = Case.from_file(path, manner.tell)
+    told = print_warnings(case)
+    folder = OutputFolder(
+        output if output is not None else Path(f"{case.name}-results"),
+        case_path=path,
+        case_text=case.text,
+        force=force,
+    )
+    try:
+        return Run(case, folder, manner, told).whole()
+    except BaseException:
+        folder.abandon()
+        raise
+    finally:
+        folder.release()
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A run that ended before it was done: its journal, and the checkpoints of the points that are kept."""
+
+    recorded: Recorded
+    checkpoints: Sequence[Checkpoint]
+
+
+@dataclass
+class Run:
+    """One run from its start to its summary; what it found survives however it ends."""
+
+    case: Case
+    folder: OutputFolder
+    manner: Manner
+    told: Sequence[str] = ()
+    begun: Begun | None = None
+    outcome: Outcome = Outcome.INTERRUPTED
+    message: str = ""
+    failures: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    found: Mapping[str, Any] = field(default_factory=dict)
+    """Attributes of the branch."""
+
+    def whole(self) -> int:
+        """From its first point to its summary; the exit code."""
+        self.compute()
+        code = self.finish()
+        if self.manner.answer is not None:
+            self.manner.answer.update(self.answer)
+        return code
+
+    def compute(self) -> None:
+        """Follow the branch; every point goes to the store at once."""
+        from slipstick.results.record import Recorder
+
+        self.manner.tell(f"{self.case.title}: {self.case.request}")
+        begin = time.monotonic()
+        prepare_kernel(self.manner.tell)
+        recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
+        self._open(replace(recorder.layout, attributes=self._attributes()))
+        factor, unit = self.case.shown_in
+        start, stop = (value / factor for value in self.case.span)
+        with termination_as_interrupt(), progress(start, stop, unit, quiet=self.manner.quiet) as shown:
+            listener = _Listener(self.store, recorder, shown, self.case)
+            if self.manner.time_limit is not None:
+                listener.until = begin + self.manner.time_limit
+            if self.begun is not None:
+                listener.go_on(self.begun.checkpoints)
+            self._follow(listener)
+        self._close()
+
+    def _open(self, layout: Layout) -> None:
+        from slipstick.io.problem import fingerprint
+        from slipstick.io.store import ResultStore
+
+        problem = self.case.problem()
+        if self.begun is not None:
+            recorded, keep = self.begun.recorded, len(self.begun.checkpoints)
+            self.store = ResultStore(self.folder.results, recorded.layout, problem, recorded=recorded, keep=keep)
+            return
+        about = {"case_path": str(self.case.path.resolve()), "problem": fingerprint(problem)}
+        self.store = ResultStore(self.folder.results, layout, problem, about=about)
+        self.folder.copy_case()
+
+    def _follow(self, listener: _Listener) -> None:
+        from slipstick.analysis.walking import walk
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
+                task = replace(self.case.task(listeners=(listener,)), **self._taken_up)
+                for _ in walk(task):
+                    pass
+        except KeyboardInterrupt:
+            self.outcome = Outcome.INTERRUPTED
+        except InputError as error:
+            self.failures += error.sentences
+        except OSError as error:
+            self.failures.append(os_sentence(error))
+        except Exception as error:
+            self.failures.append(internal_sentence(error))
+        if listener.end is not None:
+            self.found = {**listener.end.attributes, **self.case.names}
+            if not self.failures:
+                self.outcome, self.message = listener.end.outcome, listener.end.message
+
+    @property
+    def _taken_up(self) -> dict[str, Any]:
+        return {} if self.begun is None else {"checkpoints": self.begun.checkpoints}
+
+    def _close(self) -> None:
+        ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text}
+        ended["warnings"] = "\n".join([*self.told, *self._afterwards()])
+        self.seconds = float(self.found.get("seconds", 0.0))
+        unfinished = self.failures or self.outcome in UNFINISHED
+        try:
+            self.store.close(ended, finished=not unfinished)
+        except OSError as error:
+            kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
+            said = os_sentence(error)
+            self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
+
+    def _afterwards(self) -> list[str]:
+        """What the results call for."""
+        from slipstick.results.afterwards import result_warnings
+
+        values = self.store.layout.unpack(self.store.rows())
+        problem = self.case.problem()
+        return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular)
+
+    @property
+    def answer(self) -> Answer:
+        """What a program is told of the run."""
+        data = load_dataset(self.folder.results) if len(self.store) else None
+        found = [] if data is None else warnings_of(data)
+        ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
+        said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
+        results = {"points": 0, "peaks": []} if data is None else results_answer(data)
+        return {**case_answer(self.case), **ended, **said, **results, **files_in(self.folder.work)}
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was asked for is there."""
+        return self.outcome.ok and not self.failures
+
+    @property
+    def text(self) -> str:
+        """How it ended, in words."""
+        return "stopped: " + "; ".join(self.failures) if self.failures else self.message or self.outcome.text
+
+    def _attributes(self) -> Mapping[str, Any]:
+        """What an unfinished file says."""
+        from slipstick.results.schema import attributes_of
+
+        unfinished = "unfinished: the run ended before it could say why; every point found is kept"
+        made = attributes_of(
+            self.case.problem(), Outcome.INTERRUPTED, unfinished, self.told, parameter=self.case.parameter or ""
+        )
+        return {**made, **self.case.names}
+
+    def finish(self) -> int:
+        """Figures, report and summary; the exit code."""
+        found = len(self.store)
+        if self.manner.figures and found > 1 and not self.failures:
+            self._draw()
+        if self.manner.report and found:
+            self._report()
+        if self.complete:
+            self.folder.complete()
+        self._summary(found)
+        for failure in self.failures:
+            complain(f"error: {failure}")
+        if self.complete:
+            return DONE
+        return BAD_INPUT if self.failures and not found else STOPPED
+
+    def _draw(self) -> None:
+        from slipstick.app.verbs.figures import draw_figures
+
+        try:
+            draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
+        except OSError as error:
+            self.failures.append(f"figures: {os_sentence(error)}")
+        except Exception as error:
+            self.failures.append(f"figures: {internal_sentence(error)}")
+
+    def _report(self) -> None:
+        """A run whose report cannot be written has its results all the same."""
+        from slipstick.io.loading import load
+        from slipstick.report.writing import write_report
+
+        try:
+            write_report(load(self.folder.results), self.folder.work / REPORT)
+        except InputError as error:
+            complain(f"warning: {error}")
+        except Exception as error:
+            complain(f"warning: report: {internal_sentence(error)}")
+
+    def _summary(self, found: int) -> None:
+        if found:
+            data = load_dataset(self.folder.results)
+            iterations = int(data["newton_iterations"].sum())
+            for line in peak_lines(data):
+                self.manner.tell(line)
+            if "coordinates_of_motion" in data.attrs:
+                self.manner.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
+            for sentence in warnings_of(data):
+                complain(f"warning: {sentence}")
+            self.manner.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
+        if not self.failures:
+            say(self.text)
+        say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")
+        if self.failures or self.outcome in UNFINISHED:
+            say(f"go on with: slipstick resume {self.folder.folder}")
+        if self.folder.replaces:
+            complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")
+
+
+class _Listener:
+    """Writes points to the store and shows them; ends the run when its time is up."""
+
+    def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
+        self._store, self._recorder, self._shown, self._case = store, recorder, shown, case
+        self._factor, self._unit = case.shown_in
+        self._last: float | None = None
+        self._part = 1
+        self.until = math.inf
+        self.end: Stopped | None = None
+
+    def go_on(self, checkpoints: Sequence[Checkpoint]) -> None:
+        """Show the points that are there already."""
+        for point in checkpoints[-1:]:
+            self._part, self._last = point.part, float(point.state[-1]) / self._factor
+            self._shown.go_on(len(checkpoints), self._last)
+
+    def __call__(self, event: Any) -> None:
+        kind = type(event).__name__
+        if kind == "Stopped":
+            self.end = event
+            return
+        if kind == "PointFound":
+            self._point(event.point, event.checkpoint)
+        elif kind == "StrategyTried":
+            why = f": {event.reason.text}" if event.reason else ""
+            result = "found" if event.found else f"not found{why}"
+            self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
+        if time.monotonic() > self.until:
+            raise TimeIsUp
+
+    def _point(self, point: Any, checkpoint: Checkpoint) -> None:
+        record = self._recorder.record(point)
+        self._store.append(record, checkpoint.plain())
+        value = float(point.parameter) / self._factor
+        if point.part != self._part:
+            self._part, self._last = point.part, None
+            where = f"{value:.6g}{self._unit}"
+            self._shown.note(f"  the branch broke off: it is followed from the other end too, from {where}")
+        step = abs(value - self._last) if self._last is not None else 0.0
+        self._last = value
+        self._shown.at(value, step, states_text(record))
+
+
+def states_text(record: Mapping[str, Any]) -> str:
+    """How the contacts share stick, slip and separation, averaged over those that have such states.
+
+    >>> states_text({"stick_fraction": [0.25], "slip_fraction": [0.75], "separation_fraction": [0.0]})
+    'stick 25 % slip 75 %'
+    """
+    import numpy as np
+
+    parts = []
+    for name in ("stick", "slip", "separation"):
+        value = np.asarray(record.get(f"{name}_fraction", ()), dtype=float)
+        known = value[np.isfinite(value)]
+        parts.append((name, float(known.mean()) if known.size else 0.0))
+    return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
+
+
+def warnings_of(data: xarray.Dataset) -> list[str]:
+    """The warnings that the results of a branch call for."""
+    from slipstick.results.afterwards import result_warnings
+
+    names = ("parameter", "omega", "truncation", "separation_fraction")
+    values = {name: data[name].to_numpy() for name in names if name in data}
+    contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
+    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit)
+
+
+def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:
+    """One line for each located peak, the largest of each dof first."""
+    kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
+    axis, units = "parameter" if data.attrs.get("parameter") else "omega", Units.of_results(data.attrs)
+    lines = []
+    for i in (kind == "peak").nonzero()[0]:
+        dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
+        value, size = float(data[axis][i]), float(data["amplitude"][i, max(of[i], 0)])
+        if axis == "omega":
+            where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
+        else:
+            where = f"{value:.6g}{after_number(data[axis].attrs['units'])}"
+        lines.append(
+            (size, f"peak of {dof}: amplitude {size:.6g}{after_number(data['amplitude'].attrs['units'])} at {where}")
+        )
+    lines.sort(key=lambda pair: -pair[0])
+    return [line for _, line in lines[:most]]
