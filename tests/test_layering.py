@@ -193,6 +193,19 @@ def imported_modules(path: Path) -> Iterator[str]:
                 yield from (f"{own}.{alias.name}" for alias in node.names)
 
 
+def test_rooms_of_the_application_keep_their_order() -> None:
+    """Case files know nothing of verbs and terminals, the terminal nothing of verbs."""
+    later = {"case": ("terminal", "verbs", "cli"), "terminal": ("verbs", "cli"), "verbs": ("cli",)}
+    for room, rooms in later.items():
+        found = [
+            f"{path.name} imports {name}"
+            for path in (ROOT / "app" / room).glob("*.py")
+            for name in imported_modules(path)
+            if name.startswith(tuple(f"app.{other}" for other in rooms))
+        ]
+        assert not found
+
+
 def test_tests_mirror_the_package() -> None:
     """Each file has its tests at the same place, and each test of a room a file that it tests."""
     files = {path.relative_to(ROOT).as_posix() for path in FILES if path.name != "__init__.py"}

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slipstick.app.cli import app
-from slipstick.app.terminal.completion import case_files, example_names, results_files
+from slipstick.app.verbs.completion import case_files, example_names, results_files
 
 
 def completed(words: str, shell: str = "bash") -> list[str]:
