@@ -46,7 +46,7 @@ def given_mesh(session: Session) -> None:
 
 def given_results(session: Session) -> None:
     """What the first run of the README leaves."""
-    session.run("sh", "slipstick init oscillator\nslipstick run oscillator.toml -o .")
+    session.run("sh", "slipstick init oscillator\nslipstick run oscillator.toml -o . --no-figures --no-report")
 
 
 def given_case(session: Session) -> None:
