@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.app.terminal.answers import Answer, answering
-from slipstick.app.verbs.completion import case_files, example_names, results_files
 from slipstick.app.terminal.guard import guarded
+from slipstick.app.verbs.completion import case_files, example_names, results_files
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
