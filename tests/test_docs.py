@@ -30,6 +30,8 @@ NOT_RUN = {
     "pip install": "installs from the package index",
     "python -m venv": "makes an environment",
     "#!/bin/bash": "a job for a cluster",
+    "#!/usr/bin/env python": "workers of a cluster",
+    "apiVersion": "workers of a cluster",
     ". rubs": "enters an environment",
     "flowchart": "a drawing",
     "{eval-rst}": "what the site makes from docstrings",
@@ -78,7 +80,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")
 SLOW = {
     "tutorial-blade-tip.md",
     "tutorial.md",
-    "many-cases.md",
+    "studies.md",
     "damper-load.md",
     "importing.md",
     "notebook-damper.ipynb",

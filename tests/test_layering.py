@@ -25,7 +25,7 @@ ORDER = (
     ("analysis",),
     ("models", "io", "plots"),
     ("importers", "report"),
-    ("study",),
+    ("studies",),
     ("verify",),
     ("app",),
     ("__main__",),
@@ -41,8 +41,9 @@ FUNCTION_LINES = 60
 PARAMETERS = 8
 FACADE = {
     "analysis/response.py": {"parameter_response"},
+    "studies/study.py": {"study"},
     "analysis/transient.py": {"transient", "integrate"},
-    "app/cli.py": {"import_"},
+    "app/cli.py": {"study", "import_"},
     "balance/loads.py": {"__init__"},
     "importers/import_model.py": {"import_model"},
     "models/blade.py": {"reduced_blade"},

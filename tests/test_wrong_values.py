@@ -190,6 +190,18 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "peaks_of": None, "options": SHORT, "listeners": (), "guess": None,
         },
     ),
+    "study": (
+        lambda: ss.study,
+        {
+            "problem": PROBLEM, "parameters": {"damper.mu": [0.3]}, "omega": (2.0, 3.0), "method": "grid",
+            "samples": None, "seed": 0, "peaks_of": "x", "options": SHORT, "workers": 1, "client": None,
+            "folder": "study", "missing": False, "listeners": (),
+        },
+    ),
+    "study samples": (
+        lambda: lambda **given: ss.study(PROBLEM, omega=(2.0, 3.0), options=SHORT, workers=1, **given),
+        {"parameters": {"damper.mu": {"from": 0.1, "to": 0.3}}, "method": "sobol", "samples": 2, "seed": 0},
+    ),
     "linear_response": (lambda: ss.linear_response, {"problem": PROBLEM, "omega": [2.0, 3.0], "state": "free"}),
     "transient": (
         lambda: ss.transient,

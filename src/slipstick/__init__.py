@@ -40,6 +40,7 @@ _PUBLIC = {
     "parameter_response": "slipstick.analysis.response",
     "linear_response": "slipstick.analysis.response",
     "transient": "slipstick.analysis.transient",
+    "study": "slipstick.studies.study",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
     "SlipstickWarning": "slipstick.errors",
@@ -80,6 +81,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure
     from slipstick.structure.reduction.reduce import reduce as reduce
+    from slipstick.studies.study import study as study
     from slipstick.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.thermal.model import ThermalModel as ThermalModel
     from slipstick.trig.harmonics import Harmonics as Harmonics

@@ -183,6 +183,7 @@ class Outcome(Reason):
         "resistance, the normal load or the velocity"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
+    FAILED = "failed: a fault ended it, which its message names"
     TIME_LIMIT = "stopped at the time limit; every point found is kept"
 
     @property

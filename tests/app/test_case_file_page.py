@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app.case import fe_tables, tables
-from slipstick.app.case.case import Case
+from slipstick.app.case.case import Case, fe_tables, tables
+from slipstick.app.case.studying import STUDY_KEYS
+from slipstick.studies.plan import METHODS
+from slipstick.studies.ranges import KEYS, SPACINGS
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 
@@ -22,6 +24,12 @@ def test_every_key_is_explained(model: type[tables.Table]) -> None:
     for name, field in model.model_fields.items():
         key = field.alias or name
         assert re.search(rf"[`{{ ]{re.escape(key)}[` ]", text), key
+
+
+def test_every_key_of_a_study_is_explained() -> None:
+    text = PAGE.read_text(encoding="utf-8").partition("## `[study]`")[2].partition("\n## ")[0]
+    for key in (*STUDY_KEYS, *KEYS, *METHODS, *SPACINGS[1:]):
+        assert re.search(rf"[`{{\", ]{re.escape(key)}[`\", ]", text), key
 
 
 def test_its_case_is_a_case() -> None:

@@ -131,6 +131,35 @@ def report(
 
 
 @app.command()
+def study(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-study, here.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Processes on this machine; by default one a processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster instead, such as tcp://host:8786.")
+    ] = None,
+    index: Annotated[int | None, typer.Option(min=0, help="Compute share I of N alone, as one of N jobs.")] = None,
+    of: Annotated[int | None, typer.Option(min=1, metavar="N", help="How many shares there are.")] = None,
+    missing: Annotated[bool, typer.Option("--missing", help="Also cases once more that did not complete.")] = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute a case for many values of its parameters ([study]): study.nc, curves.nc, figures."""
+    with answering(as_json) as answer:
+        from slipstick.app.verbs.study import Spread, run_study, share_of
+
+        spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
+        manner = _manner(figures, False, quiet, time_limit, answer)
+        raise typer.Exit(run_study(case, output, spread=spread, missing=missing, manner=manner))
+
+
+@app.command()
 def check(
     case: CasePath,
     in_time: Annotated[

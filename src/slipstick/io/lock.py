@@ -20,7 +20,7 @@ class FolderLock:
     """Held from its making to :meth:`release`, or to the end of the process.
 
     The file says who holds it, but it is the lock on it that counts: one left by a killed process holds nobody up.
-    A file system without locks is used without.
+    A file system without locks is used without. ``name`` is that of the lock: several may be held in one folder.
 
     Raises
     ------
@@ -30,8 +30,8 @@ class FolderLock:
         If the file cannot be made.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / NAME
+    def __init__(self, folder: Path, name: str = NAME) -> None:
+        self._path = folder / name
         while True:
             self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
             try:

@@ -19,6 +19,8 @@ _PUBLIC = {
     "history": "slipstick.plots.points",
     "spectrum": "slipstick.plots.points",
     "compare": "slipstick.plots.comparison",
+    "study_map": "slipstick.plots.study",
+    "study_curves": "slipstick.plots.study",
     "abscissa_text": "slipstick.plots.quantities",
     "save_figure": "slipstick.plots.style",
 }

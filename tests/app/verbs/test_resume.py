@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from slipstick.app.cli import app
-from slipstick.app.verbs import run as run_module
+from slipstick.app.verbs.manner import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
@@ -208,4 +208,4 @@ def test_run_names_resume_where_a_run_did_not_end(case: Path, monkeypatch: pytes
 
 
 def test_the_module_says_which_outcomes_can_be_gone_on_with() -> None:
-    assert {outcome.name for outcome in run_module.UNFINISHED} == {"INTERRUPTED", "TIME_LIMIT"}
+    assert {outcome.name for outcome in UNFINISHED} == {"INTERRUPTED", "TIME_LIMIT"}

@@ -12,6 +12,7 @@ from slipstick.app.case.body import Body, Tell, silent
 from slipstick.app.case.reading import read_case
 from slipstick.app.case.source import parse, read_text
 from slipstick.app.case.spacing import Spacing
+from slipstick.app.case.studying import study_plan
 from slipstick.app.case.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.faults import one, warn, wrong
 from slipstick.faults import path as path_of
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
     from slipstick.structure.protocol import Structure
+    from slipstick.studies.plan import StudyPlan
+    from slipstick.studies.solving import Job
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +41,8 @@ class Case:
     problem_: Problem = field(repr=False)
     response: ResponseTable
     frequency_unit: str = "rad/s"
+    plan: StudyPlan | None = None
+    """What ``[study]`` asks for."""
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
 
     @classmethod
@@ -61,7 +66,9 @@ class Case:
         )
         if not callable(tell):
             raise wrong("tell", tell, "a function of a text")
-        reading = read_case(parse(text, path.name), path.resolve().parent, tell)
+        raw = parse(text, path.name)
+        section = raw.pop("study", None)
+        reading = read_case(raw, path.resolve().parent, tell)
         return cls(
             path=path,
             text=text,
@@ -70,7 +77,17 @@ class Case:
             problem_=reading.problem,
             response=reading.response,
             frequency_unit=reading.frequency_unit,
+            plan=None if section is None else study_plan(section, reading.problem),
         )
+
+    def study_job(self) -> Job:
+        """What a study does for every case."""
+        from slipstick.studies.solving import Job
+
+        return Job(
+            problem=self.problem(), span=self.span, parameter=self.parameter or "", omega=self.omega[0],
+            requested=self.requested, peaks_of=self.response.peaks_of, options=self.options(),
+        )  # fmt: skip
 
     @property
     def structure(self) -> Structure:

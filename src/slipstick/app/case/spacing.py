@@ -8,9 +8,9 @@ from typing import Any
 
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.errors import Fault, InputError
+from slipstick.studies.ranges import SPACINGS
 
 MOST_VALUES = 100_000
-SPACINGS = ("linear", "log")
 _EXPECTED = 'a list of values, or a table such as { count = 50, spacing = "log" }'
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.app.case.case import Case
+from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.answers import Answer, case_answer
 from slipstick.app.terminal.guard import DONE, complain, say
 from slipstick.app.verbs.full_model import show_full_model
@@ -41,6 +42,9 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
     show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
     _request(case, problem)
     _contacts(problem)
+    if case.plan is not None:
+        say(f"study: {cases_text(case.plan)}: 'slipstick study {path}' computes them")
+        answer["cases"] = len(case.plan)
     if case.parameter is None:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")

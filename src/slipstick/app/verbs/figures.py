@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick import plots
+from slipstick.plots import style as plots_style
 
 if TYPE_CHECKING:
     import xarray
@@ -60,3 +61,21 @@ def _references(case: Case) -> dict[str, Any]:
     from slipstick.app.verbs.references import linear_references
 
     return dict(linear_references(case.problem(), case.omega))
+
+
+def draw_study(data: xarray.Dataset, folder: Path) -> list[Path]:
+    """Map of the peaks of a study over its first parameters, and its curves by the first; the files written."""
+    from slipstick.io.loading import load_dataset
+    from slipstick.studies.folder import CURVES_FILE
+
+    if not bool(data["peak_amplitude"].notnull().any()):
+        return []
+    dof = str(data["dof"].to_numpy()[int(np.nanargmax(data["peak_amplitude"].max(data["case"].dims).to_numpy()))])
+    paths = []
+    for name, ax in {
+        "map": plots.study_map(data, dof),
+        "curves": plots.study_curves(load_dataset(folder / CURVES_FILE), data, dof),
+    }.items():
+        plots_style.titled(ax.get_figure(root=True), str(data.attrs["title"]))
+        paths += plots.save_figure(ax, folder / name)
+    return paths

@@ -1,4 +1,4 @@
-"""The ``resume`` verb: go on with a run that ended before it was done."""
+"""The ``resume`` verb: go on with a run or a study that ended before it was done."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from slipstick.app.case.source import read_text
 from slipstick.app.terminal.answers import files_in, results_answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.app.verbs.check import print_warnings
+from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import FolderOfRun
-from slipstick.app.verbs.run import PLAIN, UNFINISHED, Begun, Manner, Run
+from slipstick.app.verbs.run import Begun, Run
+from slipstick.app.verbs.study import HERE, Study, holds_study
 from slipstick.errors import InputError, Outcome
 
 if TYPE_CHECKING:
@@ -20,19 +22,43 @@ if TYPE_CHECKING:
 
 
 def resume_run(folder: Path, manner: Manner = PLAIN) -> int:
-    """Go on with the run in a folder, from its last point; the exit code.
+    """Go on with the run in a folder from its last point, or with the study in it; the exit code.
 
     Raises
     ------
     InputError
         If there is no run in it, its case has changed, or it was begun by another version.
     """
+    if holds_study(folder):
+        return _resume_study(folder, manner)
     place = FolderOfRun(folder)
     try:
         ended = _ended(place, manner)
         return ended if ended is not None else _go_on(place, manner)
     finally:
         place.release()
+
+
+def _resume_study(folder: Path, manner: Manner) -> int:
+    """Compute the cases that are not in the folder of a study, and bring its shares together."""
+    from slipstick.io.journal import read_journal
+    from slipstick.io.loading import load_dataset
+    from slipstick.studies.folder import JOURNALS, STUDY_FILE
+
+    journals = sorted(folder.glob(JOURNALS))
+    if not journals:
+        say(str(load_dataset(folder / STUDY_FILE).attrs["outcome_text"]))
+        say(f"nothing is left to do: the study in {folder} is complete")
+        return DONE
+    recorded = read_journal(journals[0])
+    attributes, about = recorded.layout.attributes, recorded.about
+    text = str(attributes.get("case", ""))
+    if not text:
+        raise InputError(f"{folder}: the study was begun in Python; go on with it by ss.study with the same arguments")
+    _same_versions(attributes, journals[0])
+    path = Path(str(about.get("case_path") or "case.toml"))
+    _same_text(text, [path])
+    return Study(Case.from_text(text, path, manner.tell), folder, HERE, manner).whole()
 
 
 def _ended(place: FolderOfRun, manner: Manner) -> int | None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.body import silent
 from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer, case_answer, files_in, results_answer
 from slipstick.app.terminal.guard import (
@@ -25,6 +24,7 @@ from slipstick.app.terminal.guard import (
 )
 from slipstick.app.terminal.progress import Progress, duration, progress
 from slipstick.app.verbs.check import print_warnings
+from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
@@ -40,30 +40,6 @@ if TYPE_CHECKING:
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Recorder
     from slipstick.results.schema import Layout
-
-
-UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
-"""Outcomes of a run that can be gone on with."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Manner:
-    """How a run goes: what is drawn and shown, and after how many seconds it ends."""
-
-    figures: bool = True
-    report: bool = True
-    quiet: bool = False
-    time_limit: float | None = None
-    answer: Answer | None = None
-    """What is found goes here too."""
-
-    @property
-    def tell(self) -> Callable[[str], None]:
-        """What is said on the way."""
-        return silent if self.quiet else say
-
-
-PLAIN = Manner()
 
 
 def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Manner = PLAIN) -> int:
@@ -128,6 +104,8 @@ class Run:
         from slipstick.results.record import Recorder
 
         self.manner.tell(f"{self.case.title}: {self.case.request}")
+        if self.case.plan is not None:
+            self.manner.tell("[study] is for 'slipstick study'; this computes the case itself")
         begin = time.monotonic()
         prepare_kernel(self.manner.tell)
         recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")

@@ -1,0 +1,214 @@
+"""Figures of studies: peak amplitudes over one or two parameters, and the curves behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.faults import shown, suggestion
+from slipstick.plots.quantities import chosen, with_unit
+from slipstick.plots.style import GREY, legend, over_decades, styled
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+_FEW = 7
+"""Up to so many curves have each a name, more a colour bar."""
+_MOST = 100
+"""No more curves are drawn into one figure."""
+
+
+def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes | None = None) -> Axes:
+    """Peak amplitude over the parameters of a study.
+
+    Over one parameter it is a line, over two a map: of a grid with more the other parameters are at the values where
+    the peak is smallest, which the title names; of samples each is a dot. Cases that did not complete are crosses.
+
+    Parameters
+    ----------
+    study
+        The dataset of a study, of ``ss.study`` or ``study.nc``.
+    dof
+        Name of the dof; by default the first.
+    over
+        Name of the parameter, or names of the two, that are drawn; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure.
+
+    Raises
+    ------
+    InputError
+        If it is no study, or has no such dof or parameter.
+    """
+    data = _study(study)
+    names = _over(data, over)
+    peaks = data["peak_amplitude"].sel(dof=chosen(data, "dof", dof)[0])
+    complete = data["outcome"] == "COMPLETED"
+    fixed = {}
+    if "case" not in peaks.dims:
+        rest = [name for name in map(str, peaks.dims) if name not in names]
+        if rest and bool(peaks.notnull().any()):
+            lowest = peaks[peaks.argmin(...)]
+            fixed = {name: float(lowest[name]) for name in rest}
+            peaks, complete = peaks.sel(fixed), complete.sel(fixed)
+    label = _labelled(data["peak_amplitude"], f"peak amplitude of {peaks['dof'].item()}")
+    axes = _line(data, names[0], peaks, complete, label, ax)
+    if len(names) > 1:
+        axes = _map(data, names, peaks, complete, label, ax)
+    if fixed:
+        axes.set_title(", ".join(f"{n} = {v:.6g}" for n, v in fixed.items()), fontsize="small", parse_math=False)
+    return axes
+
+
+def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes | None) -> Axes:
+    ax = styled(ax, _labelled(data[name], name), label)
+    x, y, good = data[name].to_numpy(), peaks.to_numpy(), complete.to_numpy()
+    if peaks.ndim != 1:
+        return ax
+    ax.plot(x, y, marker="o", markersize=3.0, linestyle="none" if "case" in peaks.dims else "-")
+    if not good.all():
+        ax.plot(x[~good], y[~good], linestyle="none", marker="x", color="black", label="did not complete")
+        legend(ax)
+    if over_decades([np.abs(x)]) and np.all(x > 0):
+        ax.set_xscale("log")
+    return ax
+
+
+def _map(data: Any, names: tuple[str, ...], peaks: Any, complete: Any, label: str, ax: Axes | None) -> Axes:
+    from matplotlib.colors import LogNorm, Normalize
+
+    ax = styled(ax, _labelled(data[names[0]], names[0]), _labelled(data[names[1]], names[1]))
+    ax.grid(False)
+    if "case" in peaks.dims:
+        x, y, z = data[names[0]].to_numpy(), data[names[1]].to_numpy(), peaks.to_numpy()
+        bad = ~complete.to_numpy()
+    else:
+        z = peaks.transpose(names[1], names[0]).to_numpy()
+        x, y = np.meshgrid(data[names[0]].to_numpy(), data[names[1]].to_numpy())
+        bad = ~complete.transpose(names[1], names[0]).to_numpy()
+    norm = LogNorm() if over_decades([z]) else Normalize()
+    if z.ndim == 2:
+        drawn: Any = ax.pcolormesh(_edges(x[0]), _edges(y[:, 0]), z, norm=norm, cmap="cividis")
+    else:
+        drawn = ax.scatter(x, y, c=z, norm=norm, cmap="cividis")
+    for axis, values in (("x", x), ("y", y)):
+        if over_decades([np.abs(values)]) and np.all(values > 0):
+            getattr(ax, f"set_{axis}scale")("log")
+    if bad.any():
+        ax.plot(x[bad], y[bad], linestyle="none", marker="x", color="black", label="did not complete")
+        legend(ax)
+    figure: Any = ax.get_figure()
+    figure.colorbar(drawn, ax=ax).set_label(label, parse_math=False)
+    return ax
+
+
+def _edges(values: np.ndarray) -> np.ndarray:
+    """Edges (n + 1,) of cells around values, half way between; on a logarithmic scale half way there."""
+    log = over_decades([np.abs(values)]) and bool(np.all(values > 0))
+    at = np.log(values) if log else values
+    if at.size == 1:
+        inner = np.array([at[0] - 0.5, at[0] + 0.5])
+    else:
+        middle = 0.5 * (at[1:] + at[:-1])
+        inner = np.concatenate([[2 * at[0] - middle[0]], middle, [2 * at[-1] - middle[-1]]])
+    return np.exp(inner) if log else inner
+
+
+def study_curves(
+    curves: Any, study: Any, dof: str | None = None, *, over: str | None = None, ax: Axes | None = None
+) -> Axes:
+    """The curves of a study, coloured by one of its parameters; of hundreds some, as the title says.
+
+    Parameters
+    ----------
+    curves, study
+        The datasets in ``curves.nc`` and ``study.nc``.
+    dof
+        Name of the dof; by default the first.
+    over
+        Name of the parameter; by default the first.
+    ax
+        Axes to draw into; by default those of a new figure.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+
+    data, name = _study(study), _over(_study(study), over)[0]
+    if not hasattr(curves, "data_vars") or not {"case", "amplitude", "part"} <= set(curves.variables):
+        raise InputError(f"nothing to draw: found {shown(curves)}; expected the dataset in curves.nc")
+    followed = "parameter" if "parameter" in curves else "omega"
+    one = chosen(curves, "dof", dof)[0]
+    x_label, y_label = (
+        _labelled(curves[followed], str(curves[followed].long_name)),
+        _labelled(curves["amplitude"], f"amplitude of {one}"),
+    )
+    ax = styled(ax, x_label, y_label)
+    number, value = _flat(data, name)
+    by_case = dict(zip(number.tolist(), value.tolist(), strict=True))
+    norm = LogNorm() if over_decades([np.abs(value)]) and np.all(value > 0) else Normalize()
+    norm.autoscale(value)
+    cividis = colormaps["cividis"]
+    case, x = curves["case"].to_numpy(), curves[followed].to_numpy()
+    y, part = curves["amplitude"].sel(dof=one).to_numpy(), curves["part"].to_numpy()
+    present = np.unique(case)
+    drawn = _evenly(present, by_case)
+    for own_case in drawn:
+        own = slice(*np.searchsorted(case, [own_case, own_case + 1]))
+        broken = np.where(np.diff(part[own], prepend=part[own][:1]) != 0, np.nan, y[own])
+        text = f"{by_case[own_case]:.6g}" if present.size <= _FEW else None
+        ax.plot(x[own], broken, color=cividis(norm(by_case[own_case])), linewidth=1.1, linestyle="-", label=text)
+    if len(drawn) < present.size:
+        ax.set_title(f"{len(drawn)} of {present.size} curves", fontsize="small")
+    if present.size <= _FEW:
+        legend(ax)
+        named = ax.get_legend()
+        if named is not None:
+            named.set_title(_labelled(data[name], name))
+    else:
+        figure: Any = ax.get_figure()
+        figure.colorbar(ScalarMappable(norm, "cividis"), ax=ax).set_label(_labelled(data[name], name), parse_math=False)
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    return ax
+
+
+def _evenly(cases: np.ndarray, values: Mapping[int, float]) -> list[int]:
+    """The cases, at most ``_MOST``, in the order of their values and evenly among them."""
+    order = sorted(cases.tolist(), key=lambda case: values[case])
+    return [order[i] for i in np.unique(np.linspace(0, len(order) - 1, min(_MOST, len(order))).astype(int))]
+
+
+def _flat(data: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Number of every case, and its value of a parameter."""
+    number = data["case"]
+    value = data[name].broadcast_like(number).transpose(*number.dims)
+    return number.to_numpy().ravel(), value.to_numpy().ravel()
+
+
+def _study(given: Any) -> xarray.Dataset:
+    if not hasattr(given, "data_vars") or "peak_amplitude" not in given or "study_parameters" not in given.attrs:
+        raise InputError(f"nothing to draw: found {shown(given)}; expected the dataset that ss.study returns")
+    found: xarray.Dataset = given
+    return found
+
+
+def _over(data: xarray.Dataset, given: Any) -> tuple[str, ...]:
+    """The one or two parameters that are drawn."""
+    known = str(data.attrs["study_parameters"]).splitlines()
+    if given is None:
+        return tuple(known[:2])
+    names = (given,) if isinstance(given, str) else tuple(given)
+    for name in names:
+        if name not in known:
+            raise InputError(f"there is no parameter {shown(name)} in the study; {suggestion(name, known)}")
+    if not 1 <= len(names) <= 2:
+        raise InputError(f"study, over: found {len(names)} parameters; expected one or two of {', '.join(known)}")
+    return names
+
+
+def _labelled(variable: Any, text: str) -> str:
+    return with_unit(text, str(variable.attrs.get("units", "1")))

@@ -1,0 +1,221 @@
+"""Which cases a study has: the values of its parameters, case by case."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.balance.parameters import FACTORS
+from slipstick.contact import traits
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
+from slipstick.studies.ranges import box_of, given_values
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+STUDY = ("study",)
+"""Path to what is asked of a study."""
+_EXPECTED = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
+METHODS = ("grid", "list", "latin-hypercube", "sobol")
+SAMPLED = METHODS[2:]
+_EACH = 200
+"""Up to so many values of a parameter are tried one by one before anything is computed; of more, the two ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyPlan:
+    """The cases of a study, in order.
+
+    Attributes
+    ----------
+    names
+        The parameters, in the order in which they are set.
+    values
+        Their values, (n_cases, n_names).
+    axes
+        Of a grid, the values along each parameter: cases are its points, the last parameter fastest. Else empty.
+    method, seed
+        How the values were found.
+    warnings
+        What looks wrong.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    axes: tuple[Array, ...]
+    method: str
+    seed: int
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of the results."""
+        return self.names if self.axes else ("case",)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Their lengths."""
+        return tuple(axis.size for axis in self.axes) if self.axes else (len(self),)
+
+    def problem(self, base: Problem, case: int) -> Problem:
+        """The problem of one case; raises InputError where its values are not allowed together."""
+        found = base
+        for name, value in zip(self.names, self.values[case].tolist(), strict=True):
+            found = found.at_parameter(name, value)
+        return found
+
+
+def make_plan(
+    problem: Problem, parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0
+) -> StudyPlan:
+    """The cases that are asked for.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter or method, values that are none or not allowed, and parameters that set the same thing:
+        every fault found.
+    """
+    found = Gathering()
+    given = found.take(table, STUDY, parameters, _EXPECTED) or {}
+    method = found.take(_method, method)
+    seed = found.take(whole, (*STUDY, "seed"), seed, 0)
+    if not given and not found.faults:
+        found.faults.append(Fault(STUDY, "no parameter is given", remedy=f"give {_EXPECTED}"))
+    known = [name for name in given if found.take(_is_known, problem, name)]
+    if known:
+        found.take(_distinct, problem, known)
+    where = (*STUDY, "samples")
+    if method in SAMPLED and samples is None:
+        found.faults.append(Fault(where, IS_MISSING, remedy=f'method = "{method}" needs it, such as samples = 64'))
+    elif method is not None and method not in SAMPLED and samples is not None:
+        said = f'it is given, but method = "{method}" counts the values of its parameters'
+        found.faults.append(Fault(where, said, remedy="leave it out"))
+    count = found.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
+    read = box_of if method in SAMPLED else given_values
+    parts = {name: found.take(read, (*STUDY, name), value) for name, value in given.items()}
+    found.end()
+    assert count is not None
+    order = sorted(given, key=lambda name: _is_derived(problem, name))
+    plan = _plan(order, parts, str(method), count, int(seed or 0))
+    _allowed(problem, plan)
+    return plan
+
+
+def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: int, seed: int) -> StudyPlan:
+    own: list[Any] = [parts[name] for name in names]
+    common: dict[str, Any] = {"names": tuple(names), "method": method, "seed": seed}
+    if method in SAMPLED:
+        return StudyPlan(
+            values=_samples(own, method, samples, seed), axes=(), warnings=_uneven(method, samples), **common
+        )
+    if method == "list":
+        if len({values.size for values in own}) > 1:
+            listed = ", ".join(f"{values.size} of {name}" for name, values in zip(names, own, strict=True))
+            raise InputError(Fault(STUDY, found=listed, expected='as many of each with method = "list"'))
+        return StudyPlan(values=np.stack(own, axis=1), axes=(), **common)
+    for name, values in zip(names, own, strict=True):
+        repeated = [value for i, value in enumerate(values.tolist()) if value in values[:i]]
+        if repeated:
+            raise InputError(Fault((*STUDY, name), found=f"{repeated[0]:g} twice", expected="every value once"))
+    if prod(values.size for values in own) > MOST_ITEMS:
+        count = prod(values.size for values in own)
+        raise InputError(Fault(STUDY, found=f"{count} cases", expected=f"at most {MOST_ITEMS}"))
+    grid = np.meshgrid(*own, indexing="ij")
+    return StudyPlan(values=np.stack([axis.ravel() for axis in grid], axis=1), axes=tuple(own), **common)
+
+
+def _samples(boxes: Sequence[tuple[float, float, str]], method: str, count: int, seed: int) -> Array:
+    from scipy.stats import qmc
+
+    sampler = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a number of samples that is no power of two: told in our words
+        unit = sampler(d=len(boxes), seed=np.random.default_rng(seed)).random(count)
+    columns = []
+    for column, (low, high, spacing) in zip(unit.T, boxes, strict=True):
+        if spacing == "log":
+            columns.append(np.exp(np.log(low) + column * (np.log(high) - np.log(low))))
+        else:
+            columns.append(low + column * (high - low))
+    return np.stack(columns, axis=1)
+
+
+def _uneven(method: str, count: int) -> tuple[str, ...]:
+    if method != "sobol" or count & (count - 1) == 0:
+        return ()
+    near = 1 << count.bit_length()
+    return (f"study: {count} Sobol samples do not fill the ranges evenly; a power of two does, such as {near}",)
+
+
+def _method(given: Any) -> str:
+    where = (*STUDY, "method")
+    found = text(where, given, f"one of {', '.join(METHODS)}")
+    if found not in METHODS:
+        raise InputError(Fault(where, found=shown(found), remedy=suggestion(found, METHODS)))
+    return found
+
+
+def _is_known(problem: Problem, name: str) -> bool:
+    try:
+        problem.parameter_target(name)
+    except InputError as error:
+        raise InputError([fault.inside(*STUDY) for fault in error.faults]) from None
+    if "/" in name:
+        said = "a name with a slash cannot be a coordinate of results"
+        raise InputError(Fault((*STUDY, name), said, remedy="rename the contact"))
+    return True
+
+
+def _sets(problem: Problem, name: str) -> set[Any]:
+    """What a parameter sets: (quantity, contact), or what else its name stands for."""
+    target = problem.parameter_target(name)
+    if not target.members:
+        return {(target.quantity, target.load) if target.load is not None else target.quantity}
+    return {(_underlying(problem, member, target.quantity), member) for member in target.members}
+
+
+def _underlying(problem: Problem, member: tuple[int, int], quantity: str) -> str:
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        if member in batch.members:
+            found = traits.derived(batch.law, quantity, given.values)
+            return found[0] if found is not None else quantity
+    return quantity
+
+
+def _is_derived(problem: Problem, name: str) -> bool:
+    """Whether a parameter stands for another with a factor, which must be set before (a normal load: kn)."""
+    target = problem.parameter_target(name)
+    return any(_underlying(problem, member, target.quantity) != target.quantity for member in target.members)
+
+
+def _distinct(problem: Problem, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        for other in names[:i]:
+            if name not in FACTORS and _sets(problem, name) & _sets(problem, other):
+                said = f"'{other}' and '{name}' set the same thing"
+                raise InputError(Fault(STUDY, said, remedy="keep one of them"))
+
+
+def _allowed(problem: Problem, plan: StudyPlan) -> None:
+    """Raises InputError where a value alone is not allowed."""
+    faults: list[Fault] = []
+    for name, column in zip(plan.names, plan.values.T, strict=True):
+        values = np.unique(column)
+        for value in (values if values.size <= _EACH else values[[0, -1]]).tolist():
+            try:
+                problem.at_parameter(name, value)
+            except InputError as error:
+                faults += [Fault((*STUDY, name), f"{value:g} is not allowed", remedy=str(f)) for f in error.faults]
+    if faults:
+        raise InputError(faults)

@@ -1,0 +1,132 @@
+"""One case of a study: a problem with its parameters set, its curve, and what is kept of it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.analysis.response import frequency_task, parameter_task
+from slipstick.analysis.walking import collect
+from slipstick.errors import InputError, Outcome
+from slipstick.results.schema import Declared, Layout, layout_of
+from slipstick.studies.plan import StudyPlan
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.task import Task
+    from slipstick.balance.problem import Problem
+    from slipstick.solve.continuation import ContinuationOptions
+
+CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "kind", "part", "peak_dof")
+"""What is kept of every point of every curve."""
+
+_CASE = Declared((), "1", "number of the case in the study", whole=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What is done for every case: the problem, and what is followed from where to where.
+
+    Attributes
+    ----------
+    parameter
+        The followed parameter, at ``omega``; empty where it is the frequency.
+    span
+        First and last frequency, or value of the parameter.
+    """
+
+    problem: Problem
+    span: tuple[float, float]
+    parameter: str = ""
+    omega: float = 0.0
+    requested: tuple[float, ...] = ()
+    peaks_of: Any = None
+    options: ContinuationOptions | Mapping[str, Any] | None = None
+
+    def task(self, problem: Problem) -> Task:
+        """The branch of one case."""
+        given = (self.requested, self.peaks_of, self.options)
+        if self.parameter:
+            return parameter_task(problem, self.parameter, self.span, self.omega, *given)
+        return frequency_task(problem, self.span, *given)
+
+    @cached_property
+    def curve_layout(self) -> Layout:
+        """What is kept of every point of the curves."""
+        full = layout_of(self.problem, parameter=self.parameter)
+        names = [name for name in (*(("parameter",) if self.parameter else ()), *CURVE) if name in full.variables]
+        variables = {"case": _CASE, **{name: full.variables[name] for name in names}}
+        used = {dim for declared in variables.values() for dim in declared.dims}
+        return Layout(labels={dim: own for dim, own in full.labels.items() if dim in used}, variables=variables)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseSolved:
+    """What is kept of a case: its row of the results by name, its curve (n_points, size), and what was said."""
+
+    row: Mapping[str, Any]
+    curve: Array
+    message: str
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        return Outcome[self.row["outcome"]]
+
+    @classmethod
+    def failed(cls, case: int, message: str, seconds: float = 0.0) -> CaseSolved:
+        """A case that ended by a fault: a row all the same."""
+        row = {"case": case, "outcome": Outcome.FAILED.name, "points": 0, "seconds": seconds}
+        return cls(row=row, curve=np.zeros((0, 0)), message=message)
+
+
+def solve(job: Job, plan: StudyPlan, case: int) -> CaseSolved:
+    """One case, whatever happens to it; only Ctrl-C goes on to the caller."""
+    begin = time.perf_counter()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return _solve(job, plan, case, begin)
+        except InputError as error:
+            message = "; ".join(error.sentences)
+        except Exception as error:
+            first = next((line for line in str(error).splitlines() if line.strip()), "")[:200]
+            message = f"a fault of slipstick itself ({type(error).__name__}: {first}); please report it with this case"
+    return CaseSolved.failed(case, message, time.perf_counter() - begin)
+
+
+def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
+    branch = collect(job.task(replace(plan.problem(job.problem, case), told=None)))
+    if branch.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    data = branch.dataset
+    layout = job.curve_layout
+    values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
+    rows = [layout.pack({name: value[i] for name, value in values.items()}) for i in range(len(branch))]
+    row = {
+        "case": case, "outcome": branch.outcome.name, "points": len(branch), "seconds": time.perf_counter() - begin,
+        "evaluations": int(data.attrs["evaluations"]),
+    }  # fmt: skip
+    if len(branch):
+        row |= _peaks(values, "parameter" if job.parameter else "omega")
+    curve = np.array(rows, dtype=float).reshape(len(rows), layout.size)
+    return CaseSolved(row=row, curve=curve, message=branch.message, warnings=branch.warnings)
+
+
+def _peaks(values: Mapping[str, Any], followed: str) -> dict[str, Any]:
+    """The largest amplitude of every dof, where it is, and whether it is a located peak."""
+    amplitude, dofs = values["amplitude"], np.arange(values["amplitude"].shape[1])
+    top = amplitude.argmax(axis=0)
+    return {
+        "peak_amplitude": amplitude[top, dofs],
+        f"peak_{followed}": values[followed][top],
+        "peak_located": (values["peak_dof"][top] == dofs).astype(int),
+        "truncation": float(np.max(values["truncation"])),
+    }

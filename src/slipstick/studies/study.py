@@ -1,0 +1,190 @@
+"""A study in one call: many cases of a problem, over a grid, a list or samples of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.analysis.arguments import common_arguments, followed_problem
+from slipstick.balance.checks import range_faults, two_numbers
+from slipstick.balance.problem import Problem
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import listed, one, path, truth, warn, whole, wrong
+from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
+from slipstick.studies.plan import StudyPlan, make_plan
+from slipstick.studies.solving import CaseSolved, Job
+from slipstick.studies.table import study_attributes, study_dataset
+from slipstick.studies.workers import solutions
+
+if TYPE_CHECKING:
+    import xarray
+
+_MOST_WORKERS = 1024
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseDone:
+    """A case was computed: told to listeners."""
+
+    case: int
+    values: Mapping[str, float]
+    """The parameters of the case."""
+    solved: CaseSolved
+    done: int
+    total: int
+
+
+def study(
+    problem: Any,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    omega: tuple[float, float] | None = None,
+    method: str = "grid",
+    samples: int | None = None,
+    seed: int = 0,
+    peaks_of: Any = None,
+    options: Any = None,
+    workers: int | None = None,
+    client: Any = None,
+    folder: str | Path | None = None,
+    missing: bool = False,
+    listeners: Iterable[Callable[[CaseDone], None]] | Callable[[CaseDone], None] = (),
+) -> xarray.Dataset:
+    """Response curves for many values of any named parameters.
+
+    Parameters
+    ----------
+    problem
+        A problem, whose response over ``omega`` is followed, or an ``ss.Case``, which says what is followed itself.
+    parameters
+        Values by name, such as ``{"damper.velocity": [0, 1, 10], "damper.mu": {"from": 0.1, "to": 0.4, "count": 4}}``;
+        ``"spacing": "log"`` spreads a range evenly in its logarithm. Of samples the two ends are given. A case with
+        ``[study]`` needs none.
+    omega
+        First and last frequency, of a problem.
+    method
+        "grid": every combination; "list": the values side by side; "latin-hypercube" and "sobol": ``samples`` points in
+        the ranges, the same for the same ``seed``.
+    peaks_of, options
+        As in ``forced_response``, of a problem.
+    workers
+        Processes on this machine; by default one for each processor, where that saves time. With 1 everything happens
+        here, without Dask. The numbers are the same.
+    client
+        A ``distributed.Client`` whose workers compute instead.
+    folder
+        Where results are kept, case by case: ``study.nc`` and ``curves.nc``. Called again with the same study, only
+        cases that are not there are computed.
+    missing
+        Whether cases in the folder that did not complete are computed once more.
+    listeners
+        Called with a ``CaseDone`` for every case.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``peak_amplitude``, ``peak_omega`` over the parameters and ``dof``, ``outcome``, ``message`` and work over the
+        parameters, which are coordinates: dimensions of a grid, else along ``case``. A case that fails is there with
+        its outcome. After Ctrl-C, with a folder, what was found is kept there.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, values that are none or not allowed, a folder with another study.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> pair = ss.ContactPair(
+    ...     name="damper", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
+    ...     rubbing=ss.RubbingMotion(velocity=100.0))
+    >>> problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6))
+    >>> found = ss.study(problem, {"load.x.amplitude": [50.0, 100.0]}, omega=(5.0, 7.0), workers=1)
+    >>> found.peak_amplitude.sel(dof="x").values.round(2).tolist()
+    [16.76, 18.25]
+    """
+    job, about = job_of(problem, omega, peaks_of, options)
+    plan = getattr(problem, "plan", None) if parameters is None else None
+    plan = plan or make_plan(job.problem, parameters, method=method, samples=samples, seed=seed)
+    if workers is not None:
+        workers = whole(("study", "workers"), workers, 1, _MOST_WORKERS)
+    if client is not None and not hasattr(client, "submit"):
+        raise wrong(("study", "client"), client, "a distributed.Client, or None")
+    heard = _listeners(listeners)
+    missing = truth(("study", "missing"), missing)
+    if folder is None:
+        if missing:
+            said = "it is given without folder"
+            raise InputError(Fault(("study", "missing"), said, remedy="give the folder of the study"))
+        found = _in_memory(job, plan, heard, workers, client)
+        return _told(study_dataset(job, plan, found, study_attributes(job, plan, found, about)))
+    place = StudyFolder(path(("study", "folder"), folder, "the path of a folder"), job, plan, about=about)
+    try:
+        todo, total = place.todo(missing=missing), len(plan)
+        if todo or not (place.folder / STUDY_FILE).exists() or not (place.folder / CURVES_FILE).exists():
+            try:
+                for solved in solutions(job, plan, todo, workers=workers, client=client):
+                    place.add(solved)
+                    _tell(heard, plan, solved, len(place.found), total)
+            finally:
+                dataset = place.write()
+            return _told(dataset)
+        return _told(place.dataset())
+    finally:
+        place.release()
+
+
+def _in_memory(job: Job, plan: StudyPlan, heard: Any, workers: int | None, client: Any) -> dict[int, CaseSolved]:
+    found: dict[int, CaseSolved] = {}
+    for solved in solutions(job, plan, range(len(plan)), workers=workers, client=client):
+        found[solved.row["case"]] = solved
+        _tell(heard, plan, solved, len(found), len(plan))
+    return found
+
+
+def _told(dataset: xarray.Dataset) -> xarray.Dataset:
+    warn(str(dataset.attrs["warnings"]).splitlines())
+    return dataset
+
+
+def _tell(heard: Iterable[Any], plan: StudyPlan, solved: CaseSolved, done: int, total: int) -> None:
+    case = solved.row["case"]
+    values = dict(zip(plan.names, plan.values[case].tolist(), strict=True))
+    for listener in heard:
+        listener(CaseDone(case=case, values=values, solved=solved, done=done, total=total))
+
+
+def _listeners(given: Any) -> tuple[Any, ...]:
+    if callable(given):
+        return (given,)
+    found = listed(("study", "listeners"), given, "a function of one event, or a list of them")
+    for listener in found:
+        if not callable(listener):
+            raise wrong(("study", "listeners"), listener, "a function of one event, or a list of them")
+    return found
+
+
+def job_of(given: Any, omega: Any, peaks_of: Any = None, options: Any = None) -> tuple[Job, dict[str, Any]]:
+    """What is done for every case, and what the results say of where it comes from."""
+    if hasattr(given, "study_job"):
+        for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options}.items():
+            if value is not None:
+                said = "it is given, but the case says what is followed"
+                raise InputError(Fault(("study", name), said, remedy="leave it out"))
+        job: Job = given.study_job()
+        return job, given.names
+    problem = followed_problem(one(("study", "problem"), given, Problem, "an ss.Problem or an ss.Case"))
+    if omega is None:
+        raise InputError(Fault(("study", "omega"), IS_MISSING, remedy="give frequencies such as omega=(2.0, 15.0)"))
+    start, stop = two_numbers(omega, "frequency range")
+    faults = range_faults(start, stop)
+    if faults:
+        raise InputError(faults)
+    problem = replace(problem, told=None)
+    arguments = common_arguments(problem, (), peaks_of, options)
+    return Job(
+        problem=problem, span=(start, stop), peaks_of=arguments["peaks_of"], options=arguments["options"]
+    ), {}  # fmt: skip

@@ -1,0 +1,107 @@
+"""From the cases of a study to its dataset, and to that of its curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.balance.parameters import parameter_units
+from slipstick.errors import Outcome
+from slipstick.results.schema import Declared, Layout, attributes_of, make_dataset
+from slipstick.studies.plan import StudyPlan
+from slipstick.studies.solving import CaseSolved, Job
+
+if TYPE_CHECKING:
+    import xarray
+
+Found = Mapping[int, CaseSolved]
+"""Cases by number, as far as they are computed."""
+OUTCOMES = tuple(outcome.name for outcome in Outcome)
+
+_ROWS = {
+    "case": Declared((), "1", "number of the case in the study", whole=True),
+    "peak_amplitude": Declared(("dof",), "length", "largest amplitude over the curve (0-to-peak)"),
+    "peak_omega": Declared(("dof",), "rad/time", "principal frequency of the largest amplitude"),
+    "peak_parameter": Declared(("dof",), "1", "value of the followed parameter at the largest amplitude"),
+    "peak_located": Declared(("dof",), "1", "1 where that is a peak, 0 where it is at an end of the curve", whole=True),
+    "truncation": Declared((), "1", "largest estimate of what the harmonics left out would add along the curve"),
+    "outcome": Declared((), "1", "how the case ended; empty where it was not computed yet", texts=OUTCOMES),
+    "points": Declared((), "1", "points of the curve", whole=True),
+    "evaluations": Declared((), "1", "evaluations of the balance", whole=True),
+    "seconds": Declared((), "s", "time of the case"),
+}
+
+
+def row_layout(job: Job, plan: StudyPlan) -> Layout:
+    """What is kept of every case."""
+    units = job.problem.units
+    followed, other = ("peak_parameter", "peak_omega") if job.parameter else ("peak_omega", "peak_parameter")
+    rows = {name: declared for name, declared in _ROWS.items() if name != other}
+    if job.parameter:
+        rows[followed] = rows[followed]._replace(units=parameter_units(job.problem, job.parameter))
+    for name in plan.names:
+        rows[name] = Declared((), parameter_units(job.problem, name), name)
+    labelled = {name: d._replace(units=d.units if d.units == "s" else units.label(d.units)) for name, d in rows.items()}
+    return Layout(labels={"dof": tuple(job.problem.outputs or ())}, variables=labelled)
+
+
+def study_dataset(
+    job: Job, plan: StudyPlan, found: Mapping[int, CaseSolved], attributes: Mapping[str, Any]
+) -> xarray.Dataset:
+    """The cases along their parameters: a grid has its parameters as dimensions, else they lie along ``case``."""
+    import xarray
+
+    layout = row_layout(job, plan)
+    rows = np.full((len(plan), layout.size), np.nan)
+    for case, solved in found.items():
+        rows[case] = layout.pack({**solved.row, **_values(plan, case)})
+    flat, dims, shape = layout.unpack(rows), plan.dims, plan.shape
+    flat["case"] = np.arange(len(plan))
+    flat["message"] = np.array([found[i].message if i in found else "" for i in range(len(plan))], dtype=np.str_)
+    variables: dict[str, Any] = {}
+    for name, values in flat.items():
+        declared = layout.variables.get(name, Declared((), "1", "how the case ended, in words"))
+        about = {"units": declared.units, "long_name": declared.long_name}
+        variables[name] = ((*dims, *declared.dims), values.reshape(*shape, *values.shape[1:]), about)
+    coords: dict[str, Any] = {"dof": ("dof", np.array(layout.labels["dof"], dtype=np.str_), {"long_name": "dof"})}
+    for name, axis in zip(plan.names, plan.axes or plan.values.T, strict=True):
+        about = variables.pop(name)[2]
+        coords[name] = (name if plan.axes else "case", axis, about)
+    if not plan.axes:
+        coords["case"] = variables.pop("case")
+    return xarray.Dataset(variables, coords=coords, attrs=dict(attributes))
+
+
+def _values(plan: StudyPlan, case: int) -> dict[str, float]:
+    return dict(zip(plan.names, plan.values[case].tolist(), strict=True))
+
+
+def curves_dataset(job: Job, found: Found, attributes: Mapping[str, Any]) -> xarray.Dataset:
+    """All curves one after another along ``point``; ``case`` says whose a point is."""
+    layout = job.curve_layout
+    curves = [found[case].curve for case in sorted(found) if len(found[case].curve)]
+    rows = np.concatenate(curves) if curves else np.zeros((0, layout.size))
+    return make_dataset(layout, layout.unpack(rows), attributes)
+
+
+def study_attributes(
+    job: Job, plan: StudyPlan, found: Mapping[int, CaseSolved], more: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What a study says of itself; its outcome is COMPLETED where every case is."""
+    failed = sum(not solved.outcome.ok for solved in found.values())
+    done = len(found) == len(plan) and not failed
+    text = f"{len(found)} of {len(plan)} cases are computed" + (
+        f", {failed} of them did not complete" if failed else ""
+    )
+    said = list(dict.fromkeys([*plan.warnings, *(w for case in sorted(found) for w in found[case].warnings)]))
+    outcome = Outcome.COMPLETED if done else Outcome.INTERRUPTED if len(found) < len(plan) else Outcome.FAILED
+    made = attributes_of(job.problem, outcome, text, said[:MOST_WARNINGS], parameter=job.parameter)
+    sampled = {"study_seed": plan.seed} if plan.method not in ("grid", "list") else {}
+    own = {"study_method": plan.method, "study_parameters": "\n".join(plan.names), **sampled}
+    return {**made, **own, **more}
+
+
+MOST_WARNINGS = 20
+"""So many different warnings of the cases are kept with a study."""

@@ -1,0 +1,215 @@
+"""Who computes the cases: this process, local workers, or those of a Dask cluster; the numbers are the same."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import islice
+from typing import Any
+
+from slipstick.errors import InputError
+from slipstick.studies.plan import StudyPlan
+from slipstick.studies.solving import CaseSolved, Job, solve
+
+WORTH = 6.0
+"""Seconds that local workers must save to be started; they take about three to be there."""
+_QUEUED = 4
+"""Cases sent out to each worker ahead of what it computes."""
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_WAIT = 30
+
+
+def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+    """One case after another, here."""
+    for case in todo:
+        yield solve(job, plan, case)
+
+
+def on_cluster(client: Any, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
+    """Cases as they are finished by the workers of a Dask client.
+
+    Where a worker dies, the cases it had are computed once more, each alone: the one that kills its worker again is a
+    case that failed.
+    """
+    from distributed import as_completed
+
+    # a task, not scattered data: it is made again where every worker that holds it is gone
+    shared = client.submit(_Shared, job, plan, pure=False)
+    cases, sent, suspects = iter(todo), {}, []
+
+    def send(case: int) -> Any:
+        future = client.submit(_solve_shared, shared, case, pure=False)
+        sent[future.key] = case
+        return future
+
+    first = islice(cases, _QUEUED * max(1, sum(client.nthreads().values())))
+    running = as_completed([send(case) for case in first])
+    for future in running:
+        case = sent.pop(future.key)
+        for more in islice(cases, 1):
+            running.add(send(more))
+        solved = _outcome_of(future, case)
+        if solved is None:
+            suspects.append(case)
+        else:
+            yield solved
+    for case in suspects:
+        died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
+        yield _outcome_of(send(case), case) or CaseSolved.failed(case, died)
+
+
+class _Shared:
+    """What every case of a study needs, once on every worker."""
+
+    def __init__(self, job: Job, plan: StudyPlan) -> None:
+        self.job, self.plan = job, plan
+
+
+def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
+    return solve(shared.job, shared.plan, case)
+
+
+def _outcome_of(future: Any, case: int) -> CaseSolved | None:
+    """The case, or None where its worker died."""
+    try:
+        found: CaseSolved = future.result()
+        return found
+    except Exception as error:
+        kind = type(error).__name__
+        if kind == "KilledWorker":
+            return None
+        first = next(iter(str(error).splitlines()), "")[:200]
+        return CaseSolved.failed(case, f"the worker that computed it failed ({kind}: {first})")
+    finally:
+        future.release()
+
+
+def has_dask() -> bool:
+    """Whether there can be workers at all."""
+    from importlib.util import find_spec
+
+    return find_spec("distributed") is not None
+
+
+def cores() -> int:
+    """Processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def connected(scheduler: str) -> Iterator[Any]:
+    """A client of the cluster at an address.
+
+    Raises
+    ------
+    InputError
+        If there is no Dask, or no scheduler answers.
+    """
+    require_dask()
+    from distributed import Client
+
+    try:
+        client = Client(scheduler, timeout=_WAIT)
+    except (OSError, TimeoutError, ValueError) as error:
+        first = next((line for line in str(error).splitlines() if line), type(error).__name__)
+        raise InputError(
+            f"--scheduler: no Dask scheduler answers at {scheduler} ({first[:120]}); expected an address such as "
+            "tcp://host:8786"
+        ) from None
+    try:
+        yield client
+    finally:
+        client.close()
+
+
+@contextmanager
+def local_workers(count: int) -> Iterator[Any]:
+    """A client of ``count`` processes on this machine, one thread each.
+
+    They are processes of their own, not children made by ``multiprocessing``: a script needs no main guard, and Ctrl-C
+    reaches this process alone.
+    """
+    require_dask()
+    import dask
+    from distributed import Client, LocalCluster
+
+    quiet = {"logging.distributed": "critical", "distributed.scheduler.allowed-failures": 0}
+    with dask.config.set(quiet):
+        cluster = LocalCluster(
+            n_workers=0, host="127.0.0.1", protocol="tcp://", dashboard_address="127.0.0.1:0", silence_logs=50
+        )
+        with cluster, Client(cluster, timeout=_WAIT) as client, tempfile.TemporaryDirectory() as folder:
+            process = subprocess.Popen(
+                [
+                    sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
+                    "--nworkers", str(count), "--nthreads", "1", "--memory-limit", "0", "--no-dashboard",
+                    "--death-timeout", str(_WAIT), "--local-directory", folder,
+                ],
+                env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+            )  # fmt: skip
+            try:
+                client.wait_for_workers(1, timeout=2 * _WAIT)
+                yield client
+            finally:
+                _kill(process)
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End the workers with the process that holds them: they keep nothing."""
+    if os.name == "posix":
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.terminate()
+    process.wait()
+
+
+def solutions(
+    job: Job, plan: StudyPlan, todo: Sequence[int], *, workers: int | None = None, client: Any = None, tell: Any = str
+) -> Iterator[CaseSolved]:
+    """Every case of ``todo`` as it is finished.
+
+    ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
+    none where they would help.
+    """
+    if client is not None:
+        yield from on_cluster(client, job, plan, todo)
+        return
+    rest, count = list(todo), min(workers or cores(), max(1, len(todo)))
+    if workers is not None and count > 1:
+        require_dask()
+    while rest and count > 1 and workers is None:
+        begin = time.perf_counter()
+        yield solve(job, plan, rest.pop(0))
+        if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
+            break
+    with ExitStack() as stack:
+        own = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
+        yield from in_turn(job, plan, rest) if own is None else on_cluster(own, job, plan, rest)
+
+
+def _started(stack: ExitStack, count: int, tell: Any) -> Any:
+    """Local workers, or None where there can be none: the work is done here then."""
+    if not has_dask():
+        tell(f"one case after another: for {count} workers, pip install 'slipstick[study]'")
+        return None
+    try:
+        return stack.enter_context(local_workers(count))
+    except (OSError, RuntimeError, TimeoutError) as error:
+        tell(f"one case after another: workers did not start ({type(error).__name__}: {str(error)[:100]})")
+        return None
+
+
+def require_dask() -> None:
+    """Raises InputError where Dask is not installed."""
+    if not has_dask():
+        raise InputError("workers need Dask, which is not installed; run: pip install 'slipstick[study]'")

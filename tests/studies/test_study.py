@@ -1,0 +1,107 @@
+"""A study in one call."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray
+from helpers.study_case import CASE
+
+import slipstick as ss
+from slipstick.io.loading import load_dataset
+from slipstick.studies import workers
+from slipstick.studies.study import CaseDone
+from slipstick.verify.cases import oscillator
+
+GIVEN = {"damper.velocity": [10.0, 30.0], "damper.mu": [0.2, 0.3]}
+
+
+@pytest.fixture(scope="module")
+def problem() -> ss.Problem:
+    return oscillator(velocity=10.0)
+
+
+def numbers(data: xarray.Dataset) -> xarray.Dataset:
+    """What does not tell of the time."""
+    return data.drop_vars("seconds").drop_attrs(deep=False)
+
+
+def test_a_study_is_the_loop_that_a_user_would_write(problem: ss.Problem) -> None:
+    found = ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1)
+    for v in GIVEN["damper.velocity"]:
+        for mu in GIVEN["damper.mu"]:
+            changed = problem.with_parameter("damper.velocity", v).with_parameter("damper.mu", mu)
+            branch = ss.forced_response(changed, omega=(5.0, 7.0))
+            here = found.sel({"damper.velocity": v, "damper.mu": mu, "dof": "x"})
+            assert float(here["peak_amplitude"]) == float(branch.dataset["amplitude"].max())
+    assert found.attrs["outcome"] == "COMPLETED"
+
+
+def test_a_folder_keeps_it_and_only_what_is_not_there_is_computed(problem: ss.Problem, tmp_path: Path) -> None:
+    def stop(event: CaseDone) -> None:
+        if event.done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1, folder=tmp_path, listeners=stop)
+    assert load_dataset(tmp_path / "study.nc").attrs["outcome_text"].startswith("2 of 4 cases are computed")
+    heard: list[CaseDone] = []
+    found = ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1, folder=tmp_path, listeners=heard.append)
+    assert [event.case for event in heard] == [2, 3]
+    assert heard[0].values == {"damper.velocity": 30.0, "damper.mu": 0.2}
+    assert (heard[-1].done, heard[-1].total) == (4, 4)
+    assert numbers(found).identical(numbers(ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1)))
+    assert numbers(load_dataset(tmp_path / "study.nc")).identical(numbers(found))
+
+
+def test_order_does_not_matter(problem: ss.Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = workers.solutions
+    forward = ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1)
+    monkeypatch.setattr(
+        "slipstick.studies.study.solutions",
+        lambda job, plan, todo, **more: whole(job, plan, list(todo)[::-1], **more),
+    )
+    assert numbers(ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1)).identical(numbers(forward))
+
+
+def test_missing_reruns_what_did_not_complete(
+    problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments: dict[str, Any] = {"omega": (5.0, 7.0), "workers": 1, "folder": tmp_path}
+    with monkeypatch.context() as patch:
+        patch.setattr("slipstick.studies.solving.collect", lambda task: 1 / 0)
+        failed = ss.study(problem, {"damper.mu": [0.2]}, **arguments)
+    assert failed["outcome"].to_numpy().tolist() == ["FAILED"]
+    assert ss.study(problem, {"damper.mu": [0.2]}, **arguments)["outcome"].to_numpy().tolist() == ["FAILED"]
+    found = ss.study(problem, {"damper.mu": [0.2]}, missing=True, **arguments)
+    assert found["outcome"].to_numpy().tolist() == ["COMPLETED"]
+    assert np.isfinite(found["peak_amplitude"].to_numpy()).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "options", "sentence"),
+    [
+        (None, {"omega": (1.0, 2.0)}, "study, problem: found None; expected an ss.Problem or an ss.Case"),
+        ("problem", {}, "study, omega is missing"),
+        ("problem", {"omega": (2.0, 2.0)}, "frequency"),
+        ("problem", {"omega": (1.0, 2.0), "workers": 0}, "study, workers: found 0"),
+        ("problem", {"omega": (1.0, 2.0), "client": "tcp://x"}, "study, client: found 'tcp://x'"),
+        ("problem", {"omega": (1.0, 2.0), "missing": True}, "study, missing: it is given without folder"),
+        ("problem", {"omega": (1.0, 2.0), "listeners": 3}, "study, listeners: found 3"),
+        ("problem", {"omega": (1.0, 2.0), "options": {"max_stepp": 1}}, "did you mean 'max_step'?"),
+    ],
+)
+def test_wrong_arguments(problem: ss.Problem, given: Any, options: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ss.InputError) as caught:
+        ss.study(problem if given == "problem" else given, GIVEN, **options)
+    assert sentence in str(caught.value)
+
+
+def test_a_case_says_itself_what_is_followed(tmp_path: Path) -> None:
+    case = ss.Case.from_text(CASE)
+    assert ss.study(case, workers=1)["peak_amplitude"].sizes == {"damper.velocity": 3, "dof": 1}
+    with pytest.raises(ss.InputError, match="omega: it is given, but the case says what is followed"):
+        ss.study(case, omega=(1.0, 2.0))

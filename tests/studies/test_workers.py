@@ -1,0 +1,96 @@
+"""Who computes does not matter: the same numbers from this process and from workers; a worker that dies is a row."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from slipstick.contact.kernel.compilation import compile_kernel
+from slipstick.errors import InputError, Outcome
+from slipstick.studies import workers
+from slipstick.studies.plan import make_plan
+from slipstick.studies.solving import CaseSolved, Job, solve
+from slipstick.studies.workers import connected, in_turn, local_workers, on_cluster, solutions
+from slipstick.verify.cases import oscillator
+
+pytest.importorskip("distributed")
+
+JOB = Job(problem=oscillator(velocity=10.0), span=(5.0, 7.0))
+PLAN = make_plan(JOB.problem, {"damper.velocity": [10.0, 20.0, 30.0, 40.0]})
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    compile_kernel()
+    with local_workers(1) as found:
+        yield found
+
+
+def same(one: CaseSolved, other: CaseSolved) -> bool:
+    return one.curve.tobytes() == other.curve.tobytes() and one.message == other.message
+
+
+@pytest.mark.verify
+def test_workers_find_the_same_bits(client: Any) -> None:
+    here = {one.row["case"]: one for one in in_turn(JOB, PLAN, range(4))}
+    there = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, range(4))}
+    assert set(there) == {0, 1, 2, 3}
+    assert all(same(here[case], there[case]) for case in here)
+    assert client.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
+
+
+def _dies(*_: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.verify
+@pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
+def test_a_worker_that_dies_is_a_case_that_failed(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = client.submit
+
+    def submit(function: Any, shared: Any, case: int, **more: Any) -> Any:
+        return whole(_dies if case == 1 else function, shared, case, **more)
+
+    monkeypatch.setattr(client, "submit", submit)
+    found = {one.row["case"]: one for one in on_cluster(client, JOB, PLAN, range(4))}
+    assert found[1].outcome is Outcome.FAILED
+    assert "was killed, or ran out of memory; compute it once more with --missing" in found[1].message
+    assert all(found[case].outcome.ok for case in (0, 2, 3))
+
+
+def test_nothing_is_started_for_little_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(count: int) -> Any:
+        raise AssertionError("workers were started")
+
+    monkeypatch.setattr(workers, "local_workers", refuse)
+    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    assert [one.row["case"] for one in solutions(JOB, PLAN, [2, 0])] == [2, 0]
+    assert [one.row["case"] for one in solutions(JOB, PLAN, [1, 3], workers=1)] == [1, 3]
+
+
+def test_without_dask_it_is_said_where_workers_would_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(workers, "has_dask", lambda: False)
+    monkeypatch.setattr(workers, "cores", lambda: 8)
+    monkeypatch.setattr(workers, "WORTH", 0.0)
+    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, ""))
+    assert len(list(solutions(JOB, PLAN, range(4), tell=said.append))) == 4
+    assert said == ["one case after another: for 3 workers, pip install 'slipstick[study]'"]
+    with pytest.raises(InputError, match="workers need Dask, which is not installed; run: pip install"):
+        list(solutions(JOB, PLAN, range(4), workers=2))
+
+
+def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "_WAIT", 0.2)
+    for address in ("tcp://127.0.0.1:9", "nonsense://"):
+        with pytest.raises(InputError, match="no Dask scheduler answers at"), connected(address):
+            pass
+
+
+def test_one_case_here_is_that_of_solve() -> None:
+    [found] = in_turn(JOB, PLAN, [3])
+    assert same(found, solve(JOB, PLAN, 3))
