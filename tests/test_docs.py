@@ -74,7 +74,7 @@ GIVEN = {
 }
 """Files that a page speaks of."""
 
-SECTIONS = {"structure", "load", "contact", "thermal", "response", "output"}
+SECTIONS = {"structure", "load", "contact", "thermal", "response", "output", "study"}
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app.case.case import Case, fe_tables, tables
+from slipstick.app.case import fe_tables, tables
+from slipstick.app.case.case import Case
 from slipstick.app.case.studying import STUDY_KEYS
 from slipstick.studies.plan import METHODS
 from slipstick.studies.ranges import KEYS, SPACINGS
