@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 from helpers.reports import branch, decoded, decoded_coefficients
@@ -84,3 +86,19 @@ def test_results_of_something_else() -> None:
 
     with pytest.raises(ss.InputError, match=r"r\.nc: these results hold no motion of dofs"):
         content_of(ss.Branch(xarray.Dataset(), ss.Outcome.COMPLETED), "r.nc", contacts=1, dofs=1)
+
+
+def test_results_that_are_not_what_they_say(made: ss.Branch) -> None:
+    """A stranger's file: refused with a sentence, or shown without what is missing; never a hang or a fault of ours."""
+    data = made.dataset
+    for name in map(str, data.data_vars):
+        others = [data.drop_vars(name), data.assign({name: data[name].transpose()}), data.assign({name: 1.0})]
+        fillings = [np.nan, np.inf, 1e308, -7.0, "a"]
+        others += [data.assign({name: (data[name].dims, np.full(data[name].shape, value))}) for value in fillings]
+        for other in others:
+            with contextlib.suppress(ss.InputError):
+                found = content_of(ss.Branch.from_dataset(other), "a", contacts=2, dofs=3)
+                assert safe_json(gathered(found)[0])
+    for odd in (["x"] * 11, [str(i) for i in range(11)]):
+        with pytest.raises(ss.InputError, match="the harmonic coefficients are not named"):
+            content_of(ss.Branch.from_dataset(data.assign_coords(coefficient=odd)), "a", contacts=2, dofs=3)

@@ -8,20 +8,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.contact.forces import Interval, element_states
+from slipstick.faults import LARGEST
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.branch import FRICTION_VARIABLES
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
 if TYPE_CHECKING:
     import xarray
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
-NEEDED_VARIABLES = (
-    "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force",
-    *FRICTION_VARIABLES.values(),
+COEFFICIENTS = (
+    "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force"
 )  # fmt: skip
+"""Variables over contact and coefficient."""
+NEEDED_VARIABLES = (*COEFFICIENTS, "rubbing_velocity", *FRICTION_VARIABLES.values())
 """Variables that make a friction contact's force."""
 STEP = 4e-11
 """Step of a coefficient, relative to what the forces drawn from it need: they are right to some 1e-10 of themselves."""
@@ -32,13 +34,13 @@ def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) ->
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
-    if not len(kept) or not {*NEEDED_VARIABLES, "rubbing_velocity"} <= set(dataset):
+    if not len(kept) or not set(NEEDED_VARIABLES) <= set(dataset):
         return None
-    own = np.flatnonzero(np.isfinite(dataset["friction_force"].to_numpy()[:, kept, 0]).all(axis=0))
+    own = np.flatnonzero(np.all([_known(dataset, name, kept) for name in NEEDED_VARIABLES], axis=0))
     if not len(own):
         return None
     d = {name: dataset[name].to_numpy()[:, kept[own]] for name in NEEDED_VARIABLES}
-    drift = dataset["rubbing_velocity"].to_numpy()[:, kept[own]] / dataset["omega"].to_numpy()[:, None]
+    drift = d["rubbing_velocity"] / dataset["omega"].to_numpy()[:, None]
     friction, limit = d["friction_force"], d["friction_coefficient"] * d["normal_stiffness"]
     total, normal = d["contact_tangential"] + d["rubbing_motion"], d["contact_normal"] + d["normal_motion"]
     parameters = {key: d[name] for key, name in FRICTION_VARIABLES.items()}
@@ -57,6 +59,12 @@ def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) ->
         "mean": packed(np.where(alone, friction[:, :, 0], 0.0), "f8"),  # the level of a contact stuck all period
         "states": _states(intervals, drift.shape),
     }
+
+
+def _known(dataset: xarray.Dataset, name: str, kept: Indices) -> BoolArray:
+    """Which contacts have numbers of a machine everywhere, as the element needs them."""
+    small = np.abs(dataset[name].to_numpy()[:, kept]) <= LARGEST
+    return np.asarray(small.all(axis=(0, *range(2, small.ndim))))
 
 
 def _needed(own: Array, *forces_and_springs: Array) -> Array:

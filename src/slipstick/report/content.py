@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
-from slipstick.report.contacts import STATES, friction_of, series_of
+from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
 from slipstick.report.curves import curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.shape import shape_of
-from slipstick.results.schema import POINT_KINDS
+from slipstick.results.schema import POINT_KINDS, VARIABLES
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
@@ -23,14 +24,14 @@ _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "C
 """Attributes that have a place of their own, or say nothing to a reader."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
 def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[str, Any]:
     """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
 
     Raises InputError where it holds no motion.
     """
     dataset = branch.dataset
-    if not {"omega", "amplitude", "displacement"} <= set(dataset):
-        raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
+    _check(dataset, label)
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     at = branch.followed
@@ -55,6 +56,27 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
     }  # fmt: skip
 
 
+def _check(dataset: xarray.Dataset, label: str) -> None:
+    """InputError where a dataset, perhaps a stranger's, is not as the schema has it."""
+    if not {"omega", "amplitude", "displacement"} <= set(dataset):
+        raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
+    dims = {name: declared.dims for name, declared in VARIABLES.items()}
+    dims |= {name: ("contact", *own.dims) for name, own in FrictionLaw.variables.items()}
+    dims |= dict.fromkeys(COEFFICIENTS, ("contact", "coefficient"))
+    for name in set(dims) & set(map(str, dataset.data_vars)):
+        found, kinds = dataset[name], "biuf"
+        if name in VARIABLES:
+            kinds = "biu" if VARIABLES[name].whole else "OUS" if VARIABLES[name].texts else kinds
+        if found.dims != ("point", *dims[name]) or found.dtype.kind not in kinds:
+            wanted = ", ".join(("point", *dims[name]))
+            raise InputError(f"{label}: '{name}' is not as results hold it, numbers over {wanted}; compute them again")
+    labels = [str(name) for name in dataset["coefficient"].to_numpy()]
+    if labels != ["0", *(f"{part}{name[1:]}" for name in labels[1::2] for part in "cs")]:
+        raise InputError(f"{label}: the harmonic coefficients are not named as results name them; compute them again")
+    if not (dataset["omega"].to_numpy() > 0.0).all():
+        raise InputError(f"{label}: 'omega' is not a frequency at every point; compute these results again")
+
+
 def _frequency(dataset: xarray.Dataset) -> dict[str, Any]:
     """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
     units = Units.of_results(dataset.attrs)
@@ -66,8 +88,8 @@ def _frequency(dataset: xarray.Dataset) -> dict[str, Any]:
 
 def _largest(dataset: xarray.Dataset, dim: str, by: str, most: int) -> Indices:
     """Indices, in their own order, of those with the largest values anywhere along the branch."""
-    if dim not in dataset.dims:
-        return np.zeros(0, dtype=np.intp)
+    if dim not in dataset.dims or by not in dataset:
+        return np.arange(min(most, dataset.sizes.get(dim, 0)))
     sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
     return np.sort(np.argsort(-sizes, kind="stable")[:most])
 
@@ -82,6 +104,7 @@ def _provenance(branch: Branch) -> dict[str, Any]:
     about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     if "newton_iterations" in dataset and len(branch):
         about.append(["Newton iterations", str(int(dataset["newton_iterations"].sum()))])
+    if "residual" in dataset and len(branch):
         about.append(["largest residual", f"{float(dataset['residual'].max()):.2g}"])
     return {
         "title": str(attributes.get("title", "")),

@@ -47,10 +47,10 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     values = np.asarray(coefficients, dtype=float)
     least = np.abs(values[:, :, 1:]).max(axis=2, initial=0.0) / (2.0 ** (8 * width - 1) - 1.0)
     scale = np.exp2(np.ceil(np.log2(np.maximum(np.maximum(least, step), SMALLEST_STEP))))
-    whole = np.rint(np.nan_to_num(values / scale[:, :, None]))
+    whole = np.rint(np.nan_to_num(values / scale[:, :, None], posinf=0.0, neginf=0.0))
+    zero = packed(whole[:, :, 0] * scale, "f8")
     rest = whole[:, :, 1:].astype("<i8")
     kept = np.ascontiguousarray(rest.view(np.uint8).reshape(*rest.shape, 8)[..., :width])
-    zero = packed(whole[:, :, 0] * scale, "f8")
     return {"zero": zero, "scale": packed(scale, "f8"), "rest": _packed(kept, f"i{width}", rest.shape)}
 
 
