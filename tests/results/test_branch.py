@@ -217,3 +217,11 @@ def test_peaks_of_a_linear_response() -> None:
     assert ss.linear_response(p, omega=[5.0]).peaks("b") == []
     with pytest.raises(ss.InputError, match="linear response"):
         linear.contact_forces(0)
+
+
+@pytest.mark.parametrize("name", ["contact_tangential", "gap", "rubbing_velocity"])
+def test_numbers_beyond_any_machine_are_refused(branch: ss.Branch, name: str) -> None:
+    data = branch.dataset
+    odd = ss.Branch.from_dataset(data.assign({name: (data[name].dims, np.full(data[name].shape, np.inf))}))
+    with pytest.raises(ss.InputError, match=r"point 0: the results hold numbers beyond 1e\+100; compute them again"):
+        odd.contact_forces(0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
+from slipstick.faults import LARGEST, MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.measures import friction_force
 from slipstick.results.notebook import branch_html
 from slipstick.trig.harmonics import Harmonics
@@ -132,16 +132,19 @@ class Branch:
         return int(np.argmin(np.abs(self.dataset[self.followed].to_numpy() - value)))
 
     def contact_forces(self, point: int) -> ContactForces:
-        """Contact forces at a point, computed again with states and tangents from the dataset alone."""
+        """Contact forces at a point, computed again with states and tangents from the dataset alone.
+
+        Raises InputError where there is no such point, no friction, or numbers beyond those of any machine.
+        """
         d = self.point(point, friction=True)
         omega = float(d["omega"])
-        forces = element_forces(
-            self.harmonics,
-            d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy(),
-            d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy(),
-            v=d["rubbing_velocity"].to_numpy() / omega,
-            **{key: d[name].to_numpy() for key, name in FRICTION_VARIABLES.items()},
-        )
+        X = d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy()
+        Y = d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy()
+        given = {key: d[name].to_numpy() for key, name in FRICTION_VARIABLES.items()}
+        given["v"] = d["rubbing_velocity"].to_numpy() / omega
+        if any(np.any(np.abs(array) > LARGEST) for array in (X, Y, *given.values())):  # of a stranger's file
+            raise InputError(f"point {point}: the results hold numbers beyond {LARGEST:g}; compute them again")
+        forces = element_forces(self.harmonics, X, Y, **given)
         forces.omega = omega
         return forces
 
