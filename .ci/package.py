@@ -7,7 +7,8 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+VERSION = PROJECT["version"]
 LARGEST = {"wheel": 2e6, "sdist": 8e6, "file": 1e6}
 
 
@@ -37,7 +38,9 @@ def faults(wheel: dict[str, int], sdist: dict[str, int]) -> list[str]:
     }
     package.discard("slipstick/examples/demo.py")  # runs on a clone
     info = f"slipstick-{VERSION}.dist-info/"
-    wanted = package | {info + name for name in ("METADATA", "RECORD", "WHEEL", "entry_points.txt", "licenses/LICENSE")}
+    wanted = package | {info + name for name in ("METADATA", "RECORD", "WHEEL", "entry_points.txt")}
+    licences = {p.relative_to(ROOT).as_posix() for pattern in PROJECT["license-files"] for p in ROOT.glob(pattern)}
+    wanted |= {f"{info}licenses/{name}" for name in licences}
     found = [f"wheel: {name} is missing" for name in sorted(wanted - set(wheel))]
     found += [f"wheel: {name} does not belong there" for name in sorted(set(wheel) - wanted)]
     needed = {
