@@ -75,6 +75,7 @@ def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
         attributes = attributes_of(
             task.problem, outcome, message, task.warnings, parameter=task.parameter, parts=len(course.parts),
             evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
+            jacobian=task.balance.kind.name,
         )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,

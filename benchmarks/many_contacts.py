@@ -1,0 +1,94 @@
+"""A plate on its side, pressed on friction contacts all over its face: seconds and memory a point, by their number.
+
+    OMP_NUM_THREADS=1 python benchmarks/many_contacts.py [10 50 100 1000] [--whole]
+
+Each contact has a tangential and a normal port and harmonics 0 to 5: 22 unknowns. The plate lifts off most of them at
+its resonance and slips on others. Without ``--whole`` eight points are followed from the middle of the flank on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+from time import perf_counter, process_time
+
+import numpy as np
+from scipy import sparse
+
+import slipstick as ss
+from slipstick.fem.box import box
+from slipstick.fem.materials import Material
+from slipstick.fem.model import elastic_model
+
+SIZE = (0.4, 0.25, 0.008)
+GRIDS = {10: (5, 2), 20: (5, 4), 50: (10, 5), 100: (10, 10), 200: (20, 10), 500: (25, 20), 1000: (40, 25)}
+RANGE, FLANK = (1000.0, 2500.0), (1500.0, 1540.0)
+STEEL = Material(young=2.1e11, poisson=0.3, density=7800.0)
+
+
+def plate(nx: int, ny: int, modes: int = 128) -> tuple[ss.ModalStructure, int]:
+    """The plate fixed at one end, reduced to nx ny points of its lower face, dofs "1t", "1n", ...; and their number."""
+    mesh = box(SIZE, (nx, ny - 1, 1), "hex20")
+    model = elastic_model(mesh, STEEL, "x0")
+    x, y, z = mesh.nodes.T
+    steps = x * nx / SIZE[0], y * (ny - 1) / SIZE[1]
+    on_grid = np.all([np.abs(s - np.round(s)) < 1e-6 for s in steps], axis=0)
+    dofs = model.indices(np.flatnonzero(on_grid & (z < 1e-9) & (x > 1e-9)))
+    rows = dofs[:, [0, 2]].ravel()
+    keep = sparse.csc_array((np.ones(rows.size), (rows, np.arange(rows.size))), shape=(model.K.shape[0], rows.size))
+    tip, press = np.zeros(model.K.shape[0]), np.zeros(model.K.shape[0])
+    edge = model.indices(np.flatnonzero(x > SIZE[0] - 1e-9))
+    tip[edge[:, [0, 2]]] = 1.0 / len(edge)
+    press[dofs[:, 1]] = 1.0
+    structure = ss.reduce(
+        model.K, model.M, keep=keep, names=[f"{i + 1}{port}" for i in range(len(dofs)) for port in "tn"],
+        load_shapes={"tip": tip, "press": press}, modes=min(modes, len(tip) - 1), loss_factor=0.002,
+    )  # fmt: skip
+    return structure, len(dofs)
+
+
+def problem(structure: ss.ModalStructure, n: int) -> ss.Problem:
+    """The same total stiffness and pressing load whatever the number of contacts."""
+    law = ss.FrictionContact(kt=5e7 / n, mu=0.3, kn=4e6 / n, normal_load=500.0 / n)
+    pairs = [ss.ContactPair(name=f"c{i}", contact=law, tangential=f"{i}t", normal=f"{i}n") for i in range(1, n + 1)]
+    loads = [ss.Load(shape="tip", harmonic=1, cos=20.0), ss.Load(shape="press", harmonic=0, cos=500.0 / n)]
+    return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(6), outputs=[f"{n}n"])
+
+
+def measure(n: int, whole: bool) -> None:
+    """One line of the table."""
+    began = perf_counter()
+    structure, n = plate(*GRIDS[n])
+    built, given = perf_counter() - began, problem(structure, n)
+    times: list[float] = []
+
+    def listen(event: object) -> None:
+        if type(event).__name__ == "PointFound":
+            times.append(process_time())
+
+    first = process_time()
+    options = {} if whole else {"max_points": 8, "max_step": 1 / 8, "first_step": 1 / 8}
+    branch = ss.forced_response(given, omega=RANGE if whole else FLANK, options=options, listeners=listen)
+    attributes, dataset = branch.dataset.attrs, branch.dataset
+    a_point = (times[-1] - times[0]) / max(1, len(times) - 1)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(
+        f"{n:5d} {22 * n:6d} {built:8.1f} {times[0] - first:9.2f} {a_point:9.3f} {len(times):7d} "
+        f"{attributes['evaluations']:6d} {memory:6.2f}  {branch.outcome.name.lower()}, "
+        f"peak {float(dataset.amplitude.max()):.4g} m, truncation {float(dataset.truncation.max()):.1e}",
+        flush=True,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("counts", nargs="*", type=int, default=list(GRIDS), help=f"any of {', '.join(map(str, GRIDS))}")
+    parser.add_argument("--whole", action="store_true", help="the whole curve through the resonance")
+    options = parser.parse_args()
+    print("    n      N  build s   first s   s/point  points  evals  GB    (CPU seconds)")
+    for n in options.counts:
+        measure(n, options.whole)
+
+
+if __name__ == "__main__":
+    main()

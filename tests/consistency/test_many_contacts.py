@@ -1,0 +1,68 @@
+"""Curves with a Jacobian that is never written out against those with one that is."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    folder = str(Path(__file__).parents[2] / "benchmarks")
+    sys.path.insert(0, folder)
+    try:
+        import many_contacts
+    finally:
+        sys.path.remove(folder)
+    return many_contacts
+
+
+def curves(benchmark, nx, ny, span):
+    problem = benchmark.problem(*benchmark.plate(nx, ny, modes=60))
+    return [
+        ss.forced_response(problem, omega=span, requested=np.linspace(*span, 9)[1:-1], options={"jacobian": kind})
+        for kind in ("dense", "iterative")
+    ]
+
+
+def same_curves(dense, iterative):
+    """The same motion at the requested frequencies, at each of their passages."""
+    assert dense.outcome.ok
+    assert iterative.outcome.ok
+    assert (dense.dataset.attrs["jacobian"], iterative.dataset.attrs["jacobian"]) == ("dense", "iterative")
+    asked = [branch.dataset.isel(point=branch.dataset.kind.values == "requested") for branch in (dense, iterative)]
+    assert asked[0].sizes["point"] == asked[1].sizes["point"] >= 7
+    np.testing.assert_array_equal(asked[1].omega, asked[0].omega)
+    size = float(np.abs(asked[0].displacement).max())
+    np.testing.assert_allclose(asked[1].displacement, asked[0].displacement, rtol=0, atol=1e-8 * size)
+
+
+def test_ten_contacts_that_slip_and_lift_off(benchmark):
+    dense, iterative = curves(benchmark, 5, 2, (1500.0, 1900.0))
+    same_curves(dense, iterative)
+    assert float(dense.dataset.separation_fraction.max()) > 0.5
+    assert float(dense.dataset.slip_fraction.max()) > 0.05
+
+
+@pytest.mark.verify
+def test_fifty_contacts_give_the_same_curve(benchmark):
+    dense, iterative = curves(benchmark, 10, 5, benchmark.RANGE)
+    np.testing.assert_allclose(np.array(iterative.peaks("50n")), np.array(dense.peaks("50n")), rtol=1e-8)
+    same_curves(dense, iterative)
+
+
+@pytest.mark.verify
+def test_five_hundred_contacts_through_a_resonance(benchmark):
+    n = 500
+    branch = ss.forced_response(benchmark.problem(*benchmark.plate(*benchmark.GRIDS[n])), omega=(1500.0, 1900.0))
+    assert branch.outcome.ok
+    assert branch.dataset.attrs["jacobian"] == "iterative"
+    assert float(branch.dataset.residual.max()) < 1e-8
+    peak = max(branch.peaks(f"{n}n"), key=lambda p: p[1])
+    # the same plate on ten contacts of the same stiffness in all peaks at 1770 rad/s
+    assert peak[0] == pytest.approx(1740.0, rel=0.03)
