@@ -13,9 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.cases import oscillator
 
 import slipstick as ss
 from slipstick.app.verbs.examples import example
+from slipstick.app.verbs.manner import Manner
+from slipstick.app.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
@@ -36,6 +39,9 @@ PROBLEM = ss.Problem(STRUCTURE, contacts=[PAIR], loads=[LOAD], harmonics=H)
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
+SHORT_CASE = oscillator(
+    head='harmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 5.0\nto = 6.0\nmax_step = 0.5\n"
+)  # fmt: skip
 
 
 def heated(**changes: Any) -> ss.Problem:
@@ -82,6 +88,14 @@ def stored() -> Callable[..., ss.Branch]:
 def case_file() -> Callable[..., ss.Case]:
     Path("case.toml").write_text(CASE)
     return ss.Case.from_file
+
+
+def ended() -> Callable[..., Any]:
+    """Goes on with what is complete."""
+    if not Path("run").exists():
+        Path("case.toml").write_text(SHORT_CASE)
+        run_case(Path("case.toml"), Path("run"), manner=Manner(figures=False, report=False, quiet=True))
+    return ss.resume
 
 
 def imported() -> Callable[..., Any]:
@@ -198,6 +212,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "folder": "study", "missing": False, "listeners": (),
         },
     ),
+    "resume": (ended, {"folder": "run"}),
     "study samples": (
         lambda: lambda **given: ss.study(PROBLEM, omega=(2.0, 3.0), options=SHORT, workers=1, **given),
         {"parameters": {"damper.mu": {"from": 0.1, "to": 0.3}}, "method": "sobol", "samples": 2, "seed": 0},

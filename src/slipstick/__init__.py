@@ -41,6 +41,7 @@ _PUBLIC = {
     "linear_response": "slipstick.analysis.response",
     "transient": "slipstick.analysis.transient",
     "study": "slipstick.studies.study",
+    "resume": "slipstick.app.verbs.resume",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
     "SlipstickWarning": "slipstick.errors",
@@ -59,6 +60,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.transient import transient as transient
     from slipstick.app.case.case import Case as Case
     from slipstick.app.case.case import load_case as load_case
+    from slipstick.app.verbs.resume import resume as resume
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem

@@ -39,30 +39,35 @@ WORK = ("seconds",)
 """Attributes that tell of the time, not of the points."""
 
 
-def child(work: Callable[[], object]) -> tuple[int, int]:
-    """A forked process at work, and a pipe that gets a byte for every point it has stored."""
+Stored = tuple[type, str]
+RUN: Stored = (ResultStore, "append")
+"""The method that stores what is not to be lost."""
+
+
+def child(work: Callable[[], object], stored: Stored) -> tuple[int, int]:
+    """A forked process at work, and a pipe that gets a byte for everything it has stored."""
     read, write = os.pipe()
     pid = os.fork()
     if pid:
         os.close(write)
         return pid, read
-    whole = ResultStore.append
+    whole = getattr(*stored)
 
-    def append(store: ResultStore, *point: object) -> None:
-        whole(store, *point)  # type: ignore[arg-type]
+    def store(self: object, *given: object) -> None:
+        whole(self, *given)
         os.write(write, b".")
 
     try:
         os.close(read)
-        ResultStore.append = append  # type: ignore[method-assign, assignment]
+        setattr(*stored, store)
         work()
     finally:
         os._exit(0)
 
 
-def killed(work: Callable[[], object], delay: float) -> int:
-    """Points that were stored when it was killed."""
-    pid, read = child(work)
+def killed(work: Callable[[], object], delay: float, stored: Stored = RUN) -> int:
+    """How much was stored when it was killed."""
+    pid, read = child(work, stored)
     time.sleep(delay)
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)

@@ -12,9 +12,10 @@ import pytest
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("count", [5, pytest.param(40, marks=pytest.mark.verify)])
-def test_kills(tmp_path: Path, count: int) -> None:
+@pytest.mark.parametrize("what", ["kills.py", "study_kills.py"])
+def test_kills(tmp_path: Path, what: str, count: int) -> None:
     found = subprocess.run(
-        [sys.executable, str(Path(__file__).parent / "kills.py"), str(count), str(tmp_path)],
+        [sys.executable, str(Path(__file__).parent / what), str(count), str(tmp_path)],
         capture_output=True,
         text=True,
         timeout=1200,

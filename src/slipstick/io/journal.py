@@ -69,13 +69,13 @@ class Journal:
 
     def __init__(self, path: Path, layout: Layout, about: Mapping[str, Any] | None = None, keep: int = 0) -> None:
         self.path, self._layout = path, layout
-        self._file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o644)
+        if not keep:
+            header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}) + "\n"
+            keep = _begin(path, header.encode())
+        self._file = os.open(path, os.O_WRONLY)
         os.ftruncate(self._file, keep)
         os.lseek(self._file, keep, os.SEEK_SET)
         self._end, self._cost, self._when = keep, 0.0, 0.0
-        if not keep:
-            header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}) + "\n"
-            self._write(header.encode())
 
     def append(self, row: NDArray[np.float64], note: Mapping[str, Any] | None = None) -> None:
         """Write one point; on failure (a full disk) the journal keeps the points before it."""
@@ -111,6 +111,17 @@ class Journal:
             self._file = -1
         if remove:
             self.path.unlink(missing_ok=True)
+
+
+def _begin(path: Path, header: bytes) -> int:
+    """Make a journal with its header, in one step: whoever finds one can read it."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(header)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return len(header)
 
 
 def journal_of(path: Path) -> Path:

@@ -168,7 +168,7 @@ class StudyFolder:
             raise _unwritable(self.folder, error) from None
         if self.complete:
             self._close()
-            for path in self.folder.glob(JOURNALS):
+            for path in (*self.folder.glob(JOURNALS), *self.folder.glob(f".{JOURNALS}.*.tmp")):
                 path.unlink(missing_ok=True)
         return dataset
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+import slipstick as ss
 from slipstick.app.cli import app
 from slipstick.app.verbs.manner import UNFINISHED
 from slipstick.errors import TimeIsUp
@@ -101,6 +102,18 @@ def test_a_run_gone_on_with_ends_as_if_nothing_had_happened(
     assert sorted(p.name for p in out.iterdir()) == ["case.toml", "results.nc"]
     ours, theirs = (load_dataset(case.parent / name / "results.nc").attrs for name in ("out", "whole"))
     assert {**ours, "seconds": 0} == {**theirs, "seconds": 0}
+
+
+def test_python_goes_on_too(case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    stopped(case, monkeypatch)
+    branch = ss.resume(case.parent / "out")
+    assert isinstance(branch, ss.Branch)
+    assert branch.outcome is ss.Outcome.COMPLETED
+    assert branch.problem is not None
+    assert branch.dataset.drop_attrs(deep=False).identical(whole(case))
+    assert capsys.readouterr().out == ""
+    with pytest.raises(ss.InputError, match="there is no run in it"):
+        ss.resume(case.parent / "out" / "..")
 
 
 def test_a_complete_run_says_so_and_figures_are_left_alone(case: Path) -> None:

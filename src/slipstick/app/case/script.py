@@ -75,7 +75,12 @@ def python_script(text: str, name: str, folder: Path) -> str:
     InputError
         If a key has no counterpart.
     """
-    return _Script(parse(text, name), folder).text(name)
+    raw = parse(text, name)
+    study = raw.pop("study", None)
+    script = _Script(raw, folder).text(name)
+    if study is None:
+        return script
+    return f"{script}\n# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n"
 
 
 _BODY = '''\

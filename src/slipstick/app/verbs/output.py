@@ -131,6 +131,12 @@ class OutputFolder:
         self._created += reversed(missing)
 
 
+def work_of(folder: Path) -> Path:
+    """Where the last run into a folder wrote: beside earlier results that it has not replaced, or the folder itself."""
+    begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _OWN[:2])]
+    return max(begun, key=lambda path: path.stat().st_mtime, default=folder)
+
+
 class FolderOfRun(OutputFolder):
     """The folder of an earlier run, to go on with it; nothing in it is removed.
 
@@ -148,8 +154,7 @@ class FolderOfRun(OutputFolder):
             self._lock = FolderLock(folder)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({_reason(error)}); check who owns it") from None
-        begun = [path for path in folder.glob("unfinished*") if any((path / name).exists() for name in _OWN[:2])]
-        self.work = max(begun, key=lambda path: path.stat().st_mtime, default=folder)
+        self.work = work_of(folder)
         remove_leftovers(self.results)
 
     def keep_case(self, name: str, text: str) -> None:

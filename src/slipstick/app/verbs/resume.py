@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +14,46 @@ from slipstick.app.terminal.answers import files_in, results_answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.app.verbs.check import print_warnings
 from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
-from slipstick.app.verbs.output import FolderOfRun
+from slipstick.app.verbs.output import RESULTS, FolderOfRun, work_of
 from slipstick.app.verbs.run import Begun, Run
 from slipstick.app.verbs.study import HERE, Study, holds_study
 from slipstick.errors import InputError, Outcome
+from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.results.branch import Branch
     from slipstick.results.schema import Layout
+
+
+def resume(folder: str | Path) -> Branch | xarray.Dataset:
+    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted; what the verb does, in Python.
+
+    Parameters
+    ----------
+    folder
+        Where it was written. A study that was begun in Python goes on by ``ss.study`` with the same arguments.
+
+    Returns
+    -------
+    Branch or xarray.Dataset
+        The branch of a run, with everything found: look at its ``outcome``. The dataset of a study.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to go on with, its case has changed, or it was begun by another version.
+    """
+    from slipstick.io.loading import load, load_dataset
+    from slipstick.studies.folder import STUDY_FILE
+
+    place = path_of("resume, folder", folder, "the folder of a run or a study")
+    with redirect_stdout(StringIO()):
+        resume_run(place, Manner(figures=False, report=False, quiet=True))
+    if holds_study(place):
+        return load_dataset(place / STUDY_FILE)
+    return load(work_of(place) / RESULTS)
 
 
 def resume_run(folder: Path, manner: Manner = PLAIN) -> int:
