@@ -7,7 +7,7 @@ from scipy.sparse.linalg import splu
 
 import slipstick as ss
 from slipstick.balance.dense import dense_jacobian
-from slipstick.balance.kinds import WrittenOut
+from slipstick.balance.kinds import WrittenOut, kind_of
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError
@@ -136,3 +136,19 @@ def test_the_other_kind_is_one():
 def test_options_say_what_makes_a_jacobian():
     with pytest.raises(InputError, match="jacobian"):
         ss.forced_response(problem(), omega=(4.0, 5.0), options={"jacobian": "sparse"})
+
+
+def test_more_unknowns_than_memory_holds_are_refused():
+    modes = ss.ModalStructure(omega=[1.0], mode_shapes=[[1.0]], dofs=["x"])
+    rows = modes.project(np.eye(1), np.eye(1))
+    assert kind_of("auto", rows, 400_000).name == "iterative"
+    with pytest.raises(InputError, match="400000 unknowns; expected at most 12000"):
+        kind_of("dense", rows, 400_000)
+    with pytest.raises(InputError, match="at most 500000"):
+        kind_of("auto", rows, 600_000)
+    with pytest.raises(InputError, match="not known by its modes"):
+        kind_of("iterative", FunctionReceptance(), 10)
+
+
+class FunctionReceptance:
+    static = np.eye(1)

@@ -9,7 +9,7 @@ from slipstick.balance.compliance import Compliance
 from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.dense import dense_jacobian
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.protocol import Receptance
 from slipstick.thermal.model import Heat
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 WRITTEN_OUT_UP_TO = 500
 """Unknowns up to which a dense Jacobian costs less than an iterative one, as far as it can be had (measured)."""
+
+MOST_UNKNOWNS = {"dense": 12_000, "iterative": 500_000}
+"""Unknowns that fit into memory: a matrix of 1.2 GB, or the modes of that many ports."""
 
 AnyCompliance = Compliance | FactoredCompliance
 
@@ -87,7 +90,7 @@ def kind_of(asked: Kind | str, receptance: Receptance, unknowns: int) -> Kind:
     Raises
     ------
     InputError
-        If modes are needed and the structure is not known by them.
+        If modes are needed and the structure is not known by them, or there are more unknowns than memory holds.
     """
     modal = getattr(receptance, "factors", None) is not None
     if asked == "iterative" and not modal:
@@ -97,4 +100,15 @@ def kind_of(asked: Kind | str, receptance: Receptance, unknowns: int) -> Kind:
         )
     if asked == "auto":
         asked = "iterative" if modal and unknowns > WRITTEN_OUT_UP_TO else "dense"
+    if isinstance(asked, str) and unknowns > MOST_UNKNOWNS[asked]:
+        raise InputError(size_fault(unknowns, asked))
     return KINDS[asked] if isinstance(asked, str) else asked
+
+
+def size_fault(unknowns: int, kind: str) -> Fault:
+    """What is said of too many unknowns."""
+    modes = ", or give the structure as modes (reduce it)" if kind == "dense" else ""
+    return Fault(
+        ("harmonics",), f"contacts and harmonics make {unknowns} unknowns", expected=f"at most {MOST_UNKNOWNS[kind]}",
+        remedy=f"keep fewer harmonics or contacts{modes}",
+    )  # fmt: skip

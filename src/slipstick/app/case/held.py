@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from slipstick.app.case.parts import Placed
     from slipstick.balance.checks import Known
 
-MOST_UNKNOWNS = 12_000
-
 
 def held_faults(sections: Sections, described: Described, placed: Sequence[Placed]) -> Iterator[Fault]:
     """Faults between sections; where one of them is not right, nothing is held against it."""
@@ -94,12 +92,15 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
 
 def _sizes(sections: Sections, known: Known, placed: Sequence[Placed]) -> Iterator[Fault]:
     """One ratio of periods, and no more unknowns than can be computed."""
+    from slipstick.balance.kinds import MOST_UNKNOWNS, size_fault
+    from slipstick.structure.matrices import MatrixStructure
+
     ratios = [row.get("period_ratio") for row in (sections.top, sections.response) if row is not None]
     if len(set(ratios) - {None}) > 1:
         where = ("response", "period_ratio")
         yield Fault(where, "is another than the period_ratio at the top", remedy="keep one")
     size = 0 if known.orders is None else 2 * len(known.orders) - 1
     unknowns = sum(contact.pair.n_ports for contact in placed) * size
-    if unknowns > MOST_UNKNOWNS:
-        made = f"{len(placed)} contacts with {size} coefficients make {unknowns} unknowns"
-        yield Fault("harmonics", made, expected=f"at most {MOST_UNKNOWNS}", remedy="keep fewer harmonics or contacts")
+    kind = "dense" if isinstance(known.structure, MatrixStructure) else "iterative"
+    if unknowns > MOST_UNKNOWNS[kind]:
+        yield size_fault(unknowns, kind)
