@@ -9,10 +9,12 @@ from contextlib import contextmanager
 from typing import Any
 
 from slipstick.app.terminal.guard import plain, say
-from slipstick.app.terminal.progress import Position, duration
+from slipstick.app.terminal.progress import Position, duration, fitting
 
 _EVERY = 5.0
 """Seconds between plain lines."""
+_WIDE, _BAR = 110, 20
+"""From that width there is a bar of that width."""
 
 
 class CasesProgress:
@@ -20,7 +22,7 @@ class CasesProgress:
 
     def __init__(self, total: int) -> None:
         self._position, self._total = Position(0.0, float(max(total, 1))), total
-        self._last = time.monotonic()
+        self._last, self.width = time.monotonic(), 78
         self.done = self.failed = 0
 
     def case(self, *, failed: bool) -> None:
@@ -38,12 +40,11 @@ class CasesProgress:
 
     @property
     def text(self) -> str:
-        """How far it is."""
-        failed = f", {self.failed} did not complete" if self.failed else ""
+        """How far it is, in one line of a terminal."""
         left = self._position.left
-        return f"{self.done} of {self._total} cases{failed}" + (
-            "" if left is None else f", about {duration(left)} left"
-        )
+        failed = f"{self.failed} did not complete" if self.failed else ""
+        told = "" if left is None else f"about {duration(left)} left"
+        return fitting((f"{self.done} of {self._total} cases", failed, told), (0, 2, 1), self.width)
 
     def note(self, text: str) -> None:
         """A line of its own."""
@@ -55,6 +56,7 @@ class LiveCases(CasesProgress):
 
     def __init__(self, total: int, bar: Any) -> None:
         super().__init__(total)
+        self.width = bar.console.width - len("100% ") - (_BAR + 1 if bar.console.width >= _WIDE else 0)
         self._bar, self._task = bar, bar.add_task(self.text, total=max(total, 1))
 
     def show(self) -> None:
@@ -86,7 +88,7 @@ def cases_progress(total: int, *, quiet: bool = False) -> Iterator[CasesProgress
     from rich.progress import BarColumn, Progress, TextColumn
 
     console = Console(markup=False)
-    columns: list[Any] = [BarColumn(bar_width=20)] if console.width >= 80 else []
+    columns: list[Any] = [BarColumn(bar_width=_BAR)] if console.width >= _WIDE else []
     columns += [TextColumn("{task.percentage:>3.0f}%"), TextColumn("{task.description}", markup=False)]
     with Progress(*columns, console=console, transient=True, refresh_per_second=8) as bar:
         yield LiveCases(total, bar)

@@ -82,7 +82,11 @@ def _resume_study(folder: Path, manner: Manner) -> int:
 
     journals = sorted(folder.glob(JOURNALS))
     if not journals:
-        say(str(load_dataset(folder / STUDY_FILE).attrs["outcome_text"]))
+        ended = load_dataset(folder / STUDY_FILE).attrs
+        if manner.answer is not None:
+            said = {"outcome": str(ended["outcome"]), "message": str(ended["outcome_text"])}
+            manner.answer.update({**said, **files_in(folder)})
+        say(str(ended["outcome_text"]))
         say(f"nothing is left to do: the study in {folder} is complete")
         return DONE
     recorded = read_journal(journals[0])
