@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -33,6 +33,9 @@ _KEPT = 5_000_000
 """Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
 
 
+Limit = Callable[[], AbstractContextManager[Any]]
+
+
 @cache
 def _blas() -> Any:
     """Finding the BLAS libraries takes milliseconds: once a process."""
@@ -47,8 +50,11 @@ def _one_thread() -> AbstractContextManager[Any]:
     return limit
 
 
-def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
-    """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message."""
+def walk(task: Task, limit: Limit = _one_thread) -> Generator[Point, None, tuple[Outcome, str]]:
+    """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message.
+
+    ``limit`` holds BLAS to one thread while a point is sought, and lets go of it between points.
+    """
     recorder = Recorder(task.balance, parameter=task.parameter)
     course = Course.taken_up(task.start, task.stop, task.checkpoints)
     clock = time.perf_counter() - course.seconds
@@ -58,11 +64,11 @@ def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
         if len(course.parts) == 1:
-            yield from _follow_part(task, course, recorder, clock)
+            yield from _follow_part(task, course, recorder, clock, limit)
             if course.parts[0].outcome in BROKEN_OFF:
                 course.parts.append(Part(number=2, start=task.stop, stop=task.start))
         if len(course.parts) == 2:
-            yield from _follow_part(_from_other_end(task), course, recorder, clock)
+            yield from _follow_part(_from_other_end(task), course, recorder, clock, limit)
         outcome, message = joined(course.parts, undamped=task.balance.springs is not None)
         message = _placed(task, outcome, message + jumps_text(course.jumps), course.parts)
         return outcome, message
@@ -83,17 +89,19 @@ def walk(task: Task) -> Generator[Point, None, tuple[Outcome, str]]:
         ))  # fmt: skip
 
 
-def _follow_part(task: Task, course: Course, recorder: Recorder, clock: float) -> Generator[Point, None, None]:
+def _follow_part(
+    task: Task, course: Course, recorder: Recorder, clock: float, limit: Limit
+) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
-    with _one_thread():
+    with limit():
         run = _run(task, course, recorder, sought)
     if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
     try:
         while not (sought is not None and part.reaches(*sought)):
-            with _one_thread():
+            with limit():
                 step = next(run, None)
             if step is None:
                 part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
@@ -206,7 +214,9 @@ def collect(task: Task) -> Branch:
     """The branch of a task."""
     told: dict[type, Any] = {}
     task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
-    slices = [told[Started].recorder.values(points) for points in _in_slices(walk(task), task.balance)]
+    with _one_thread():
+        found = _in_slices(walk(task, nullcontext), task.balance)
+        slices = [told[Started].recorder.values(points) for points in found]
     recorder, end = told[Started].recorder, told[Stopped]
     attributes = dict(end.attributes)
     values = {name: np.concatenate([part[name] for part in slices]) for name in recorder.layout.variables}
