@@ -28,7 +28,7 @@ def test_a_case_is_the_curve_of_its_problem(job: Job, plan: StudyPlan) -> None:
     problem = job.problem.with_parameter("damper.velocity", 20.0).with_parameter("damper.mu", 0.2)
     branch = ss.forced_response(problem, omega=(4.0, 8.0))
     curve = job.curve_layout.unpack(solved.curve)
-    for name in ("omega", "amplitude", "mean", "dissipated_power", "kind"):
+    for name in ("omega", "amplitude", "mean", "dissipated_power", "peak_dof"):
         np.testing.assert_array_equal(curve[name], branch.dataset[name].to_numpy())
     assert set(curve["case"].tolist()) == {2}
     peaks = branch.peaks("x")

@@ -85,11 +85,12 @@ def require_own(data: h5py.Dataset) -> None:
 def texts(data: h5py.Dataset, file_size: int) -> NDArray[np.str_]:
     """The texts of a data set, read in blocks: in a damaged file many entries may name one and the same long text."""
     flat: list[str] = []
-    block, total = max(1, _TEXT_BLOCK // max(file_size, 1)), 0
+    block, total, longest = max(1, _TEXT_BLOCK // max(file_size, 1)), 0, 0
     for part in _blocks(data, block):
+        lengths = [len(str(text)) for text in part]
         flat += [str(text) for text in part]
-        total += sum(map(len, flat[-len(part) :]))
-        if total > file_size or len(flat) * max(map(len, flat), default=0) > 16 * max(file_size, _TEXT_BLOCK):
+        total, longest = total + sum(lengths), max(longest, *lengths, 0)
+        if total > file_size or len(flat) * longest > 16 * max(file_size, _TEXT_BLOCK):
             raise ValueError(f"'{data.name}' holds more text than the file")
     return np.array(flat, dtype=str).reshape(data.shape)
 

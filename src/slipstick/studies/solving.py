@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.solve.continuation import ContinuationOptions
 
-CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "kind", "part", "peak_dof")
+CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "part", "peak_dof")
 """What is kept of every point of every curve."""
 
 _CASE = Declared((), "1", "number of the case in the study", whole=True)
