@@ -16,6 +16,7 @@ from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
 from slipstick.balance.loads import place_faults
 from slipstick.balance.warm import heat_faults
+from slipstick.contact import traits
 from slipstick.contact.rubbing import MOTION_PARTS, common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import listed, number, shown, suggestion, wrong
@@ -63,6 +64,7 @@ def problem_faults(problem: Problem, wrong: Container[str] = ()) -> Iterator[Fau
     for pair in problem.contacts:
         yield from (f.inside("contact", pair.name) for f in direction_faults(pair, known.dofs))
         yield from (f.inside("contact", pair.name) for f in rubbing_faults(pair, known))
+        yield from (f.inside("contact", pair.name) for f in traits.missing(pair.contact, _moving_ports(pair)))
     for i, load in enumerate(problem.loads):
         faults = chain(target_faults(load, known), force_faults(load.harmonic, load.sin, load.motion, known))
         yield from (fault.inside("load", i) for fault in faults)
@@ -139,13 +141,23 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
     """Whether the motion of the counter surface has a place among the harmonics, and ports to act on."""
     moved = {part: getattr(pair.rubbing, part) for part in MOTION_PARTS}
     yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
-    across = [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
+    across = _across(pair)
     if across and "normal" not in pair.contact.ports:
         yield Fault(
             "rubbing",
             f"{across[0]} moves the surface along a port called 'normal', which its law does not have",
             remedy=f"it has {', '.join(pair.contact.ports)}",
         )
+
+
+def _moving_ports(pair: ContactPair) -> set[str]:
+    """Ports along which the structure or the counter surface may move."""
+    return set(pair.given) | ({"normal"} if _across(pair) else set())
+
+
+def _across(pair: ContactPair) -> list[str]:
+    """Components of the rubbing motion that go along the normal."""
+    return [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
 
 
 def motion_faults(parts: Mapping[str, Mapping[int, Any]], known: Known) -> Iterator[Fault]:

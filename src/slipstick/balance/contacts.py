@@ -83,10 +83,10 @@ class ContactPair:
     def directions(self) -> Mapping[str, tuple[Direction | None, ...]]:
         """Direction cosines of each port, one for each contact; raises InputError where they cannot be matched."""
         count = self._count
-        return {port: value if len(value) == count else value * count for port, value in self._given.items()}
+        return {port: value if len(value) == count else value * count for port, value in self.given.items()}
 
     @cached_property
-    def _given(self) -> dict[str, tuple[Direction | None, ...]]:
+    def given(self) -> dict[str, tuple[Direction | None, ...]]:
         """Direction cosines of each port: one for all contacts, or one for each."""
         given = dict(self.ports or {})
         given |= {side: d for side in ("tangential", "normal") if (d := getattr(self, side)) is not None}
@@ -95,7 +95,7 @@ class ContactPair:
     @cached_property
     def _count(self) -> int:
         """Number of contacts; raises InputError where arrays and directions do not agree on one."""
-        several = sorted({size for size in (*map(len, self._given.values()), *self._array_sizes()) if size != 1})
+        several = sorted({size for size in (*map(len, self.given.values()), *self._array_sizes()) if size != 1})
         if len(several) > 1 or 0 in several:
             found = f"{several} contacts in its arrays"
             raise InputError(Fault(("contact", self.name), found=found, expected="one number"))

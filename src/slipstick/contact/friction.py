@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +30,8 @@ class FrictionContact(FrictionLaw):
     Parameters
     ----------
     kt, kn
-        Tangential and normal contact stiffness, force/length, >= 0.
+        Tangential and normal contact stiffness, force/length, >= 0. Without kn it is 1, a mere scale of the gap:
+        a contact that moves along its normal needs it.
     mu
         Friction coefficient, >= 0.
     gap
@@ -57,17 +58,20 @@ class FrictionContact(FrictionLaw):
     mu: ArrayLike
     kn: ArrayLike
     gap: ArrayLike
+    _scaled: ClassVar[bool]
+    """Whether kn was not given (of each object; no parameter)."""
 
     def __init__(
         self,
         *,
         kt: ArrayLike,
         mu: ArrayLike,
-        kn: ArrayLike = 1.0,
+        kn: ArrayLike | None = None,
         gap: ArrayLike | None = None,
         normal_load: ArrayLike | None = None,
     ) -> None:
-        given = {"kt": kt, "mu": mu, "kn": kn, "gap": gap, "normal_load": normal_load}
+        object.__setattr__(self, "_scaled", kn is None)
+        given = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
         values, found = {}, Gathering()
         for name, value in given.items():
             if value is not None or name not in ("gap", "normal_load"):
@@ -100,11 +104,16 @@ class FrictionContact(FrictionLaw):
 
     def changed(self, **values: ArrayLike) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
-        if "normal_load" not in values:
-            return replace(self, **values)
-        numbers: dict[str, Any] = {**self.values, **values}
-        del numbers["gap"]
+        numbers: dict[str, Any] = {**self.values, **({"kn": None} if self._scaled else {}), **values}
+        if "normal_load" in values:
+            del numbers["gap"]
         return FrictionContact(**numbers)
+
+    def missing(self, ports: set[str]) -> Iterator[Fault]:
+        """A normal stiffness that was not given, where something moves along the normal."""
+        if self._scaled and "normal" in ports:
+            remedy = "give the normal contact stiffness: the contact, or its counter surface, moves along the normal"
+            yield Fault("kn", "is missing", remedy=remedy)
 
 
 def _checked(name: str, value: Any) -> Any:

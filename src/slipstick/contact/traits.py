@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipstick.contact.law import Law, Motion, Response, add_to
+from slipstick.errors import Fault
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -144,3 +145,9 @@ def warnings(law: Law, values: Mapping[str, float], ports: set[str], approach: f
     """What looks wrong in one contact with these ports, whose counter surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
     return iter(()) if own is None else own(values, ports, approach)
+
+
+def missing(law: Law, ports: set[str]) -> Iterator[Fault]:
+    """Parameters that were not given, but are needed where something moves along these ports."""
+    own = getattr(law, "missing", None)
+    return iter(()) if own is None else own(ports)

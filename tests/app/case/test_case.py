@@ -94,7 +94,12 @@ def test_the_contract_case() -> None:
 
 def test_motion_of_the_counter_surface_along_the_normal() -> None:
     rub = 'cos = { "1" = 2.0 }, normal_cos = { "2" = 3.7e-4 }, normal_sin = { "1" = 1e-4 }'
-    lobed = replaced(('cos = { "1" = 2.0 }', rub))
+    unfit = replaced(('cos = { "1" = 2.0 }', rub))
+    assert faults(unfit) == [
+        "[[contact]] 'damper' kn is missing; give the normal contact stiffness, needed with normal, gap, normal_cos "
+        "and normal_sin"
+    ]
+    lobed = unfit.replace("normal_load = 800.0", "normal_load = 800.0\nkn = 50.0")
     (pair,) = Case.from_text(lobed).problem().contacts
     assert dict(pair.rubbing.normal_cos) == {2: 3.7e-4}
     assert dict(pair.rubbing.normal_sin) == {1: 1e-4}

@@ -275,12 +275,19 @@ class ContactTable(Table):
         elif "gap" not in raw and "normal_load" not in raw:
             remedy = "give normal_load = 800.0, or normal, kn and gap"
             faults.append(Fault(statement="the normal load is missing", remedy=remedy))
-        if "kn" not in raw and ("normal" in raw or ("gap" in raw and "normal_load" not in raw)):
-            remedy = "give the normal contact stiffness, needed with normal or gap"
+        if "kn" not in raw and (_moves_along_normal(raw) or ("gap" in raw and "normal_load" not in raw)):
+            remedy = "give the normal contact stiffness, needed with normal, gap, normal_cos and normal_sin"
             faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
         return faults
+
+
+def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
+    """Whether a contact, or its counter surface, is said to move along the normal."""
+    rubbing = contact.get("rubbing")
+    across = ("normal_cos", "normal_sin")
+    return "normal" in contact or (isinstance(rubbing, Mapping) and any(rubbing.get(key) for key in across))
 
 
 class ResponseTable(Table):
