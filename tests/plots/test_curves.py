@@ -232,3 +232,14 @@ def test_dollars_in_names_are_no_formulas() -> None:
     ax = plots.response(data, ["$x", "z$"])
     ax.figure.savefig("/dev/null", format="png")
     assert title(ax) == "costs 5$ or 6$"
+
+
+def test_results_without_points_or_contacts_are_refused_with_a_sentence() -> None:
+    empty = dataset().isel(point=slice(0, 0))
+    for draw in (plots.response, plots.mean, plots.phase, plots.power):
+        with pytest.raises(InputError, match="has no points to draw"):
+            draw(empty)
+    with pytest.raises(InputError, match="has no points to draw"):
+        plots.compare({"a": dataset(), "b": empty})
+    with pytest.raises(InputError, match="there is no contact in the results"):
+        plots.power(dataset().drop_dims("contact"))

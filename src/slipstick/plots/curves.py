@@ -23,7 +23,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import truth, whole
 from slipstick.plots.overlay import Curves
-from slipstick.plots.quantities import ROUNDING, chosen, datasets, quantity, values_of
+from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, quantity, values_of
 from slipstick.plots.style import GREY, PEAK, over_decades
 from slipstick.typing import Names
 
@@ -168,7 +168,7 @@ def power(
 
 def _total_power(curves: Curves) -> Axes:
     def total(dataset: xarray.Dataset) -> np.ndarray:
-        names = chosen(dataset, "contact", [str(name) for name in dataset["contact"].to_numpy()])
+        names = chosen(dataset, "contact", known_names(dataset, "contact"))
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
 
     values = {id(dataset): {"": total(dataset)} for _, dataset in curves.found}

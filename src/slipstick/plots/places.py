@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.errors import InputError
 from slipstick.faults import whole
-from slipstick.plots.quantities import abscissa, dataset_of, title_of
+from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, title_of
 from slipstick.plots.style import titled
 from slipstick.results.branch import Branch
 
@@ -19,7 +19,7 @@ def point_number(dataset: Any, point: Any) -> int:
     """The number of a point; InputError where there is none."""
     count = dataset.sizes["point"]
     if not count:
-        raise InputError("the branch has no points to draw")
+        raise InputError(NO_POINTS)
     return whole("point", point, -count, count - 1)
 
 

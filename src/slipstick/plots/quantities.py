@@ -18,12 +18,21 @@ from slipstick.units import Units, after_number
 if TYPE_CHECKING:
     import xarray
 
+NO_POINTS = "the branch has no points to draw"
+
 ROUNDING = 1e-11
 """Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
 def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
+    found = _labelled(branches)
+    if not all(dataset.sizes.get("point", 1) for _, dataset in found):
+        raise InputError(NO_POINTS)
+    return found
+
+
+def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     if _is_one(branches):
         return [(None, dataset_of(branches))]
     pairs: Iterable[tuple[str | None, Any]]
@@ -53,7 +62,7 @@ def dataset_of(branch: Any) -> xarray.Dataset:
 
 def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None) -> list[str]:
     """Names along a dimension: one, several, or the first; InputError for one that is not there."""
-    known = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.coords else []
+    known = known_names(dataset, dim)
     names = known[:1] if given is None else list(texts(dim, given, f"the name of a {dim}"))
     for name in names:
         if name not in known:
@@ -61,6 +70,11 @@ def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None)
     if not names:
         raise InputError(f"there is no {dim} in the results to draw")
     return names
+
+
+def known_names(dataset: xarray.Dataset, dim: str) -> list[str]:
+    """Names along a dimension; none where a linear response has no such dimension."""
+    return [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.coords else []
 
 
 def values_of(dataset: xarray.Dataset, name: str, dim: str, label: str) -> np.ndarray:
