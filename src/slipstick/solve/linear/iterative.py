@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -10,8 +11,11 @@ import numpy as np
 from slipstick.solve.linear.gmres import Solved, gmres
 from slipstick.typing import Array
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
 """Relative residual of a solution: Newton corrections are right to so many digits."""
+
+_FOR_SIGNS = 1e-4
+"""Eigenvalues apart from the others are found long before the solution is."""
 
 MOST_PRODUCTS = 250
 """Beyond it the preconditioner is no use, and the solution is given up."""
@@ -67,8 +71,8 @@ class IterativeJacobian(ABC):
         found = self._iterate(lambda x: self.multiply(self.precondition(x)), right)
         return self.precondition(found.x)
 
-    def _iterate(self, apply: object, right: Array) -> Solved:
-        found = gmres(apply, right, tolerance=TOLERANCE, most=MOST_PRODUCTS)  # type: ignore[arg-type]
+    def _iterate(self, apply: Callable[[Array], Array], right: Array, tolerance: float = TOLERANCE) -> Solved:
+        found = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
         self.products += found.products
         if not found.residual <= _GIVEN_UP:
             found.x[...] = np.nan
@@ -85,7 +89,7 @@ class IterativeJacobian(ABC):
     @cached_property
     def _sign(self) -> int:
         right = np.random.default_rng(_SEED).standard_normal(self.size)
-        ritz = self._iterate(lambda x: self.multiply(self.precondition(x)), right).ritz
+        ritz = self._iterate(lambda x: self.multiply(self.precondition(x)), right, _FOR_SIGNS).ritz
         real = np.abs(ritz.imag) <= 1e-10 * np.abs(ritz)
         return self.preconditioner_sign * (-1 if np.count_nonzero(real & (ritz.real < 0.0)) % 2 else 1)
 

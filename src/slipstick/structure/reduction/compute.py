@@ -26,6 +26,9 @@ from slipstick.typing import Array, Sparse
 DEFAULT_MODES = 128
 MOST_MODES = 512
 
+_TOGETHER = 256
+"""Columns solved and multiplied at a time."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReducedData:
@@ -129,7 +132,7 @@ def compute(
     if faults:
         raise InputError(faults)
     clock, (directions, loads, skin) = _Clock(listener), columns
-    B = np.hstack([directions.toarray(), loads])
+    B = sparse.csc_array(sparse.hstack([directions, sparse.csc_array(loads)]))
     n_keep = directions.shape[1]
     probe = None
     if want.modes is None and want.highest is not None:
@@ -138,10 +141,7 @@ def compute(
     clock.start("factorisation")
     iteration = _iteration(K, M, solver, dofs, listener)
     clock.start("static solutions")
-    U = iteration.solve(B)
-    static, second = B.T @ U, U.T @ (M @ U)
-    seen = None if skin is None else np.asarray(skin.T @ U)
-    del U
+    static, second, seen = _static_solutions(iteration, M, B, skin)
     clock.start("modes")
     partial = ReducedData(
         omega=np.empty(0),
@@ -165,10 +165,22 @@ def compute(
     return replace(data, seconds=clock.stop())
 
 
+def _static_solutions(
+    iteration: BlockLanczos, M: Sparse, B: Sparse, skin: Sparse | None
+) -> tuple[Array, Array, Array | None]:
+    """``B^T U``, ``U^T M U`` and the motion of the skin for ``U = K^-1 B``: besides U, slices of columns alone."""
+    slices = [slice(first, first + _TOGETHER) for first in range(0, B.shape[1], _TOGETHER)]
+    U = np.empty(B.shape)
+    for part in slices:
+        U[:, part] = iteration.solve(B[:, part].toarray())
+    second = np.hstack([U.T @ (M @ U[:, part]) for part in slices])
+    return B.T @ U, second, None if skin is None else np.asarray(skin.T @ U)
+
+
 def _grow(
     iteration: BlockLanczos,
     partial: ReducedData,
-    B: Array,
+    B: Sparse,
     n_keep: int,
     want: Accuracy,
     exact: Array,
@@ -194,7 +206,7 @@ def _grow(
     return replace(_with_modes(partial, found, B), error_estimate=error), found
 
 
-def _with_modes(partial: ReducedData, found: Modes, B: Array) -> ReducedData:
+def _with_modes(partial: ReducedData, found: Modes, B: Sparse) -> ReducedData:
     return replace(
         partial,
         omega=found.omega,
