@@ -11,6 +11,7 @@ import typer
 
 from slipstick.app.terminal.answers import Answer, answering
 from slipstick.app.terminal.guard import guarded
+from slipstick.app.terminal.wrong_calls import Verbs
 from slipstick.app.verbs.completion import case_files, example_names, results_files
 from slipstick.errors import InputError
 
@@ -21,6 +22,7 @@ app = typer.Typer(
     name="slipstick",
     help="Steady vibration of structures that stick, slip, separate and rub.",
     epilog="Exit codes: 0 done, 1 stopped early with what was found saved, 2 bad input.",
+    cls=Verbs,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

@@ -42,14 +42,24 @@ def answering(wanted: bool) -> Iterator[Answer]:
             try:
                 yield answer
             except InputError as error:
-                answer["errors"] = list(error.sentences)
-                answer["faults"] = [asdict(fault) for fault in error.faults]
+                answer |= _faults(error)
                 raise
     except typer.Exit as ended:
         answer["exit_code"] = ended.exit_code
         raise
     finally:
-        print(json.dumps(plain_json(answer), ensure_ascii=False, allow_nan=False), flush=True)
+        print_answer(answer)
+
+
+def print_answer(answer: Answer, error: InputError | None = None) -> None:
+    """The document, with the faults of an error if there is one."""
+    whole = answer if error is None else answer | _faults(error)
+    print(json.dumps(plain_json(whole), ensure_ascii=False, allow_nan=False), flush=True)
+
+
+def _faults(error: InputError) -> Answer:
+    """Faults as sentences and as data."""
+    return {"errors": list(error.sentences), "faults": [asdict(fault) for fault in error.faults]}
 
 
 def plain_json(value: Any) -> Any:
