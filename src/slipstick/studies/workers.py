@@ -7,8 +7,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from typing import Any
@@ -23,6 +25,7 @@ _QUEUED = 4
 """Cases sent out to each worker ahead of what it computes."""
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _WAIT = 30
+_CLOSING = 10.0
 
 
 def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
@@ -40,7 +43,9 @@ def on_cluster(client: Any, job: Job, plan: StudyPlan, todo: Sequence[int]) -> I
     from distributed import as_completed
 
     # a task, not scattered data: it is made again where every worker that holds it is gone
-    shared = client.submit(_Shared, job, plan, pure=False)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
+        shared = client.submit(_Shared, job, plan, pure=False)
     cases, sent, suspects = iter(todo), {}, []
 
     def send(case: int) -> Any:
@@ -146,7 +151,8 @@ def local_workers(count: int) -> Iterator[Any]:
         cluster = LocalCluster(
             n_workers=0, host="127.0.0.1", protocol="tcp://", dashboard_address="127.0.0.1:0", silence_logs=50
         )
-        with cluster, Client(cluster, timeout=_WAIT) as client, tempfile.TemporaryDirectory() as folder:
+        client = Client(cluster, timeout=_WAIT)
+        with tempfile.TemporaryDirectory() as folder:
             process = subprocess.Popen(
                 [
                     sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
@@ -161,6 +167,14 @@ def local_workers(count: int) -> Iterator[Any]:
                 yield client
             finally:
                 _kill(process)
+                _within(_CLOSING, client.close, cluster.close)
+
+
+def _within(seconds: float, *steps: Callable[[], object]) -> None:
+    """Take steps that end what nobody needs any more, and do not wait for ever: Ctrl-C may have come in the middle."""
+    thread = threading.Thread(target=lambda: [step() for step in steps], daemon=True)
+    thread.start()
+    thread.join(seconds)
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
