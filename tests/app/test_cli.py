@@ -487,7 +487,7 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("slipstick.contact.kernel.compilation.compile_kernel", lambda: 12.3)
     lines: list[str] = []
     prepare_kernel(lines.append)
-    assert lines[0].startswith("compiling the contact kernel, once on this machine, up to a minute ...")
+    assert lines[0].startswith("compiling the contact kernel, once on this machine, 10 to 30 s ...")
     assert "12 s" in lines[1]
 
 

@@ -123,7 +123,7 @@ def _place(self: Any, function: Callable[..., Any]) -> None:
 def _warn() -> None:
     warnings.warn(
         f"numba {numba.__version__} has changed how it keeps compiled functions: the contact kernel is compiled "
-        "in each process, up to a minute; an older numba keeps it",
+        "in each process, 10 to 30 s; an older numba keeps it",
         RuntimeWarning,
         stacklevel=2,
     )

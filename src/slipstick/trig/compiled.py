@@ -22,8 +22,8 @@ def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = Fa
     if function is None:
         return lambda f: compiled(f, allocates=allocates, **options)
     given: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
-    dispatcher = numba.njit(**{**given, **({} if allocates else {**uncounted(), **_INNER}), **options})(function)
-    if dispatcher is not function:
+    dispatcher = numba.njit(**{**given, **({} if allocates else {**uncounted(), **_inner()}), **options})(function)
+    if allocates and dispatcher is not function:
         keep(dispatcher)
     return dispatcher
 
@@ -41,8 +41,16 @@ def uncounted() -> dict[str, bool]:
     return {"_nrt": False} if hasattr(CPUTargetOptions, "_nrt") else {}
 
 
-_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Functions that make no arrays are called by compiled ones alone: no entry from Python is made for them."""
+def _inner() -> dict[str, Any]:
+    """Functions that make no arrays are called by compiled ones alone: no entry from Python is made for them."""
+    options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    try:
+        from slipstick.trig.linked import InnerCompiler
+    except ImportError:  # another numba: it takes longer then
+        return options
+    return {**options, "pipeline_class": InnerCompiler}
+
+
 
 inlined: Any = compiled(forceinline=True)
 """Decorator for the small functions of the innermost loops: compiled into their callers."""
