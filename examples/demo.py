@@ -17,6 +17,9 @@ SCRIPTS = (
 )
 
 
+DRAWN = ("--figures", "all")
+
+
 def step(title, *command):
     print(f"\n=== {title}", flush=True)
     subprocess.run([sys.executable, *map(str, command)], check=True)
@@ -26,7 +29,7 @@ def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     for case in CASES:
         results = folder / case.removesuffix(".toml").replace("/", "_")
-        step(f"slipstick run examples/{case}", "-m", "slipstick", "run", HERE / case, "-o", results, "--force")
+        step(f"slipstick run examples/{case}", "-m", "slipstick", "run", HERE / case, "-o", results, "--force", *DRAWN)
     for script in SCRIPTS:
         step(f"python examples/{script}", HERE / script, folder / "figures")
     print(f"\nResults and figures are in {folder}")

@@ -43,7 +43,7 @@ FACADE = {
     "analysis/response.py": {"parameter_response"},
     "studies/study.py": {"study"},
     "analysis/transient.py": {"transient", "integrate"},
-    "app/cli.py": {"study", "import_"},
+    "app/cli.py": {"study", "import_", "run"},
     "balance/loads.py": {"__init__"},
     "importers/import_model.py": {"import_model"},
     "models/blade.py": {"reduced_blade"},

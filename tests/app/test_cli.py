@@ -45,13 +45,57 @@ def told(result: Result) -> str:
     return result.output
 
 
-def test_run_writes_results_figures_and_the_case(tmp_path: Path) -> None:
+def files_of(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_figures_are_drawn_that_are_asked_for(tmp_path: Path) -> None:
+    path, out = case(tmp_path), tmp_path / "out"
+    always = {"results.nc", "report.html", "case.toml"}
+    result = slipstick("run", path, "-o", out, "--figures", "loop, temperature", "--format", "svg,pdf")
+    assert result.exit_code == 0, result.output
+    assert files_of(out) == always | {"loop.svg", "loop.pdf"}
+    assert "warning: figures: these results hold nothing to draw of 'temperature'" in told(result)
+    assert slipstick("run", path, "-o", out, "--figures", "all", "--force").exit_code == 0
+    drawn = ("response", "phase", "mean", "power", "fractions", "loop", "states", "history", "spectrum")
+    assert files_of(out) == always | {f"{name}.png" for name in drawn}
+    assert slipstick("run", path, "-o", out, "--force").exit_code == 0
+    assert files_of(out) == always
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (("--figures", "loops"), "--figures: found 'loops'; expected response, mean,"),
+        (("--figures", ","), "--figures: found nothing; expected response,"),
+        (("--figures", "all", "--format", "jpg"), "--format: found 'jpg'; expected png, svg, pdf"),
+        (("--format", "svg"), "--format: found no figures to draw; say which with --figures"),
+        (("--figures", "all", "--no-figures"), "--no-figures: --figures is given too"),
+    ],
+)
+def test_wrong_figures_are_told_before_anything_is_computed(tmp_path: Path, options: tuple, said: str) -> None:
+    result = slipstick("run", case(tmp_path), "-o", tmp_path / "out", *options)
+    assert result.exit_code == 2
+    assert said in told(result)
+    assert not (tmp_path / "out").exists()
+
+
+def test_run_loads_nothing_that_it_does_not_need(tmp_path: Path) -> None:
+    """Each of them takes longer to import than a curve takes to compute."""
+    code = (
+        "import sys; from slipstick.app.cli import app; \n"
+        "try:\n    app()\nexcept SystemExit as ended:\n    assert not ended.code\n"
+        "print([name for name in ('xarray', 'pandas', 'matplotlib', 'dask', 'h5netcdf') if name in sys.modules])"
+    )
+    for command in (["check", case(tmp_path)], ["run", case(tmp_path), "-o", tmp_path / "out", "-q"]):
+        done = subprocess.run([sys.executable, "-c", code, *map(str, command)], capture_output=True, text=True)
+        assert done.stdout.splitlines()[-1] == "[]", done.stdout + done.stderr
+
+
+def test_run_writes_results_and_the_case(tmp_path: Path) -> None:
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 0, result.output
-    names = {p.name for p in (tmp_path / "out").iterdir()}
-    drawn = ("response", "phase", "mean", "power", "fractions", "loop", "states", "history", "spectrum")
-    figures = {f"{name}.{ending}" for name in drawn for ending in ("png", "svg")}
-    assert names == {"results.nc", "report.html", "case.toml", *figures}
+    assert files_of(tmp_path / "out") == {"results.nc", "report.html", "case.toml"}
     assert (tmp_path / "out" / "case.toml").read_text() == GOOD
     data = xarray.load_dataset(tmp_path / "out" / "results.nc", engine="h5netcdf")
     assert data.attrs["case"] == GOOD

@@ -71,7 +71,9 @@ def case_fault(folder: Path, seed: int) -> str:
     path.write_bytes(mutated_text(samples.CASES[seed % len(samples.CASES)], seed))
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)
-    return _command("check", path) or _command("run", path, "-o", out, *(["--no-figures"] if seed % 7 else []), "-q")
+    return _command("check", path) or _command(
+        "run", path, "-o", out, *([] if seed % 7 else ["--figures", "all"]), "-q"
+    )
 
 
 def named_fault(folder: Path, seed: int) -> str:

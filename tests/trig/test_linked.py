@@ -28,9 +28,7 @@ print(hashlib.sha256(b"".join(v.tobytes() for v in vars(f).values() if isinstanc
 """
 
 
-def test_inner_functions_are_linked_and_kept_with_their_caller(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_inner_functions_are_linked_and_kept_with_their_caller(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compile_cache, "cache_folder", lambda: tmp_path)
 
     @compiled

@@ -17,7 +17,7 @@ from slipstick.faults import Gathering, numbers, one, shown, wrong
 from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
-from slipstick.results.schema import attributes_of, layout_of, make_dataset
+from slipstick.results.schema import attributes_of, layout_of, make_table
 from slipstick.typing import Array
 
 
@@ -63,10 +63,10 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
         found.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
     found.end()
     assert w is not None
-    balance, inputs = Balance(problem), problem.inputs
-    warnings = problem_warnings(problem, (w.min(), w.max()), balance.receptance.static)
+    limit = LinearLimit(Balance(problem), state)
+    warnings = problem_warnings(problem, (w.min(), w.max()), limit.balance.receptance.static)
     problem.warn(warnings)
-    return _branch(problem, w, _motion(balance, inputs, w, state), state, warnings)
+    return limit.branch(w, limit.motion(w), warnings)
 
 
 def _frequencies(given: ArrayLike) -> Array:
@@ -77,19 +77,38 @@ def _frequencies(given: ArrayLike) -> Array:
     return w
 
 
-def _motion(balance: Balance, inputs: Inputs, w: Array, state: str) -> Array:
-    """Coefficients of the outputs (n, n_outputs, L)."""
-    outputs = Outputs(balance, balance.problem.outputs or ())
-    p = balance.n_ports
-    stiffness, constant = _held(balance, inputs, state)
-    x = np.empty((w.size, p, balance.L))
-    slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
-    for first in range(0, w.size, slices):
-        chosen = slice(first, first + slices)
-        x[chosen] = _ports(balance, w[chosen], stiffness, constant, inputs.P)
-    force = np.einsum("pq,nql->npl", stiffness, x) + constant
-    P = np.broadcast_to(inputs.P, (w.size, *inputs.P.shape))
-    return outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
+class LinearLimit:
+    """The linear system of a problem, "free" or "stuck", made ready for any frequencies."""
+
+    def __init__(self, balance: Balance, state: str) -> None:
+        self.balance, self.state, self._P = balance, state, balance.problem.inputs.P
+        self._outputs = Outputs(balance, balance.problem.outputs or ())
+        self._stiffness, self._constant = _held(balance, balance.problem.inputs, state)
+
+    def motion(self, w: Array) -> Array:
+        """Coefficients of the outputs (n, n_outputs, L) at frequencies (n,)."""
+        balance = self.balance
+        x = np.empty((w.size, balance.n_ports, balance.L))
+        slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
+        for first in range(0, w.size, slices):
+            chosen = slice(first, first + slices)
+            x[chosen] = _ports(balance, w[chosen], self._stiffness, self._constant, self._P)
+        force = np.einsum("pq,nql->npl", self._stiffness, x) + self._constant
+        P = np.broadcast_to(self._P, (w.size, *self._P.shape))
+        return self._outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
+
+    def branch(self, w: Array, motion: Array, warnings: Sequence[str] = ()) -> Branch:
+        """The branch of frequencies (n,) and motion (n, n_outputs, L)."""
+        problem = self.balance.problem
+        values = {
+            "omega": w,
+            "displacement": motion,
+            "amplitude": amplitude(problem.harmonics, motion).value,
+            "mean": motion[:, :, 0],
+        }
+        attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {self.state}", warnings)
+        layout = layout_of(problem, only=tuple(values))
+        return Branch(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
 
 
 def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
@@ -124,15 +143,3 @@ def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> 
         moved = np.linalg.solve(unit + A[..., :p] @ stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
         x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag
     return x
-
-
-def _branch(problem: Problem, w: Array, motion: Array, state: str, warnings: Sequence[str]) -> Branch:
-    values = {
-        "omega": w,
-        "displacement": motion,
-        "amplitude": amplitude(problem.harmonics, motion).value,
-        "mean": motion[:, :, 0],
-    }
-    attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {state}", warnings)
-    layout = layout_of(problem, only=tuple(values))
-    return Branch(make_dataset(layout, values, attributes), Outcome.COMPLETED, problem)

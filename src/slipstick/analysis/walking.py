@@ -25,7 +25,7 @@ from slipstick.faults import warn
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
-from slipstick.results.schema import attributes_of, make_dataset
+from slipstick.results.schema import attributes_of, make_table
 from slipstick.solve.continuation import Step
 from slipstick.typing import Array
 
@@ -224,4 +224,4 @@ def collect(task: Task) -> Branch:
     if sentences := result_warnings(followed, values, problem.elements, problem.units.angular):
         warn(sentences)
         attributes["warnings"] = "\n".join([*task.warnings, *sentences])
-    return Branch(lambda: make_dataset(recorder.layout, values, attributes), end.outcome, task.problem, end.message)
+    return Branch(make_table(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

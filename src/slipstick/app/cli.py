@@ -5,18 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.app.terminal.answers import Answer, answering
+from slipstick.app.terminal.answers import answering
 from slipstick.app.terminal.guard import guarded
 from slipstick.app.terminal.wrong_calls import Verbs
 from slipstick.app.verbs.completion import case_files, example_names, results_files
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.app.verbs.run import Manner
+    from slipstick.app.verbs.manner import Manner
 
 app = typer.Typer(
     name="slipstick",
@@ -34,6 +34,14 @@ CasePath = Annotated[
 ]
 
 
+Figures = Annotated[
+    str | None,
+    typer.Option("--figures", help='Draw these too: "all", or names such as "response,loop".', metavar="NAMES"),
+]
+Formats = Annotated[
+    str | None, typer.Option("--format", help="Of the figures: png (the default), svg, pdf.", metavar="FORMATS")
+]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw none, also of a study.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")]
 TimeLimit = Annotated[
     str | None,
@@ -67,25 +75,30 @@ def run(
     force: Annotated[
         bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")
     ] = False,
-    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    figures: Figures = None,
+    formats: Formats = None,
+    no_figures: NoFigures = False,
     report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     quiet: Quiet = False,
     time_limit: TimeLimit = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a case: results.nc, written point by point, report.html and figures."""
+    """Compute a case: results.nc, written point by point, and report.html."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.run import run_case
 
-        raise typer.Exit(
-            run_case(case, output, force=force, manner=_manner(figures, report, quiet, time_limit, answer))
+        manner = _manner(
+            time_limit, (figures, formats), figures=not no_figures, report=report, quiet=quiet, answer=answer
         )
+        raise typer.Exit(run_case(case, output, force=force, manner=manner))
 
 
 @app.command()
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run.", show_default=False)],
-    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    figures: Figures = None,
+    formats: Formats = None,
+    no_figures: NoFigures = False,
     report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     quiet: Quiet = False,
     time_limit: TimeLimit = None,
@@ -95,18 +108,23 @@ def resume(
     with answering(as_json) as answer:
         from slipstick.app.verbs.resume import resume_run
 
-        raise typer.Exit(resume_run(folder, _manner(figures, report, quiet, time_limit, answer)))
+        manner = _manner(
+            time_limit, (figures, formats), figures=not no_figures, report=report, quiet=quiet, answer=answer
+        )
+        raise typer.Exit(resume_run(folder, manner))
 
 
-def _manner(figures: bool, report: bool, quiet: bool, time_limit: str | None, answer: Answer) -> Manner:
+def _manner(time_limit: str | None, wanted: tuple[str | None, str | None] = (None, None), **how: Any) -> Manner:
     from slipstick.app.case.quantity_texts import read_duration
-    from slipstick.app.verbs.run import Manner
+    from slipstick.app.verbs.manner import Manner, wanted_figures
 
+    if wanted[0] is not None and not how["figures"]:
+        raise InputError("--no-figures: --figures is given too; leave one of them out")
     try:
         seconds = None if time_limit is None else read_duration(time_limit)
     except ValueError as error:
         raise InputError(f"--time-limit: found '{time_limit}'; {error}") from None
-    return Manner(figures=figures, report=report, quiet=quiet, time_limit=seconds, answer=answer)
+    return Manner(time_limit=seconds, wanted=wanted_figures(*wanted), **how)
 
 
 @app.command()
@@ -157,7 +175,7 @@ def study(
         from slipstick.app.verbs.study import Spread, run_study, share_of
 
         spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
-        manner = _manner(figures, False, quiet, time_limit, answer)
+        manner = _manner(time_limit, figures=figures, report=False, quiet=quiet, answer=answer)
         raise typer.Exit(run_study(case, output, spread=spread, missing=missing, manner=manner))
 
 

@@ -15,7 +15,8 @@ from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.netcdf import StoredVariable, read_netcdf
 from slipstick.io.store import file_variables
-from slipstick.results.schema import ENDING, Layout, make_dataset
+from slipstick.results.schema import ENDING, Layout, make_table
+from slipstick.results.table import ResultColumn, ResultTable
 
 if TYPE_CHECKING:
     import xarray
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
 
 
 def load_dataset(path: str | Path) -> xarray.Dataset:
-    """The dataset of a results file, in memory, with the points a killed run left in the journal beside it.
+    """The dataset of a results file, in memory; as ``load_table``."""
+    return load_table(path).to_dataset()
+
+
+def load_table(path: str | Path) -> ResultTable:
+    """The numbers of a results file, in memory, with the points a killed run left in the journal beside it.
 
     A journal that is damaged, or none of this results file, is left alone with a SlipstickWarning.
 
@@ -39,41 +45,41 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
     try:
         found = read_netcdf(path)
-        dataset = _as_dataset(found.variables, found.attributes)
+        table = _as_table(found.variables, found.attributes)
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
         raise InputError(f"{path}: not a results file in netCDF-4 ({error}); give one from 'slipstick run'") from None
     try:
-        return _continued(dataset, journal_of(path))
+        return _continued(table, journal_of(path))
     except InputError as error:
         warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
-        return dataset
+        return table
 
 
-def _continued(dataset: xarray.Dataset, journal: Path) -> xarray.Dataset:
-    """The dataset with the points that only its journal holds; raises InputError where that is not its journal."""
+def _continued(table: ResultTable, journal: Path) -> ResultTable:
+    """The table with the points that only its journal holds; raises InputError where that is not its journal."""
     if not journal.is_file():
-        return dataset
+        return table
     layout, rows, *_ = read_journal(journal)
     found = file_variables(layout, rows)
-    if not _begins_alike(dataset, layout, found):
+    if not _begins_alike(table, layout, found):
         raise InputError(f"{journal}: not the journal of these results")
-    if len(rows) <= dataset.sizes.get("point", 0):
-        return dataset
-    return make_dataset(layout, layout.unpack(rows), layout.attributes)
+    if len(rows) <= table.sizes.get("point", 0):
+        return table
+    return make_table(layout, layout.unpack(rows), layout.attributes)
 
 
-def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, StoredVariable]) -> bool:
+def _begins_alike(table: ResultTable, layout: Layout, found: Mapping[str, StoredVariable]) -> bool:
     """Whether results and journal are of one run: same names, dimensions and attributes, and the same first points."""
-    if set(found) != set(map(str, dataset.variables)):
+    if set(found) != set(table.variables):
         return False
-    if any(dataset.attrs.get(name) != value for name, value in layout.attributes.items() if name not in ENDING):
+    if any(table.attrs.get(name) != value for name, value in layout.attributes.items() if name not in ENDING):
         return False
-    common = min(dataset.sizes.get("point", 0), len(found["point"].values))
+    common = min(table.sizes.get("point", 0), len(found["point"].values))
     for name, variable in found.items():
-        known = dataset[name]
-        if known.dims != variable.dims or known.shape[1:] != variable.values.shape[1:]:
+        known = table[name]
+        if known.dims != variable.dims or known.values.shape[1:] != variable.values.shape[1:]:
             return False
         a, b = known.to_numpy(), variable.values
         if "point" in variable.dims:
@@ -83,15 +89,16 @@ def _begins_alike(dataset: xarray.Dataset, layout: Layout, found: Mapping[str, S
     return True
 
 
-def _as_dataset(variables: Mapping[str, StoredVariable], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    import xarray
-
-    dims = {dim for v in variables.values() for dim in v.dims}
-    parts: dict[bool, dict[str, Any]] = {True: {}, False: {}}
-    for name, v in variables.items():
-        texts = v.values.astype(str) if v.values.dtype == object else v.values
-        parts[name in dims][name] = (v.dims, texts, dict(v.attributes))
-    return xarray.Dataset(parts[False], coords=parts[True], attrs=dict(attributes))
+def _as_table(variables: Mapping[str, StoredVariable], attributes: Mapping[str, Any]) -> ResultTable:
+    """Raises ValueError where variables do not agree about the size of a dimension."""
+    texts = {name: v.values.astype(str) if v.values.dtype == object else v.values for name, v in variables.items()}
+    table = ResultTable(
+        {name: ResultColumn(v.dims, texts[name], dict(v.attributes)) for name, v in variables.items()}, dict(attributes)
+    )
+    for name, v in table.variables.items():
+        if v.values.shape != tuple(table.sizes[dim] for dim in v.dims):
+            raise ValueError(f"'{name}' has another size than the others")
+    return table
 
 
 def load(path: str | Path, problem: Problem | None = None) -> Branch:
@@ -127,11 +134,11 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     path, without = path_of("results", path, "the path of a results file"), ""
     if problem is not None:
         problem = one("problem", problem, Problem, "an ss.Problem or None")
-    dataset = load_dataset(path)
+    table = load_table(path)
     if problem is not None:
-        fault = misfit(problem, dataset)
+        fault = misfit(problem, table)
         if fault:
             raise InputError(f"{path}: these are results of another problem: {fault}")
     else:
-        problem, without = read_problem(path, dataset)
-    return Branch.from_dataset(dataset, problem, without)
+        problem, without = read_problem(path, table)
+    return Branch.from_dataset(table, problem, without)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
+from slipstick.results.table import ResultTable
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.skin import Skin
@@ -31,9 +32,6 @@ from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
 from slipstick.units import Units
-
-if TYPE_CHECKING:
-    import xarray
 
 GROUP = "problem"
 """Name of the group in a results file."""
@@ -126,7 +124,7 @@ def _plain(value: Any, where: str, arrays: dict[str, StoredVariable]) -> Any:
     return {"kind": word, "arguments": {name: _plain(v, f"{where}.{name}", arrays) for name, v in arguments}}
 
 
-def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, str]:
+def read_problem(path: Path, table: ResultTable) -> tuple[Problem | None, str]:
     """The problem in a results file; None and the reason where there is none, or none that fits the numbers.
 
     Warns
@@ -142,7 +140,7 @@ def read_problem(path: Path, dataset: xarray.Dataset) -> tuple[Problem | None, s
             raise ValueError(f"its format is {group.attributes['format']}, this program reads up to {PROBLEM_FORMAT}")
         arrays = {name: variable.values for name, variable in group.variables.items()}
         problem = _made(json.loads(str(group.attributes[DESCRIPTION])), arrays)
-        fault = misfit(problem, dataset)
+        fault = misfit(problem, table)
         if fault:
             raise ValueError(fault)
     except Exception as error:  # of a stranger's file: whatever constructors say of arguments of any kind
@@ -179,12 +177,12 @@ def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:
     return matrix
 
 
-def misfit(problem: Any, dataset: xarray.Dataset) -> str:
+def misfit(problem: Any, table: ResultTable) -> str:
     """Why the numbers cannot be those of a problem, or nothing."""
     if not isinstance(problem, Problem):
         raise InputError("problem: expected an ss.Problem")
     own = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
     for dim, names in own.items():
-        if dim in dataset.coords and [str(n) for n in dataset[dim].to_numpy()] != list(names):
+        if dim in table and [str(n) for n in table[dim].to_numpy()] != list(names):
             return f"its {dim} labels are {', '.join(names[:8])}, those of the results are others"
     return ""

@@ -15,7 +15,7 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
 if TYPE_CHECKING:
-    import xarray
+    from slipstick.results.table import ResultTable
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
@@ -29,7 +29,7 @@ STEP = 4e-11
 """Step of a coefficient, relative to what the forces drawn from it need: they are right to some 1e-10 of themselves."""
 
 
-def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
+def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
     """Friction contacts among those kept: their force follows exactly from motion, parameters and states.
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
@@ -61,7 +61,7 @@ def friction_of(dataset: xarray.Dataset, harmonics: Harmonics, kept: Indices) ->
     }
 
 
-def _known(dataset: xarray.Dataset, name: str, kept: Indices) -> BoolArray:
+def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:
     """Which contacts have numbers of a machine everywhere, as the element needs them."""
     small = np.abs(dataset[name].to_numpy()[:, kept]) <= LARGEST
     return np.asarray(small.all(axis=(0, *range(2, small.ndim))))
@@ -84,22 +84,22 @@ def _states(intervals: list[list[Interval]], shape: tuple[int, ...]) -> dict[str
     return {"counts": packed(counts, "u2"), "starts": packed(starts, "f8"), "codes": packed(codes, "u1")}
 
 
-def series_of(dataset: xarray.Dataset, kept: Indices, friction: Indices) -> list[dict[str, Any]]:
+def series_of(dataset: ResultTable, kept: Indices, friction: Indices) -> list[dict[str, Any]]:
     """Contacts of other laws by port: motion and force as the harmonics kept, which is all the results know."""
     others = np.setdiff1d(np.arange(len(kept)), friction)
     return [found for port, force in _ports(dataset) if (found := _port(dataset, kept, others, port, force))]
 
 
-def _ports(dataset: xarray.Dataset) -> Iterator[tuple[str, str]]:
+def _ports(dataset: ResultTable) -> Iterator[tuple[str, str]]:
     """Names of ports and their forces."""
-    for name in map(str, dataset.data_vars):
+    for name in dataset.data_vars:
         port = name.removeprefix("contact_")
         force = next((f for f in (f"{port}_force", "friction_force") if f in dataset), None)
         if name.startswith("contact_") and force:
             yield port, force
 
 
-def _port(dataset: xarray.Dataset, kept: Indices, others: Indices, port: str, force: str) -> dict[str, Any] | None:
+def _port(dataset: ResultTable, kept: Indices, others: Indices, port: str, force: str) -> dict[str, Any] | None:
     motion, forces = (dataset[name].to_numpy()[:, kept[others]] for name in (f"contact_{port}", force))
     there = np.isfinite(forces).all(axis=(0, 2)) if len(forces) else np.zeros(len(others), dtype=bool)
     if not there.any():

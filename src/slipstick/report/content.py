@@ -16,9 +16,8 @@ from slipstick.results.schema import POINT_KINDS, VARIABLES
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
-    import xarray
-
     from slipstick.results.branch import Branch
+    from slipstick.results.table import ResultTable
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that have a place of their own, or say nothing to a reader."""
@@ -30,7 +29,7 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
 
     Raises InputError where it holds no motion.
     """
-    dataset = branch.dataset
+    dataset = branch.table
     _check(dataset, label)
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
@@ -56,18 +55,18 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
     }  # fmt: skip
 
 
-def _check(dataset: xarray.Dataset, label: str) -> None:
+def _check(dataset: ResultTable, label: str) -> None:
     """InputError where a dataset, perhaps a stranger's, is not as the schema has it."""
     if not {"omega", "amplitude", "displacement"} <= set(dataset):
         raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
     dims = {name: declared.dims for name, declared in VARIABLES.items()}
     dims |= {name: ("contact", *own.dims) for name, own in FrictionLaw.variables.items()}
     dims |= dict.fromkeys(COEFFICIENTS, ("contact", "coefficient"))
-    for name in set(dims) & set(map(str, dataset.data_vars)):
+    for name in set(dims) & set(dataset):
         found, kinds = dataset[name], "biuf"
         if name in VARIABLES:
             kinds = "biu" if VARIABLES[name].whole else "OUS" if VARIABLES[name].texts else kinds
-        if found.dims != ("point", *dims[name]) or found.dtype.kind not in kinds:
+        if found.dims != ("point", *dims[name]) or found.to_numpy().dtype.kind not in kinds:
             wanted = ", ".join(("point", *dims[name]))
             raise InputError(f"{label}: '{name}' is not as results hold it, numbers over {wanted}; compute them again")
     labels = [str(name) for name in dataset["coefficient"].to_numpy()]
@@ -77,7 +76,7 @@ def _check(dataset: xarray.Dataset, label: str) -> None:
         raise InputError(f"{label}: 'omega' is not a frequency at every point; compute these results again")
 
 
-def _frequency(dataset: xarray.Dataset) -> dict[str, Any]:
+def _frequency(dataset: ResultTable) -> dict[str, Any]:
     """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
     units = Units.of_results(dataset.attrs)
     others = FREQUENCIES if units.in_seconds else ()
@@ -86,7 +85,7 @@ def _frequency(dataset: xarray.Dataset) -> dict[str, Any]:
     return {"unit": chosen if chosen in factors else units.angular, "factors": factors}
 
 
-def _largest(dataset: xarray.Dataset, dim: str, by: str, most: int) -> Indices:
+def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
     """Indices, in their own order, of those with the largest values anywhere along the branch."""
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
@@ -94,18 +93,18 @@ def _largest(dataset: xarray.Dataset, dim: str, by: str, most: int) -> Indices:
     return np.sort(np.argsort(-sizes, kind="stable")[:most])
 
 
-def _named(dataset: xarray.Dataset, dim: str, kept: Indices) -> dict[str, Any]:
+def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
     names = [str(name) for name in dataset[dim].to_numpy()] if dim in dataset.dims else []
     return {"names": [names[i] for i in kept], "count": len(names)}
 
 
 def _provenance(branch: Branch) -> dict[str, Any]:
-    dataset, attributes = branch.dataset, {str(key): value for key, value in branch.dataset.attrs.items()}
+    dataset, attributes = branch.table, branch.table.attrs
     about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     if "newton_iterations" in dataset and len(branch):
-        about.append(["Newton iterations", str(int(dataset["newton_iterations"].sum()))])
+        about.append(["Newton iterations", str(int(dataset["newton_iterations"].to_numpy().sum()))])
     if "residual" in dataset and len(branch):
-        about.append(["largest residual", f"{float(dataset['residual'].max()):.2g}"])
+        about.append(["largest residual", f"{float(dataset['residual'].to_numpy().max()):.2g}"])
     return {
         "title": str(attributes.get("title", "")),
         "outcome": {"name": branch.outcome.name, "ok": branch.outcome.ok, "text": branch.message},
@@ -120,7 +119,7 @@ def _text(value: Any) -> str:
     return f"{float(value):.6g}" if isinstance(value, float | np.floating) else str(value)
 
 
-def _marks(dataset: xarray.Dataset) -> dict[str, Any]:
+def _marks(dataset: ResultTable) -> dict[str, Any]:
     """Kind of each point, the part of the branch it belongs to, and whether it is stable where that is known."""
     count = dataset.sizes["point"]
     kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
@@ -136,7 +135,7 @@ def _marks(dataset: xarray.Dataset) -> dict[str, Any]:
     return marks
 
 
-def _peaks(dataset: xarray.Dataset, kept: Indices) -> list[list[int]]:
+def _peaks(dataset: ResultTable, kept: Indices) -> list[list[int]]:
     """Point and place of the dof of each located peak."""
     if "peak_dof" not in dataset:
         return []
@@ -146,7 +145,7 @@ def _peaks(dataset: xarray.Dataset, kept: Indices) -> list[list[int]]:
 
 
 def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
-    dataset = branch.dataset
+    dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
     own = np.array(friction["of"] if friction else [], dtype=np.intp)
     force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)

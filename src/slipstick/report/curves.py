@@ -12,7 +12,7 @@ from slipstick.typing import Array
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    import xarray
+    from slipstick.results.table import ResultTable
 
 _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
@@ -22,12 +22,12 @@ _FIRST = (
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 
 
-def curves_of(dataset: xarray.Dataset, kept: Mapping[str, Indices]) -> list[dict[str, Any]]:
+def curves_of(dataset: ResultTable, kept: Mapping[str, Indices]) -> list[dict[str, Any]]:
     """All curves of a dataset; ``kept`` are the indices of the dofs and contacts that the report shows."""
     return [*_of_dofs(dataset, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset)]
 
 
-def _of_dofs(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_dofs(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]]:
     for name in ("amplitude", "mean"):
         if name in dataset:
             values = dataset[name].to_numpy()
@@ -42,11 +42,11 @@ def without_rounding(mean: Array, amplitude: Array) -> Array:
     return np.where(np.abs(mean) <= _ROUNDING * size, 0.0, mean)
 
 
-def _of_contacts(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, Any]]:
+def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]]:
     """Variables over point and contact that say something: those that vary along the branch, power and friction."""
     if not len(kept):
         return
-    found = [str(name) for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
+    found = [name for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
     for name in sorted(found, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
         values = dataset[name].to_numpy().astype(float)
         known = values[:, np.isfinite(values).any(axis=0)]
@@ -56,17 +56,17 @@ def _of_contacts(dataset: xarray.Dataset, kept: Indices) -> Iterator[dict[str, A
         yield _curve(dataset, name, "contact", values[:, kept]) | total
 
 
-def _of_points(dataset: xarray.Dataset) -> Iterator[dict[str, Any]]:
+def _of_points(dataset: ResultTable) -> Iterator[dict[str, Any]]:
     for name in ("truncation", "newton_iterations"):
         if name in dataset and dataset[name].dims == ("point",):
             yield _curve(dataset, name, "", dataset[name].to_numpy().astype(float))
 
 
-def _curve(dataset: xarray.Dataset, name: str, over: str, values: Array) -> dict[str, Any]:
+def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[str, Any]:
     return {"key": name, "over": over, **meaning(dataset, name), "values": packed(values)}
 
 
-def meaning(dataset: xarray.Dataset, name: str) -> dict[str, str]:
+def meaning(dataset: ResultTable, name: str) -> dict[str, str]:
     """Label and units of a variable, from its own attributes; ``after`` is what stands after a number."""
     attributes = dataset[name].attrs
     label = str(attributes.get("long_name", name.replace("_", " ")))

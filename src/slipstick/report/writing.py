@@ -76,7 +76,7 @@ def labelled(branches: Any) -> list[tuple[str, Branch]]:
     if not pairs:
         raise InputError("report: no branch was given")
     checked = [(label, one("report, branch", branch, Branch, "an ss.Branch")) for label, branch in pairs]
-    titles = [label or str(branch.dataset.attrs.get("title", "")) or "results" for label, branch in checked]
+    titles = [label or str(branch.table.attrs.get("title", "")) or "results" for label, branch in checked]
     numbered = [f"{t} ({titles[: i + 1].count(t)})" if titles.count(t) > 1 else t for i, t in enumerate(titles)]
     return list(zip(numbered, (branch for _, branch in checked), strict=True))
 

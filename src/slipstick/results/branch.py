@@ -15,6 +15,7 @@ from slipstick.errors import InputError, Outcome
 from slipstick.faults import LARGEST, MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.measures import friction_force
 from slipstick.results.notebook import branch_html
+from slipstick.results.table import ResultTable
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -42,8 +43,8 @@ class Branch:
     Parameters
     ----------
     dataset
-        Variables over ``point``, ``dof``, ``coefficient``, ``contact``, each with units and long name; or a function
-        that makes it when it is first asked for.
+        Variables over ``point``, ``dof``, ``coefficient``, ``contact``, each with units and long name; or a
+        ``slipstick.results.table.ResultTable``, of which the dataset is made when it is first asked for.
     outcome
         How the computation ended.
     problem
@@ -57,8 +58,8 @@ class Branch:
     def __init__(
         self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
     ) -> None:
-        if not (callable(dataset) or hasattr(dataset, "data_vars")):
-            raise wrong("branch, dataset", dataset, "an xarray.Dataset, or a function that makes one")
+        if not hasattr(dataset, "data_vars"):
+            raise wrong("branch, dataset", dataset, "an xarray.Dataset")
         self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
         message, without = text("branch, message", message), text("branch, without", without)
         self._source, self.problem, self._message = dataset, problem, message
@@ -70,28 +71,36 @@ class Branch:
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All numbers with their labels."""
-        dataset: xarray.Dataset = self._source() if callable(self._source) else self._source
-        return dataset
+        source: Any = self._source
+        return source.to_dataset() if isinstance(source, ResultTable) else source
+
+    @property
+    def table(self) -> ResultTable:
+        """The same numbers, at once; of the dataset where that was made already and may have been changed."""
+        source: Any = vars(self).get("dataset", self._source)
+        return source if isinstance(source, ResultTable) else ResultTable.of(source)
 
     @property
     def message(self) -> str:
         """How it ended: the text of the outcome and, where it stopped early, at which point, contact, temperature."""
-        return self._message or str(self.dataset.attrs.get("outcome_text", "")) or self.outcome.text
+        return self._message or str(self.table.attrs.get("outcome_text", "")) or self.outcome.text
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What could be computed but looked wrong, one sentence each."""
-        return tuple(str(self.dataset.attrs.get("warnings", "")).splitlines())
+        return tuple(str(self.table.attrs.get("warnings", "")).splitlines())
 
     @classmethod
-    def from_dataset(cls, dataset: xarray.Dataset, problem: Problem | None = None, without: str = "") -> Branch:
+    def from_dataset(
+        cls, dataset: xarray.Dataset | ResultTable, problem: Problem | None = None, without: str = ""
+    ) -> Branch:
         """From a stored dataset; the outcome is read from its attributes. ``without``: why there is no problem."""
         name = str(dataset.attrs.get("outcome", ""))
         outcome = Outcome[name] if name in Outcome.__members__ else Outcome.INTERRUPTED
         return cls(dataset, outcome, problem, without=without)
 
     def __len__(self) -> int:
-        return int(self.dataset.sizes.get("point", 0))
+        return int(self.table.sizes.get("point", 0))
 
     def __repr__(self) -> str:
         return f"Branch({len(self)} points, {self.outcome.name.lower()})"
@@ -102,13 +111,13 @@ class Branch:
     @property
     def harmonics(self) -> Harmonics:
         """The harmonics kept."""
-        labels = [str(label) for label in self.dataset["coefficient"].to_numpy()]
+        labels = [str(label) for label in self.table["coefficient"].to_numpy()]
         return Harmonics([0, *(int(label[1:]) for label in labels[1::2])])
 
     @property
     def followed(self) -> str:
         """Name of the variable that was followed: ``omega`` or ``parameter``."""
-        return "parameter" if "parameter" in self.dataset else "omega"
+        return "parameter" if "parameter" in self.table else "omega"
 
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
@@ -117,9 +126,9 @@ class Branch:
         among the frequencies that were given.
         """
         d = self._index("dof", dof)
-        where, size = self.dataset[self.followed].to_numpy(), self.dataset["amplitude"].to_numpy()[:, d]
-        if "peak_dof" in self.dataset:
-            at = np.flatnonzero(self.dataset["peak_dof"].to_numpy() == d)
+        where, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()[:, d]
+        if "peak_dof" in self.table:
+            at = np.flatnonzero(self.table["peak_dof"].to_numpy() == d)
         else:
             at = _largest_nearby(where, size)
         return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
@@ -129,7 +138,7 @@ class Branch:
         value = number("value", value)
         if not len(self):
             raise InputError(f"the branch has no points; its outcome is: {self.message}")
-        return int(np.argmin(np.abs(self.dataset[self.followed].to_numpy() - value)))
+        return int(np.argmin(np.abs(self.table[self.followed].to_numpy() - value)))
 
     def contact_forces(self, point: int) -> ContactForces:
         """Contact forces at a point, computed again with states and tangents from the dataset alone.
@@ -271,9 +280,9 @@ class Branch:
         """The problem with the followed parameter as it is at a point; InputError where it is not known."""
         if self.problem is None:
             raise InputError(f"the problem of this branch is not known: {self.without}")
-        problem, name = self.problem, str(self.dataset.attrs.get("parameter", ""))
+        problem, name = self.problem, str(self.table.attrs.get("parameter", ""))
         if name:
-            problem = problem.at_parameter(name, float(self.dataset["parameter"][point]))
+            problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
         return problem
 
     def point(self, point: int, *, friction: bool = False) -> xarray.Dataset:
@@ -288,7 +297,7 @@ class Branch:
         return self.dataset.isel(point=point)
 
     def _index(self, dim: str, name: str | None) -> int:
-        known = [str(label) for label in self.dataset[dim].to_numpy()]
+        known = [str(label) for label in self.table[dim].to_numpy()]
         if name is None and known:
             return 0
         if not isinstance(name, str) or name not in known:

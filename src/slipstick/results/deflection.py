@@ -17,10 +17,9 @@ from slipstick.structure.skin import Skin
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    import xarray
-
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
+    from slipstick.results.table import ResultTable
 
 LEFT_OUT = 1e-4
 """What is left out of the motion of the skin, relative to the largest along the branch."""
@@ -66,18 +65,18 @@ def deflection_of(branch: Branch, *, small: float = LEFT_OUT) -> Deflection:
     return Deflection(skin=skin, fields=basis @ kept_shapes, coefficients=kept_shapes.T @ motion)
 
 
-def _parts(branch: Branch) -> Iterator[tuple[Balance, xarray.Dataset]]:
+def _parts(branch: Branch) -> Iterator[tuple[Balance, ResultTable]]:
     """Points of one problem together: all of them, or one by one where a parameter was followed."""
     problem: Problem | None = branch.problem
     assert problem is not None
-    if not branch.dataset.attrs.get("parameter"):
-        yield Balance(problem), branch.dataset
+    if not branch.table.attrs.get("parameter"):
+        yield Balance(problem), branch.table
         return
     for point in range(len(branch)):
-        yield Balance(branch.problem_at(point)), branch.dataset.isel(point=[point])
+        yield Balance(branch.problem_at(point)), branch.table.at([point])
 
 
-def _motion(balance: Balance, skin: Skin, basis: Array, data: xarray.Dataset) -> Array:
+def _motion(balance: Balance, skin: Skin, basis: Array, data: ResultTable) -> Array:
     """Coefficients (n, k, L) of the basis."""
     problem = balance.problem
     at_skin = AtSkin(problem.structure, skin, basis)  # type: ignore[arg-type]
@@ -90,7 +89,7 @@ def _motion(balance: Balance, skin: Skin, basis: Array, data: xarray.Dataset) ->
     return out
 
 
-def _forces(balance: Balance, data: xarray.Dataset) -> Array:
+def _forces(balance: Balance, data: ResultTable) -> Array:
     """Forces at the ports (n, n_ports, L)."""
     force = np.zeros((data.sizes["point"], balance.n_ports, balance.L))
     for batch in balance.batches:

@@ -55,7 +55,7 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
     if harmonics.n == 0:
         zero = np.zeros(X.shape[:-1])
         return Amplitude(zero, zero, zero + 1.0)
-    value, time = largest_deviations(harmonics, flat)
+    value, time = _of_one_harmonic(harmonics, flat) or largest_deviations(harmonics, flat)
     shape = X.shape[:-1]
     sign = np.where(value < 0, -1.0, 1.0)
     return Amplitude(np.abs(value).reshape(shape), time.reshape(shape), sign.reshape(shape))
@@ -66,6 +66,16 @@ def largest_deviation(harmonics: Harmonics, X: Array) -> Array:
     if harmonics.n == 0:
         return np.zeros(X.shape[:-1])
     return np.asarray(np.abs(X[..., 1:] @ _times(harmonics.orders)).max(axis=-1))
+
+
+def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array] | None:
+    """Largest deviation and its time of rows (k, L) that move with one harmonic each; None where one does not."""
+    sizes = np.hypot(X[:, 1::2], X[:, 2::2])
+    if np.any(np.count_nonzero(sizes, axis=1) > 1):
+        return None
+    rows, own = np.arange(len(X)), sizes.argmax(axis=1)
+    angle = np.arctan2(X[rows, 2 * own + 2], X[rows, 2 * own + 1])
+    return sizes[rows, own], np.mod(angle, 2.0 * np.pi) / harmonics.m[own]
 
 
 def amplitude_slope(harmonics: Harmonics, at: Amplitude, dX: ArrayLike) -> Array:

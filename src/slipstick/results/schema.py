@@ -18,12 +18,11 @@ from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
+from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR
 
 if TYPE_CHECKING:
-    import xarray
-
     from slipstick.balance.problem import Problem
 
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
@@ -203,13 +202,9 @@ def _of_problem(problem: Problem, declared: Declared) -> Declared:
     return declared._replace(long_name=f"{declared.long_name}, {RELATIVE}")
 
 
-def make_dataset(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    """The dataset of a branch from the values of its points, (n_points, ...) each."""
-    import xarray
-
-    tables = dict(layout.tables(values))
-    coords = {name: tables.pop(name) for name in ("point", *layout.labels)}
-    return xarray.Dataset(tables, coords=coords, attrs=dict(attributes))
+def make_table(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> ResultTable:
+    """The table of a branch from the values of its points, (n_points, ...) each."""
+    return ResultTable({name: ResultColumn(*parts) for name, parts in layout.tables(values)}, dict(attributes))
 
 
 def attributes_of(

@@ -106,7 +106,7 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
     branch = collect(job.task(replace(plan.problem(job.problem, case), told=None)))
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
-    data = branch.dataset
+    data = branch.table
     layout = job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
     rows = [layout.pack({name: value[i] for name, value in values.items()}) for i in range(len(branch))]

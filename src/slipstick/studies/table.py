@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.errors import Outcome
-from slipstick.results.schema import Declared, Layout, attributes_of, make_dataset
+from slipstick.results.schema import Declared, Layout, attributes_of, make_table
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job
 
@@ -83,7 +83,7 @@ def curves_dataset(job: Job, found: Found, attributes: Mapping[str, Any]) -> xar
     layout = job.curve_layout
     curves = [found[case].curve for case in sorted(found) if len(found[case].curve)]
     rows = np.concatenate(curves) if curves else np.zeros((0, layout.size))
-    return make_dataset(layout, layout.unpack(rows), attributes)
+    return make_table(layout, layout.unpack(rows), attributes).to_dataset()
 
 
 def study_attributes(

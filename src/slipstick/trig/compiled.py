@@ -51,6 +51,5 @@ def _inner() -> dict[str, Any]:
     return {**options, "pipeline_class": InnerCompiler}
 
 
-
 inlined: Any = compiled(forceinline=True)
 """Decorator for the small functions of the innermost loops: compiled into their callers."""

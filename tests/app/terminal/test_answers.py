@@ -34,7 +34,9 @@ def case(folder: Path, *changes: tuple[str, str]) -> Path:
 
 
 def test_run(tmp_path: Path) -> None:
-    code, found, said = asked("run", case(tmp_path, ("to = 15.0", "to = 5.0")), "-o", tmp_path / "out")
+    code, found, said = asked(
+        "run", case(tmp_path, ("to = 15.0", "to = 5.0")), "-o", tmp_path / "out", "--figures", "response"
+    )
     assert code == 0
     assert found["outcome"] == "COMPLETED"
     assert found["errors"] == found["warnings"] == []

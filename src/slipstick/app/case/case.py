@@ -191,7 +191,7 @@ class Case:
 
         branch = collect(self.task(listeners=listeners))
         said = dict.fromkeys([*self.body.warnings, *branch.warnings])
-        branch.dataset.attrs |= {**self.names, "warnings": "\n".join(said)}
+        branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
     @property

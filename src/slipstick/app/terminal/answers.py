@@ -17,9 +17,8 @@ from slipstick.app.terminal.guard import DONE, guarded
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray
-
     from slipstick.app.case.case import Case
+    from slipstick.results.table import ResultTable
 
 Answer = dict[str, Any]
 
@@ -100,16 +99,17 @@ def case_answer(case: Case) -> Answer:
     }
 
 
-def results_answer(data: xarray.Dataset) -> Answer:
+def results_answer(data: ResultTable) -> Answer:
     """What was found, from the results."""
     axis = "parameter" if data.attrs.get("parameter") else "omega"
     kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
     dofs = [str(name) for name in data["dof"].to_numpy()]
+    at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
     peaks = [
         {
             "dof": dofs[of[i]],
-            axis: float(data[axis][i]),
-            "amplitude": float(data["amplitude"][i, of[i]]),
+            axis: float(at[i]),
+            "amplitude": float(amplitude[i, of[i]]),
             "point": int(i),
         }
         for i in (kind == "peak").nonzero()[0]
@@ -117,7 +117,7 @@ def results_answer(data: xarray.Dataset) -> Answer:
     ]
     return {
         "points": int(data.sizes["point"]),
-        "newton_iterations": int(data["newton_iterations"].sum()),
+        "newton_iterations": int(data["newton_iterations"].to_numpy().sum()),
         "peaks": sorted(peaks, key=lambda peak: -peak["amplitude"]),
     }
 

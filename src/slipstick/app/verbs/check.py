@@ -148,10 +148,9 @@ def _told(pair: ContactPair, k: int) -> list[str]:
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
     found = []
-    for label, data in linear_references(problem, case.omega):
-        grid = data["omega"].to_numpy()
-        for dof in [str(name) for name in data["dof"].to_numpy()][:3]:
-            values = data["amplitude"].sel(dof=dof).to_numpy()
+    for label, limit in linear_references(case.balance, case.omega):
+        grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
+        for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
             at = int(np.argmax(values))
             size = f"{values[at]:.4g}{problem.units.after('length')}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")

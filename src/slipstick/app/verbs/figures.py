@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick import plots
+from slipstick.app.verbs.manner import Wanted
 from slipstick.plots import style as plots_style
 
 if TYPE_CHECKING:
@@ -16,12 +17,14 @@ if TYPE_CHECKING:
 
     from slipstick.app.case.case import Case
 
+Drawings = dict[str, Callable[[], Any]]
 
-def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
-    """Draw everything that says something about the results; the files written."""
+
+def draw_figures(data: xarray.Dataset, case: Case, folder: Path, wanted: Wanted) -> list[str]:
+    """Draw what is wanted; the names of what cannot be drawn from these results, where they were asked for."""
     dof = str(data["dof"].to_numpy()[int(data["amplitude"].max("point").to_numpy().argmax())])
     top = int(data["amplitude"].sel(dof=dof).to_numpy().argmax())
-    drawings: dict[str, Callable[[], Any]] = {
+    drawings: Drawings = {
         "response": lambda: plots.response(data, dof, references=_references(case)),
         "mean": lambda: plots.mean(data, dof),
         "phase": lambda: plots.phase(data, dof),
@@ -30,13 +33,15 @@ def draw_figures(data: xarray.Dataset, case: Case, folder: Path) -> list[Path]:
     }
     if data.sizes["contact"]:
         drawings |= _contact_drawings(data, top)
-    return [path for name, draw in drawings.items() for path in plots.save_figure(draw(), folder / name)]
+    for name in [name for name in wanted.names if name in drawings]:
+        plots.save_figure(drawings[name](), folder / name, formats=wanted.formats)
+    return [] if wanted.all_there else [name for name in wanted.names if name not in drawings]
 
 
-def _contact_drawings(data: xarray.Dataset, top: int) -> dict[str, Callable[[], Any]]:
+def _contact_drawings(data: xarray.Dataset, top: int) -> Drawings:
     """What shows the contacts; loops and states are those at the point ``top``, of the largest amplitude."""
     contact = _busiest(data)
-    drawings: dict[str, Callable[[], Any]] = {
+    drawings: Drawings = {
         "power": lambda: plots.power(data),
         "fractions": lambda: plots.fractions(data, contact),
         "loop": lambda: plots.loops(data, top, contact)[0],
@@ -60,7 +65,7 @@ def _references(case: Case) -> dict[str, Any]:
         return {}
     from slipstick.app.verbs.references import linear_references
 
-    return dict(linear_references(case.problem(), case.omega))
+    return dict(linear_references(case.balance, case.omega))
 
 
 def draw_study(data: xarray.Dataset, folder: Path) -> list[Path]:

@@ -11,11 +11,12 @@ from slipstick.io.lock import FolderLock
 from slipstick.io.store import remove_leftovers
 
 RESULTS, REPORT = "results.nc", "report.html"
+FORMATS = ("png", "svg", "pdf")
 FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
     *("power", "fractions", "friction", "temperature", "loop", "states"),
 )
-_OWN = (RESULTS, RESULTS + ".journal", REPORT, *(f"{f}.{ending}" for f in FIGURES for ending in ("png", "svg")))
+_OWN = (RESULTS, RESULTS + ".journal", REPORT, *(f"{f}.{ending}" for f in FIGURES for ending in FORMATS))
 
 
 class OutputFolder:

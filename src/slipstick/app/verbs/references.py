@@ -7,54 +7,71 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.results.measures import amplitude
+from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    import xarray
+    from slipstick.analysis.linear import LinearLimit
+    from slipstick.balance.ports import Balance
+    from slipstick.results.branch import Branch
 
-    from slipstick.balance.problem import Problem
-
-_MOST, _LEAST = 1501, 61
+_MOST, _LEAST = 401, 61
 _SECONDS = 2.0
-_DOFS, _ROUNDS, _NEARER = 3, 6, 9
+_DOFS, _TOPS, _ROUNDS, _NEARER = 3, 3, 6, 9
 
 
-def linear_references(problem: Problem, omega: tuple[float, float]) -> Iterator[tuple[str, xarray.Dataset]]:
+def linear_references(balance: Balance, omega: tuple[float, float]) -> Iterator[tuple[str, Branch]]:
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
     As many frequencies as a few seconds allow, structures that are solved anew at each get fewer; the natural ones
-    besides, and more about the largest amplitudes, so that these do not depend on how many there are.
+    besides, and more about the highest peaks, so that these do not depend on how many there are.
     """
-    from slipstick.analysis.response import linear_response
+    from slipstick.analysis.linear import LinearLimit
 
-    low, high = sorted(omega)
     for state, label in (("free", "without contact"), ("stuck", "stuck")):
         try:
-            for samples in (1, 4):  # the first time includes what is done once
-                begin = time.perf_counter()
-                linear_response(problem, omega=np.linspace(low, high, samples), state=state)
-            count = int(np.clip(4 * _SECONDS / (time.perf_counter() - begin), _LEAST, _MOST))
-            known = np.asarray(problem.structure.natural_frequencies, dtype=float)
-            grid = np.union1d(np.linspace(low, high, count), known[(known > low) & (known < high)])
-            yield label, _with_peaks(problem, linear_response(problem, omega=grid, state=state).dataset, state)
+            limit = LinearLimit(balance, state)
+            yield label, limit.branch(*_with_peaks(limit, *_over(limit, *sorted(omega))))
         except InputError:
             continue
 
 
-def _with_peaks(problem: Problem, data: xarray.Dataset, state: str) -> xarray.Dataset:
-    """More frequencies between the neighbours of the largest amplitude of each of the first dofs, nearer and nearer."""
-    import xarray
+def _over(limit: LinearLimit, low: float, high: float) -> tuple[Array, Array]:
+    """Frequencies and motion over the range, as many as the time they take allows."""
+    first = np.linspace(low, high, _LEAST)
+    begin = time.perf_counter()
+    motion = limit.motion(first)
+    count = int(np.clip(_LEAST * _SECONDS / (time.perf_counter() - begin), _LEAST, _MOST))
+    known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
+    more = np.concatenate([np.linspace(low, high, count), known[(known > low) & (known < high)]])
+    return _joined(limit, first, motion, more)
 
-    from slipstick.analysis.response import linear_response
 
+def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Array]:
+    """More frequencies between the neighbours of the highest peaks of each of the first dofs, nearer and nearer."""
     for _ in range(_ROUNDS):
-        w = data["omega"].to_numpy()
-        tops = {int(at) for at in data["amplitude"].to_numpy()[:, :_DOFS].argmax(axis=0)}
-        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in tops]
-        new = np.setdiff1d(np.concatenate(near), w)
-        if not new.size:
-            break
-        further = linear_response(problem, omega=new, state=state).dataset
-        data = xarray.concat([data, further], "point", data_vars="minimal", combine_attrs="override").sortby("omega")
-    return data
+        sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_DOFS]).value
+        tops = {int(at) for own in sizes.T for at in _tops(own)}
+        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(tops)]
+        w, motion = _joined(limit, w, motion, np.concatenate([w[:0], *near]))
+    return w, motion
+
+
+def _tops(size: Array) -> NDArray[np.intp]:
+    """Places of the highest local maxima, the ends among them."""
+    padded = np.concatenate([[-np.inf], size, [-np.inf]])
+    found = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
+    return found[np.argsort(-size[found], kind="stable")[:_TOPS]]
+
+
+def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
+    """Frequencies (n,) and motion with those of further frequencies, in order."""
+    new = np.setdiff1d(more, w)
+    if not new.size:
+        return w, motion
+    together = np.concatenate([w, new])
+    order = np.argsort(together)
+    return together[order], np.concatenate([motion, limit.motion(new)])[order]

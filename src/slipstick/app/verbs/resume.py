@@ -103,14 +103,14 @@ def _resume_study(folder: Path, manner: Manner) -> int:
 def _ended(place: FolderOfRun, manner: Manner) -> int | None:
     """The exit code of a run that has nothing left to do; None of one to go on with."""
     from slipstick.io.journal import journal_of
-    from slipstick.io.loading import load_dataset
+    from slipstick.io.loading import load_table
 
     journal = journal_of(place.results)
     if not place.results.exists():
         if journal.exists():
             return None
         raise InputError(f"{place.folder}: there is no run in it; expected a folder that 'slipstick run' wrote")
-    attributes = load_dataset(place.results).attrs
+    attributes = load_table(place.results).attrs
     outcome = Outcome.__members__.get(str(attributes.get("outcome")), Outcome.INTERRUPTED)
     if outcome in UNFINISHED:
         if journal.exists():
@@ -124,7 +124,7 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
         place.complete()
     if manner.answer is not None:
         said = {"outcome": outcome.name, "message": str(attributes.get("outcome_text") or outcome.text)}
-        manner.answer.update({**said, **results_answer(load_dataset(place.results)), **files_in(place.work)})
+        manner.answer.update({**said, **results_answer(load_table(place.results)), **files_in(place.work)})
     if outcome.ok:
         say(f"nothing is left to do: the run in {place.folder} is complete")
         return DONE

@@ -28,18 +28,17 @@ from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
-from slipstick.io.loading import load_dataset
+from slipstick.io.loading import load_table
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    import xarray
-
     from slipstick.analysis.course import Checkpoint
     from slipstick.analysis.events import Stopped
     from slipstick.io.journal import Recorded
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Recorder
     from slipstick.results.schema import Layout
+    from slipstick.results.table import ResultTable
 
 
 def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Manner = PLAIN) -> int:
@@ -183,7 +182,7 @@ class Run:
     @property
     def answer(self) -> Answer:
         """What a program is told of the run."""
-        data = load_dataset(self.folder.results) if len(self.store) else None
+        data = load_table(self.folder.results) if len(self.store) else None
         found = [] if data is None else warnings_of(data)
         ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
         said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
@@ -213,7 +212,7 @@ class Run:
     def finish(self) -> int:
         """Figures, report and summary; the exit code."""
         found = len(self.store)
-        if self.manner.figures and found > 1 and not self.failures:
+        if self.manner.figures and self.manner.wanted.names and found > 1 and not self.failures:
             self._draw()
         if self.manner.report and found:
             self._report()
@@ -230,7 +229,9 @@ class Run:
         from slipstick.app.verbs.figures import draw_figures
 
         try:
-            draw_figures(load_dataset(self.folder.results), self.case, self.folder.work)
+            data = load_table(self.folder.results).to_dataset()
+            for name in draw_figures(data, self.case, self.folder.work, self.manner.wanted):
+                complain(f"warning: figures: these results hold nothing to draw of '{name}'")
         except OSError as error:
             self.failures.append(f"figures: {os_sentence(error)}")
         except Exception as error:
@@ -250,8 +251,8 @@ class Run:
 
     def _summary(self, found: int) -> None:
         if found:
-            data = load_dataset(self.folder.results)
-            iterations = int(data["newton_iterations"].sum())
+            data = load_table(self.folder.results)
+            iterations = int(data["newton_iterations"].to_numpy().sum())
             for line in peak_lines(data):
                 self.manner.tell(line)
             if "coordinates_of_motion" in data.attrs:
@@ -328,7 +329,7 @@ def states_text(record: Mapping[str, Any]) -> str:
     return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
 
 
-def warnings_of(data: xarray.Dataset) -> list[str]:
+def warnings_of(data: ResultTable) -> list[str]:
     """The warnings that the results of a branch call for."""
     from slipstick.results.afterwards import result_warnings
 
@@ -338,14 +339,15 @@ def warnings_of(data: xarray.Dataset) -> list[str]:
     return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit)
 
 
-def peak_lines(data: xarray.Dataset, most: int = 12) -> list[str]:
+def peak_lines(data: ResultTable, most: int = 12) -> list[str]:
     """One line for each located peak, the largest of each dof first."""
     kind, of = data["kind"].to_numpy(), data["peak_dof"].to_numpy()
     axis, units = "parameter" if data.attrs.get("parameter") else "omega", Units.of_results(data.attrs)
+    at, amplitude = data[axis].to_numpy(), data["amplitude"].to_numpy()
     lines = []
     for i in (kind == "peak").nonzero()[0]:
         dof = str(data["dof"].to_numpy()[of[i]]) if of[i] >= 0 else ""
-        value, size = float(data[axis][i]), float(data["amplitude"][i, max(of[i], 0)])
+        value, size = float(at[i]), float(amplitude[i, max(of[i], 0)])
         if axis == "omega":
             where = units.frequency_text(value, str(data.attrs.get("frequency_unit", units.angular)))
         else:
