@@ -22,6 +22,7 @@ from slipstick.app.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
+from slipstick.results.table import ResultTable
 from slipstick.structure.skin import Skin
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
@@ -272,7 +273,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "load_case": (lambda: case_file() and ss.load_case, {"path": "case.toml"}),
     "Branch": (
         lambda: ss.Branch,
-        {"dataset": dict, "outcome": ss.Outcome.COMPLETED, "problem": None, "message": "", "without": ""},
+        {"dataset": ResultTable({}), "outcome": ss.Outcome.COMPLETED, "problem": None, "message": "", "without": ""},
     ),
     "Branch.peaks": (lambda: branch().peaks, {"dof": "x"}),
     "Branch.at": (lambda: branch().at, {"value": 2.0}),
