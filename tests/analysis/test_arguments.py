@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import slipstick as ss
 from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.task import response_options
 from slipstick.balance.ports import Balance
@@ -53,3 +54,33 @@ def test_without_contacts_there_is_nothing_to_follow():
         followed_problem(replace(oscillator(velocity=1.0), contacts=()))
     with pytest.raises(InputError, match=r"expected an ss\.Problem"):
         followed_problem("case.toml")
+
+
+def test_every_argument_that_is_wrong_is_told_at_once() -> None:
+    problem = oscillator(velocity=1.0)
+    wrong = {
+        "requested": ["a"], "options": {"max_pts": 3, "max_points": 0}, "peaks_of": ["q"], "listeners": 3,
+    }  # fmt: skip
+    common = (
+        "requested, number 1: found 'a'", "no option 'max_pts'", "options, max_points: found 0", "listeners: found 3",
+        "'q' is not among the outputs",
+    )  # fmt: skip
+    with pytest.raises(InputError) as told:
+        ss.forced_response(problem, omega=(5,), **wrong)
+    assert_told(told.value, "frequency range: found (5,)", *common)
+    with pytest.raises(InputError) as told:
+        ss.parameter_response(problem, "damper.mux", (1.0, 1.0), omega=-4.0, **wrong)
+    assert_told(told.value, "omega: found -4", "which is empty", "'damper.mux'", *common)
+    with pytest.raises(InputError) as told:
+        ss.forced_response(3, omega=(2.0, 1.0), options={"max_points": 0}, guess=[1.0])
+    assert_told(told.value, "problem: found 3", "options, max_points: found 0")
+    with pytest.raises(InputError) as told:
+        ss.parameter_response(problem, "damper.mu", (-2.0, -1.0), omega=4.0)
+    assert_told(told.value, "mu: found -2.0")
+
+
+def assert_told(error, *words):
+    """Each once, and nothing else."""
+    assert len(error.sentences) == len(words), error.sentences
+    for said in words:
+        assert sum(said in sentence for sentence in error.sentences) == 1, said

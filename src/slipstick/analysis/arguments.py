@@ -14,8 +14,8 @@ from slipstick.balance.checks import peak_faults
 from slipstick.balance.kinds import KINDS, Kind
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
-from slipstick.errors import InputError
-from slipstick.faults import listed, names, number, numbers, one, shown, suggestion, whole, wrong
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, listed, names, number, numbers, one, shown, suggestion, whole, wrong
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
@@ -33,25 +33,41 @@ def followed_problem(given: Any) -> Problem:
 
 
 def common_arguments(
-    problem: Problem,
+    problem: Problem | None,
     requested: tuple[float, ...],
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
 ) -> dict[str, Any]:
-    """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready."""
-    chosen_options = _options(options)
-    asked = chosen_options.jacobian if isinstance(chosen_options, ResponseOptions) else "auto"
-    balance = Balance(problem, kind=asked)
+    """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready.
+
+    Without a problem (where it is itself at fault) only what does not need one is checked.
+
+    Raises
+    ------
+    InputError
+        With the faults of all of them.
+    """
+    found = Gathering()
+    chosen = found.take(_options, options)
+    heard = found.take(_listeners, listeners)
+    peaks = found.take(_peak_dofs, problem, peaks_of) if problem is not None else None
+    balance = found.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
+    start = found.take(_guess, guess, balance) if guess is not None and balance is not None else None
+    found.end()
     return {
         "balance": balance,
         "requested": requested,
-        "peaks_of": _peak_dofs(problem, peaks_of),
-        "options": chosen_options,
-        "listeners": _listeners(listeners),
-        "guess": None if guess is None else _guess(guess, balance),
+        "peaks_of": peaks,
+        "options": chosen,
+        "listeners": heard,
+        "guess": start,
     }
+
+
+def _balance(problem: Problem, options: ContinuationOptions) -> Balance:
+    return Balance(problem, kind=options.jacobian if isinstance(options, ResponseOptions) else "auto")
 
 
 def _options(given: Any) -> ContinuationOptions:
@@ -59,13 +75,15 @@ def _options(given: Any) -> ContinuationOptions:
         return given or response_options()
     if not isinstance(given, Mapping):
         raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
-    known = [field.name for field in fields(ResponseOptions)]
-    faults = [
-        f"options: there is no option {shown(name)}; {suggestion(name, known)}" for name in given if name not in known
-    ]
-    if faults:
-        raise InputError(faults)
-    return response_options(**{name: _option(name, value) for name, value in given.items()})
+    known, found = [field.name for field in fields(ResponseOptions)], Gathering()
+    for name in given:
+        if name not in known:
+            found.faults.append(Fault("options", f"there is no option {shown(name)}", remedy=suggestion(name, known)))
+    values = {name: found.take(_option, name, value) for name, value in given.items() if name in known}
+    options = found.take(response_options, **values) if not found.faults else None
+    found.end()
+    assert options is not None
+    return options
 
 
 def _option(name: str, value: Any) -> Any:

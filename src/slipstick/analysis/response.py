@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -17,11 +17,13 @@ from slipstick.balance.parameters import parameter_path
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.errors import InputError, Outcome
-from slipstick.faults import frequency, text
+from slipstick.errors import Outcome
+from slipstick.faults import Gathering, frequency, text
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
+
+T = TypeVar("T")
 
 
 def forced_response(
@@ -136,15 +138,16 @@ def parameter_task(
     problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
 ) -> Task:
     """What ``parameter_response`` follows; its arguments in their order."""
-    problem, requested = followed_problem(problem), requested_values(requested)
-    parameter = text("parameter", parameter, 'a name such as "damper.mu"')
-    span, omega = two_numbers(span, f"range of {parameter}"), frequency("omega", omega)
-    faults = range_faults(*span, name=f"range of {parameter}", positive=False) or requested_faults(requested, *span)
-    if faults:
-        raise InputError(faults)
-    for end in span:
-        problem.at_parameter(parameter, end)
-    common = common_arguments(problem, requested, *given)
+    found = Gathering()
+    checked = found.take(followed_problem, problem)
+    parameter = found.take(text, "parameter", parameter, 'a name such as "damper.mu"') or ""
+    at = found.take(frequency, "omega", omega)
+    name = f"range of {parameter}" if parameter else "range"
+    ends, points = _range(found, span, requested, name, positive=False)
+    if checked is not None and parameter:
+        found.take(_takes, checked, parameter, ends)
+    common = _common(found, checked, points, given)
+    problem, span, omega = _right(checked), _right(ends), _right(at)
     balance, path = common["balance"], parameter_path(problem, parameter)
     return Task(
         problem=problem, system=ParameterSystem(balance, path, omega),
@@ -156,12 +159,11 @@ def parameter_task(
 
 def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> Task:
     """What ``forced_response`` follows; its arguments in their order."""
-    problem, requested = followed_problem(problem), requested_values(requested)
-    start, stop = two_numbers(omega, "frequency range")
-    faults = range_faults(start, stop) or requested_faults(requested, start, stop)
-    if faults:
-        raise InputError(faults)
-    common = common_arguments(problem, requested, *given)
+    found = Gathering()
+    checked = found.take(followed_problem, problem)
+    ends, points = _range(found, omega, requested, "frequency range", positive=True)
+    common = _common(found, checked, points, given)
+    problem, (start, stop) = _right(checked), _right(ends)
     balance, inputs = common["balance"], problem.inputs
     balance.anchor_if_undamped(start)
     return Task(
@@ -169,6 +171,39 @@ def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any 
         start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
         **common,
     )  # fmt: skip
+
+
+def _range(
+    found: Gathering, span: Any, requested: Any, name: str, *, positive: bool
+) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+    """First and last value, None where they are not right, and the values wanted between them."""
+    points = found.take(requested_values, requested) or ()
+    ends = found.take(two_numbers, span, name)
+    if ends is None:
+        return None, points
+    faults = range_faults(*ends, name=name, positive=positive)
+    found.faults += faults or requested_faults(points, *ends)
+    return (None if faults else ends), points
+
+
+def _takes(problem: Problem, parameter: str, span: tuple[float, float] | None) -> None:
+    """InputError where the parameter is not known, or does not take an end of its range."""
+    parameter_path(problem, parameter)
+    for end in span or ():
+        problem.at_parameter(parameter, end)
+
+
+def _common(found: Gathering, problem: Problem | None, points: tuple[float, ...], given: tuple[Any, ...]) -> Any:
+    """The arguments that all kinds of branches have; InputError with all that was found until here."""
+    common = found.take(common_arguments, problem, points, *given)
+    found.end()
+    return _right(common)
+
+
+def _right(value: T | None) -> T:
+    """What was found to be right."""
+    assert value is not None
+    return value
 
 
 __all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]
