@@ -129,7 +129,36 @@ def test_many_contacts_in_one_object_are_checked_in_time() -> None:
 def test_faults_of_ports_are_named() -> None:
     structure = ss.MatrixStructure(M=[[1.0]], K=[[1.0]], dofs=["x"])
     law = ss.SampledLaw(force=lambda x, v: x**3)
-    with pytest.raises(ss.InputError, match="'s': port 'x' has no direction"):
+    with pytest.raises(ss.InputError, match="'s', ports, x has no direction"):
         ss.Problem(structure, contacts=[ss.ContactPair(name="s", contact=law)])
-    with pytest.raises(ss.InputError, match="'s': its law has no port 'tangential'; it has x"):
+    with pytest.raises(ss.InputError, match="'s', tangential: its law has no port 'tangential'; it has x"):
         ss.Problem(structure, contacts=[ss.ContactPair(name="s", contact=law, tangential="x", ports={"x": "x"})])
+
+
+@pytest.mark.parametrize("name", ["k", "self", "name", "omega", "amplitude", "point", "dof"])
+def test_parameters_of_any_name_can_be_followed(name):
+    def force(q, velocity, **given):
+        return given[name] * q**3
+
+    law = ss.SampledLaw(force=force, parameters={name: 1.0})
+    problem = ss.Problem(
+        ss.MatrixStructure(M=[[1.0]], C=[[0.2]], K=[[1.0]], dofs=["x"]),
+        contacts=[ss.ContactPair(name="own", contact=law, ports={"x": "x"})],
+        loads=[ss.Load(dof="x", sin=0.1)], harmonics=[0, 1, 3],
+    )  # fmt: skip
+    branch = ss.parameter_response(problem, f"own.{name}", (1.0, 2.0), omega=0.8)
+    there = ss.forced_response(problem.with_parameter(f"own.{name}", 2.0), omega=(0.8, 0.81))
+    np.testing.assert_allclose(branch.dataset.amplitude[-1], there.dataset.amplitude[0], rtol=1e-9)
+    stored = f"law_{name}" if name in ("omega", "amplitude", "point", "dof") else name
+    assert branch.dataset[stored].values[-1] == 2.0
+
+
+@pytest.mark.parametrize("name", ["velocity", "motion", "cos1", "normal_sin2", "load"])
+def test_parameters_that_mean_something_else_are_refused(name):
+    law = ss.SampledLaw(force=lambda *motion, **given: motion[0], parameters={name: 1.0})
+    pair = ss.ContactPair(name="own", contact=law, ports={"x": "x"})
+    with pytest.raises(ss.InputError, match=f"its law has a parameter called '{name}'"):
+        ss.Problem(
+            ss.MatrixStructure(M=[[1.0]], C=[[0.2]], K=[[1.0]], dofs=["x"]), contacts=[pair],
+            loads=[ss.Load(dof="x", sin=0.1)],
+        )  # fmt: skip

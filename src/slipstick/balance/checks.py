@@ -64,6 +64,7 @@ def problem_faults(problem: Problem, wrong: Container[str] = ()) -> Iterator[Fau
     for pair in problem.contacts:
         yield from (f.inside("contact", pair.name) for f in direction_faults(pair, known.dofs))
         yield from (f.inside("contact", pair.name) for f in rubbing_faults(pair, known))
+        yield from (f.inside("contact", pair.name) for f in _parameter_faults(pair))
         yield from (f.inside("contact", pair.name) for f in traits.missing(pair.contact, _moving_ports(pair)))
     for i, load in enumerate(problem.loads):
         faults = chain(target_faults(load, known), force_faults(load.harmonic, load.sin, load.motion, known))
@@ -148,6 +149,16 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
             f"{across[0]} moves the surface along a port called 'normal', which its law does not have",
             remedy=f"it has {', '.join(pair.contact.ports)}",
         )
+
+
+def _parameter_faults(pair: ContactPair) -> Iterator[Fault]:
+    """Parameters of a law that go by the name of something else."""
+    for name in pair.contact.values:
+        if name in ("load", "motion") or pair.rubbing.is_component(name):
+            what = "a load" if name == "load" else "the motion of the counter surface"
+            yield Fault(
+                "contact", f"its law has a parameter called {shown(name)}, which means {what}", remedy="rename it"
+            )
 
 
 def _moving_ports(pair: ContactPair) -> set[str]:

@@ -32,7 +32,7 @@ class Given:
             motion=change("motion", self.motion, *(o.motion for o in others)),
         )
 
-    def changed(self, **arrays: Any) -> Given:
+    def changed(self, /, **arrays: Any) -> Given:
         """A copy with other arrays: "velocity", "motion", or parameters by name."""
         own = {name: arrays.pop(name, getattr(self, name)) for name in _SURFACE}
         return Given(values={**self.values, **arrays}, **own)
@@ -73,7 +73,7 @@ class Inputs:
             found.append(getattr(batch, name) if name in _SURFACE else batch.values.get(name, np.zeros(0)))
         return any(bool(np.any(array)) for array in found)
 
-    def with_batch(self, k: int, **arrays: Any) -> Inputs:
+    def with_batch(self, k: int, /, **arrays: Any) -> Inputs:
         """A copy with other arrays in one batch."""
         changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
         return replace(self, batches=changed)

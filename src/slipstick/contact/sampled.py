@@ -99,7 +99,7 @@ class SampledLaw:
         """Every parameter by name."""
         return self.parameters
 
-    def changed(self, **values: ArrayLike) -> SampledLaw:
+    def changed(self, /, **values: ArrayLike) -> SampledLaw:
         """A copy with other parameters."""
         return replace(self, parameters={**self.parameters, **values})
 

@@ -15,7 +15,7 @@ from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.results.measures import amplitude
-from slipstick.results.schema import Layout, layout_of
+from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.truncation import Structures, moved, truncation
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
@@ -196,7 +196,7 @@ class Recorder:
         hot = [h if h is not None and h.batch == k else None for h in heat]
         if any(h is not None for h in hot):
             found["temperature"][:, at] = _stack([h.temperature for h in hot if h is not None], shape[:1])
-        for name, variable in traits.variables(batch.law).items():
+        for name, variable in law_variables(batch.law).items():
             source = (
                 [r.values[variable.source] for r in responses] if variable.source in batch.law.values
                 else [getattr(r.detail, variable.source) for r in responses]

@@ -24,6 +24,7 @@ from slipstick.units import ANGULAR
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
+    from slipstick.contact.law import Law
 
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
@@ -50,6 +51,8 @@ class Declared(NamedTuple):
     texts: tuple[str, ...] = ()
     """The texts it may hold instead of numbers."""
 
+
+_DIMENSIONS = ("point", "dof", "coefficient", "contact", "bound")
 
 VARIABLES: dict[str, Declared] = {
     "omega": Declared((), ANGULAR, "principal frequency"),
@@ -191,8 +194,14 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
             dims = ("contact", "coefficient")
             yield f"contact_{port}", Declared(dims, "length", f"{port} relative motion coefficients")
             yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
-        for name, own in traits.variables(batch.law).items():
+        for name, own in law_variables(batch.law).items():
             yield name, Declared(("contact", *own.dims), own.units, own.long_name)
+
+
+def law_variables(law: Law) -> dict[str, traits.Variable]:
+    """Variables of a law by name; "law_" comes before one that every branch has, or a dimension."""
+    own = traits.variables(law)
+    return {f"law_{name}" if name in VARIABLES or name in _DIMENSIONS else name: own[name] for name in own}
 
 
 def _of_problem(problem: Problem, declared: Declared) -> Declared:
