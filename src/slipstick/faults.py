@@ -152,12 +152,12 @@ def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Ar
         array = np.asarray(value)
     except Exception:  # rows of different lengths, objects that refuse
         raise wrong(name, value, expected) from None
-    if array.dtype.kind not in "iuf" or not np.all(np.isfinite(array)):
+    if array.dtype.kind not in "iuf":
         raise wrong(name, value, expected)
-    array = array.astype(float)
-    if np.any(np.abs(array) > LARGEST):
-        raise wrong(name, value, _below_largest(expected))
-    return array
+    own = array.astype(float)
+    if not np.abs(own).max(initial=0.0) <= LARGEST:
+        raise wrong(name, value, _below_largest(expected) if np.all(np.isfinite(array)) else expected)
+    return own
 
 
 def count_or_numbers(name: Name, value: Any, expected: str) -> int | Array:

@@ -209,7 +209,7 @@ def contact_forces(
     parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]
     lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], N.shape[:-1], *(p.shape for p in parts))
     try:
-        shape = np.broadcast_shapes(*lead)
+        shape = np.broadcast_shapes(*lead) if any(lead) else ()
     except ValueError:
         raise InputError(
             Fault(
@@ -219,17 +219,15 @@ def contact_forces(
             )
         ) from None
     many = (*(shape or (1,)), harmonics.size)
-    v, kt, mu, kn, gap = (np.broadcast_to(p, many[:-1]) for p in parts)
-    f = element_forces(
-        harmonics, np.broadcast_to(X + U, many), np.broadcast_to(Y + N, many), v=v / omega, kt=kt, mu=mu, kn=kn, gap=gap
-    )
+    velocity, kt, mu, kn, gap = parts  # single numbers fit all elements
+    moved = (m[None] if not shape else m if m.shape == many else np.broadcast_to(m, many) for m in (X + U, Y + N))
+    f = element_forces(harmonics, *moved, v=velocity / omega, kt=kt, mu=mu, kn=kn, gap=gap)
     f.omega = float(omega)
     return f if shape else _single(f)
 
 
 def _single(f: ContactForces) -> ContactForces:
-    names = (n for n, value in vars(f).items() if isinstance(value, np.ndarray))
-    for name in list(names):
-        setattr(f, name, getattr(f, name)[0])
+    values = vars(f)
+    values.update({name: value[0] for name, value in values.items() if isinstance(value, np.ndarray)})
     f._inputs = (*f._inputs[:-1], True)
     return f
