@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,10 @@ from helpers.figures import branch
 
 import slipstick as ss
 from slipstick import plots
+from slipstick.studies.plan import make_plan
+from slipstick.studies.solving import Job, solve
+from slipstick.studies.table import curves_dataset, study_attributes, study_dataset
+from slipstick.verify.cases import oscillator
 
 WRONG = (
     float("nan"), 1j, "", "q", "\0", b"x", 2.5, 10**400, [], [1.0], [None], (), {}, {"a": 1}, {1: "x"}, object(), len,
@@ -21,6 +26,18 @@ GOOD: dict[str, Any] = {
     "label": "a", "labels": ["a"], "references": None, "peaks": True, "log": None, "over": "sliding", "limit": True,
     "ax": None,
 }  # fmt: skip
+
+
+@cache
+def studied() -> dict[str, Any]:
+    """A study of two cases, and its curves."""
+    job = Job(problem=oscillator(velocity=10.0), span=(5.0, 5.5), options={"max_step": 0.2, "first_step": 0.2})
+    plan = make_plan(job.problem, {"damper.mu": [0.2, 0.3]})
+    found = {i: solve(job, plan, i) for i in range(len(plan))}
+    attributes = study_attributes(job, plan, found, {})
+    return {"study": study_dataset(job, plan, found, attributes), "curves": curves_dataset(job, found, attributes)}
+
+
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
 
 
@@ -28,8 +45,10 @@ DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa
 def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str) -> None:
     draw = getattr(plots, name)
     names = list(inspect.signature(draw).parameters)
-    good = {key: GOOD[key] for key in names if key != "label" and not (key == "contact" and "dof" in names)}
+    good = {key: GOOD.get(key) for key in names if key != "label" and not (key == "contact" and "dof" in names)}
     good |= {key: [branch()] if name == "compare" else branch() for key in ("branch", "branches") if key in names}
+    if "study" in names:
+        good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
     draw(**good)
     poor = []
     for argument in names:

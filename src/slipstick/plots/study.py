@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
@@ -201,7 +202,7 @@ def _over(data: xarray.Dataset, given: Any) -> tuple[str, ...]:
     known = str(data.attrs["study_parameters"]).splitlines()
     if given is None:
         return tuple(known[:2])
-    names = (given,) if isinstance(given, str) else tuple(given)
+    names = name_list("over", given, "the name of a parameter")
     for name in names:
         if name not in known:
             raise InputError(f"there is no parameter {shown(name)} in the study; {suggestion(name, known)}")

@@ -48,6 +48,8 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
 
 def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> Axes:
     """The given or new axes with labels, a light grid and the palette."""
+    from matplotlib.ticker import ScalarFormatter
+
     if ax is not None and not hasattr(ax, "set_xlabel"):
         raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
     ax = new_figure(height=height).add_subplot() if ax is None else ax
@@ -56,7 +58,8 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
         pairs = cycler(color=[COLOURS[i % len(COLOURS)] for i in range(count)])
         ax.set_prop_cycle(pairs + cycler(linestyle=[DASHES[i % len(DASHES)] for i in range(count)]))
         for axis in (ax.xaxis, ax.yaxis):
-            axis.get_major_formatter().set_powerlimits((-3, 5))  # type: ignore[attr-defined]
+            if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
+                numbers.set_powerlimits((-3, 5))
     ax.set_xlabel(x_label, parse_math=False)
     ax.set_ylabel(y_label, parse_math=False)
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
