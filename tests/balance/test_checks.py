@@ -33,6 +33,7 @@ def spring(**more):
         ({"contacts": [contact(tangential={"x": 0.0})]}, "which has no direction"),
         ({"contacts": [contact(rubbing=ss.RubbingMotion(cos={99: 1.0}))]}, "harmonic 99 is not among the harmonics"),
         ({"contacts": [spring(rubbing=ss.RubbingMotion(normal_cos={1: 1.0}))]}, "a port called 'normal'"),
+        ({"contacts": [contact(ports={"tangential": "x"})]}, "ports, tangential is given together with tangential"),
         ({"contacts": [contact(normal="x")]}, "'damper', kn is missing"),
         ({"contacts": [contact(rubbing=ss.RubbingMotion(normal_sin={1: 1.0}))]}, "'damper', kn is missing"),
         ({"loads": [ss.Load(dof="y", sin=1.0)]}, "load number 1, dof: there is no dof 'y'"),

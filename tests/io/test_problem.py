@@ -222,3 +222,5 @@ def test_other_readers_see_the_problem(tmp_path: Path) -> None:
 def test_where_nothing_can_be_written(tmp_path: Path) -> None:
     with pytest.raises(ss.InputError, match=r"r\.nc: cannot be written .*; choose another place"):
         saved(oscillator(), tmp_path / "none")
+    with pytest.raises(ss.InputError, match="save: found 5; expected the path of a results file"):
+        ss.linear_response(oscillator(), omega=3.0).save(5)

@@ -183,6 +183,9 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
     except InputError as error:
         yield from (fault.below("contact", pair.name) for fault in error.faults)
         return
+    for port in set(pair.ports or ()) & {"tangential", "normal"}:
+        if getattr(pair, port) is not None:
+            yield Fault(("ports", port), f"is given together with {port}", remedy="keep one of them")
     for port in given:
         if port not in law.ports:
             yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")

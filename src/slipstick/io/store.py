@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
@@ -197,7 +198,8 @@ def save_branch(branch: Branch, path: str | Path) -> Path:
     """
     from slipstick.io.problem import GROUP, WITHOUT
 
-    path, groups = Path(path), _described(branch.problem, branch.without)
+    path = path_of("save", path, "the path of a results file such as results.nc")
+    groups = _described(branch.problem, branch.without)
     try:
         save_dataset(branch.dataset, path, groups)
     except OSError as error:
