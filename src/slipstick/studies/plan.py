@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -87,14 +87,42 @@ def make_plan(
         every fault found.
     """
     found = Gathering()
+    asked = _asked(found, problem, parameters, method, samples, seed)
+    found.end()
+    order = sorted(asked.parts, key=lambda name: _is_derived(problem, name))
+    plan = _plan(order, asked.parts, asked.method, asked.size, asked.seed)
+    _allowed(problem, plan)
+    return plan
+
+
+def study_faults(parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0) -> list[Fault]:
+    """What is wrong with a study whose problem is not known."""
+    found = Gathering()
+    _asked(found, None, parameters, method, samples, seed)
+    return found.faults
+
+
+class _Asked(NamedTuple):
+    """What a study says, of no meaning where there are faults."""
+
+    parts: dict[str, Any]
+    """Values or ranges by parameter."""
+    method: str
+    size: int
+    seed: int
+
+
+def _asked(found: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any) -> _Asked:
+    """What is asked for, held against the problem where there is one."""
     given = found.take(table, STUDY, parameters, _EXPECTED) or {}
     method = found.take(_method, method)
     seed = found.take(whole, (*STUDY, "seed"), seed, 0)
     if not given and not found.faults:
         found.faults.append(Fault(STUDY, "no parameter is given", remedy=f"give {_EXPECTED}"))
-    known = [name for name in given if found.take(_is_known, problem, name)]
-    if known:
-        found.take(_distinct, problem, known)
+    if problem is not None:
+        known = [name for name in given if found.take(_is_known, problem, name)]
+        if known:
+            found.take(_distinct, problem, known)
     where = (*STUDY, "samples")
     if method in SAMPLED and samples is None:
         found.faults.append(Fault(where, IS_MISSING, remedy=f'method = "{method}" needs it, such as samples = 64'))
@@ -104,12 +132,7 @@ def make_plan(
     count = found.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
     read = box_of if method in SAMPLED else given_values
     parts = {name: found.take(read, (*STUDY, name), value) for name, value in given.items()}
-    found.end()
-    assert count is not None
-    order = sorted(given, key=lambda name: _is_derived(problem, name))
-    plan = _plan(order, parts, str(method), count, int(seed or 0))
-    _allowed(problem, plan)
-    return plan
+    return _Asked(parts, str(method), count or 1, int(seed or 0))
 
 
 def _plan(names: Sequence[str], parts: Mapping[str, Any], method: str, samples: int, seed: int) -> StudyPlan:

@@ -396,3 +396,17 @@ def test_a_run_projects_the_structure_twice(tmp_path: Path, monkeypatch: pytest.
     done = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-figures"])
     assert done.exit_code == 0, done.output
     assert sorted(counted) == [1, 1, 2, 2]  # a contact and a loaded dof are two columns
+
+
+def test_faults_of_a_study_are_told_with_the_others() -> None:
+    study = '\n[study]\n"damper.mu" = []\nmethod = "sobel"\n'
+    assert faults(GOOD.replace("kt = 100.0", 'kt = "stiff"') + study) == [
+        "[[contact]] 'damper' kt: found \"stiff\"; expected a number >= 0, or { table = [[temperature, value], ...] }",
+        "[study] method: found 'sobel'; did you mean 'sobol'?",
+        "[study] damper.mu: found an empty list; expected at least one value",
+    ]
+
+
+def test_peaks_are_not_held_against_outputs_that_are_wrong() -> None:
+    wrong = GOOD.replace("to = 15.0", 'to = 15.0\npeaks_of = ["x"]') + '\n[output]\ndofs = ["q"]\n'
+    assert faults(wrong) == ["[output] dofs: there is no dof 'q' in the structure; there are x"]

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.body import Body, Tell, silent
 from slipstick.app.case.reading import read_case
+from slipstick.app.case.sentences import in_case
 from slipstick.app.case.source import parse, read_text
 from slipstick.app.case.spacing import Spacing
-from slipstick.app.case.studying import study_plan
+from slipstick.app.case.studying import check_study, study_plan
 from slipstick.app.case.tables import ResponseTable, frequencies_met, swept_value
-from slipstick.faults import one, warn, wrong
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, one, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
@@ -68,7 +70,13 @@ class Case:
             raise wrong("tell", tell, "a function of a text")
         raw = parse(text, path.name)
         section = raw.pop("study", None)
-        reading = read_case(raw, path.resolve().parent, tell)
+        try:
+            reading = read_case(raw, path.resolve().parent, tell)
+        except InputError as error:
+            found = Gathering()
+            if section is not None:
+                found.take(check_study, section)
+            raise InputError([*error.faults, *found.faults], in_case) from None
         return cls(
             path=path,
             text=text,

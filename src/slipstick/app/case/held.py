@@ -82,12 +82,14 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
     from slipstick.balance.checks import output_faults, peak_faults
 
     outputs = sections.output.get("dofs") if sections.output is not None else None
-    if outputs is not None:
-        yield from (fault.inside("output", "dofs") for fault in output_faults(outputs, known.dofs))
+    wrong = list(output_faults(outputs, known.dofs)) if outputs is not None else []
+    yield from (fault.inside("output", "dofs") for fault in wrong)
     peaks = sections.response.get("peaks_of") if sections.response is not None else None
     if peaks is not None:
         names = [peaks] if isinstance(peaks, str) else list(peaks)
-        yield from (f.inside("response", "peaks_of") for f in peak_faults(names, outputs, known.dofs))
+        yield from (
+            f.inside("response", "peaks_of") for f in peak_faults(names, None if wrong else outputs, known.dofs)
+        )
 
 
 def _sizes(sections: Sections, known: Known, placed: Sequence[Placed]) -> Iterator[Fault]:

@@ -20,15 +20,29 @@ def study_plan(section: Any, problem: Problem) -> StudyPlan:
     """The cases that ``[study]`` asks for; raises InputError with all faults in it."""
     from slipstick.studies.plan import make_plan
 
-    if not isinstance(section, Mapping):
-        expected = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
-        raise InputError(Fault("study", found=toml(section), expected=expected), in_case)
-    options = {key: section[key] for key in STUDY_KEYS if key in section}
-    given = dict(_flat({key: value for key, value in section.items() if key not in options}, ""))
+    given, options = _read(section)
     try:
         return make_plan(problem, given, **options)
     except InputError as error:
         raise InputError(error.faults, in_case) from None
+
+
+def check_study(section: Any) -> None:
+    """InputError with the faults of ``[study]`` that show without a problem."""
+    from slipstick.studies.plan import study_faults
+
+    given, options = _read(section)
+    if faults := study_faults(given, **options):
+        raise InputError(faults, in_case)
+
+
+def _read(section: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Parameters with their values, and the other keys."""
+    if not isinstance(section, Mapping):
+        expected = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
+        raise InputError(Fault("study", found=toml(section), expected=expected), in_case)
+    options = {key: section[key] for key in STUDY_KEYS if key in section}
+    return dict(_flat({key: value for key, value in section.items() if key not in options}, "")), options
 
 
 def cases_text(plan: StudyPlan) -> str:
