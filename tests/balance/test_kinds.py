@@ -138,6 +138,23 @@ def test_options_say_what_makes_a_jacobian():
         ss.forced_response(problem(), omega=(4.0, 5.0), options={"jacobian": "sparse"})
 
 
+def test_undamped_structures_are_written_out_unless_asked_otherwise():
+    """The form of the balance that goes smoothly through their resonances is one of dense Jacobians."""
+    for loss, asked, expected in ((0.01, "auto", "iterative"), (0.0, "auto", "dense"), (0.0, "iterative", "iterative")):
+        n = 40
+        shapes = np.random.default_rng(0).standard_normal((n, 6))
+        modes = ss.ModalStructure(
+            omega=np.arange(1.0, 7.0), mode_shapes=shapes, dofs=[f"d{i}" for i in range(n)], loss_factor=loss
+        )
+        law = ss.FrictionContact(kt=1.0, mu=0.3, kn=1.0, normal_load=1.0)
+        pairs = [ss.ContactPair(name=f"c{i}", contact=law, tangential=f"d{i}") for i in range(n)]
+        loads = [ss.Load(dof="d0", sin=1.0)]
+        balance = Balance(ss.Problem(modes, contacts=pairs, loads=loads, harmonics=range(8)), kind=asked)
+        balance.anchor_if_undamped(1.37)
+        assert balance.kind.name == expected
+        assert (balance.springs is not None) == (expected == "dense")
+
+
 def test_more_unknowns_than_memory_holds_are_refused():
     modes = ss.ModalStructure(omega=[1.0], mode_shapes=[[1.0]], dofs=["x"])
     rows = modes.project(np.eye(1), np.eye(1))

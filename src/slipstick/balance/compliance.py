@@ -43,6 +43,11 @@ class Compliance:
         """The same of the derivative."""
         return np.asarray(np.add.reduce(self.slope[: len(G)] * G[:, None, :], axis=0))
 
+    def diagonal(self) -> ComplexArray:
+        """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""
+        own = np.arange(self.value.shape[1])
+        return np.asarray(self.value[own, own])
+
     def reach(self, forces: Array) -> Array:
         """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,)."""
         own = np.abs(self.value[: forces.size])

@@ -58,6 +58,11 @@ class FactoredCompliance:
             out += (part[:, :n].T @ pairs).view(complex) * own
         return out
 
+    def diagonal(self) -> ComplexArray:
+        """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""
+        apart = np.zeros(self.factors.weight.shape, dtype=bool)
+        return self.local(np.arange(self.n_rows)[:, None], apart)[:, 0, 0]
+
     def reach(self, forces: Array) -> Array:
         """``|A| forces`` (n_rows, n + 1) of the first columns' sizes (any,), or more."""
         return self.reach_by_order(np.repeat(forces[:, None], len(self.factors.weight), axis=1))

@@ -14,7 +14,7 @@ import numpy as np
 from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
-from slipstick.balance.kinds import AnyCompliance, Kind, kind_of
+from slipstick.balance.kinds import KINDS, MOST_UNKNOWNS, AnyCompliance, Kind, kind_of
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
 from slipstick.solve.linear.jacobian import Jacobian
@@ -62,7 +62,7 @@ class Balance:
         self.L = self.harmonics.size
         self.size = self.n_ports * self.L
         self.receptance = self.rows_to(self.directions)
-        self.kind = kind_of(kind, self.receptance, self.size)
+        self._asked, self.kind = kind, kind_of(kind, self.receptance, self.size)
         self.springs: Array | None = None
         self.heated = problem.heated
         self._columns: dict[tuple[int, tuple[tuple[int, int], ...]], tuple[Column, ...]] = {}
@@ -79,14 +79,19 @@ class Balance:
     def anchor_if_undamped(self, omega: float) -> None:
         """Write the balance with springs ``i k`` on both sides where the structure has next to no damping.
 
+        There is no such form of an iterative Jacobian: where the choice is free the dense kind is taken.
+
         ``R = X + B (F - i k X - P)`` with ``B = A (1 + i k A)^-1`` has the same solutions as ``X + A (F - P)`` and goes
         smoothly through the resonances at which an undamped ``A`` is infinite.
         """
-        if self.kind.name == "iterative":
-            return
         own = np.arange(self.n_ports)
-        value = self.receptance.at(self.orders, omega)[0][:, own, own]
-        if np.any(np.all(lossless(value, _UNDAMPED), axis=0)):
+        compliance = self.kind.compliance(self.receptance, self.orders, omega, None)
+        value = compliance.diagonal()[:, 1:]
+        if not np.any(np.all(lossless(value, _UNDAMPED), axis=1)):
+            return
+        if self._asked == "auto" and self.size <= MOST_UNKNOWNS["dense"]:
+            self.kind = KINDS["dense"]
+        if self.kind.name != "iterative":
             static = np.abs(self.receptance.static[own, own])
             self.springs = np.divide(1.0, static, out=np.zeros_like(static), where=static > 0)
 
