@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.benchmarks import benchmark
 
 import slipstick as ss
 from slipstick.verify.cases import oscillator
@@ -54,7 +55,7 @@ def test_reduced_blade(level, velocity, hertz):
 
     Damping is viscous here: hysteretic damping has no exact counterpart in time (it differs by 6e-4 at these points).
     """
-    blade = pytest.importorskip("curves").blade(level=level, velocity=velocity, harmonics=range(16), viscous=True)
+    blade = benchmark("curves").blade(level=level, velocity=velocity, harmonics=range(16), viscous=True)
     omega = 2 * np.pi * hertz
     branch = ss.forced_response(blade, omega=(omega, omega * 1.0001))
     check = branch.check_in_time(0, periods=40)

@@ -1,29 +1,18 @@
 """Curves with a Jacobian that is never written out against those with one that is."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from helpers.benchmarks import benchmark
 
 import slipstick as ss
+
+PLATE = benchmark("many_contacts")
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
 
-@pytest.fixture(scope="module")
-def benchmark():
-    folder = str(Path(__file__).parents[2] / "benchmarks")
-    sys.path.insert(0, folder)
-    try:
-        import many_contacts
-    finally:
-        sys.path.remove(folder)
-    return many_contacts
-
-
-def curves(benchmark, nx, ny, span):
-    problem = benchmark.problem(*benchmark.plate(nx, ny, modes=60))
+def curves(nx, ny, span):
+    problem = PLATE.problem(*PLATE.plate(nx, ny, modes=60))
     return [
         ss.forced_response(problem, omega=span, requested=np.linspace(*span, 9)[1:-1], options={"jacobian": kind})
         for kind in ("dense", "iterative")
@@ -42,24 +31,24 @@ def same_curves(dense, iterative):
     np.testing.assert_allclose(asked[1].displacement, asked[0].displacement, rtol=0, atol=1e-8 * size)
 
 
-def test_ten_contacts_that_slip_and_lift_off(benchmark):
-    dense, iterative = curves(benchmark, 5, 2, (1500.0, 1900.0))
+def test_ten_contacts_that_slip_and_lift_off():
+    dense, iterative = curves(5, 2, (1500.0, 1900.0))
     same_curves(dense, iterative)
     assert float(dense.dataset.separation_fraction.max()) > 0.5
     assert float(dense.dataset.slip_fraction.max()) > 0.05
 
 
 @pytest.mark.verify
-def test_fifty_contacts_give_the_same_curve(benchmark):
-    dense, iterative = curves(benchmark, 10, 5, benchmark.RANGE)
+def test_fifty_contacts_give_the_same_curve():
+    dense, iterative = curves(10, 5, PLATE.RANGE)
     np.testing.assert_allclose(np.array(iterative.peaks("50n")), np.array(dense.peaks("50n")), rtol=1e-8)
     same_curves(dense, iterative)
 
 
 @pytest.mark.verify
-def test_five_hundred_contacts_through_a_resonance(benchmark):
+def test_five_hundred_contacts_through_a_resonance():
     n = 500
-    branch = ss.forced_response(benchmark.problem(*benchmark.plate(*benchmark.GRIDS[n])), omega=(1500.0, 1900.0))
+    branch = ss.forced_response(PLATE.problem(*PLATE.plate(*PLATE.GRIDS[n])), omega=(1500.0, 1900.0))
     assert branch.outcome.ok
     assert branch.dataset.attrs["jacobian"] == "iterative"
     assert float(branch.dataset.residual.max()) < 1e-8
