@@ -108,6 +108,6 @@ def file_code(name: str, folder: Path) -> str:
     from slipstick.structure.npz import array_shapes
 
     if name.lower().endswith(".mtx"):
-        return f"mmread({here(name)})"
+        return f"mmread({here(name)}, spmatrix=False)"
     arrays = list(array_shapes(folder / name))
     return f"load_npz({here(name)})" if "indptr" in arrays else f"np.load({here(name)})[{literal(arrays[0])}]"
