@@ -3,17 +3,25 @@
 Numba makes machine code of every function with all that it calls, again at each level of calls, for Python to start
 at, and optimises each level twice, the first time for reference counts. Nobody starts at the inner functions, and
 they count no references: leaving both out takes a third off the first compilation, and nothing
-changes in what is computed.
+changes in what is computed. This reaches into numba, whose insides change from version to version: with one that it was
+not tried with this module cannot be imported, and compilation goes numba's own way.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import NativeLowering
+
+TRIED = ("0.68.",)
+"""Beginnings of the versions of numba that this was tried with."""
+
+if not numba.__version__.startswith(TRIED):
+    raise ImportError(f"not tried with numba {numba.__version__}")
 
 
 class Linked(JITCodeLibrary):
