@@ -46,7 +46,7 @@ def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
     assert f"{model.n_dofs} dofs" in result.stdout
     assert "ROOT" in result.stdout
     assert {*model.node_sets} >= {"ROOT", "TIP"}
-    assert [path.name for path in tmp_path.iterdir() if path.suffix == ".part"] == []
+    assert [path.name for path in tmp_path.iterdir() if path.suffix in (".part", ".tmp")] == []
 
 
 @pytest.mark.parametrize(

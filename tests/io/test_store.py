@@ -20,7 +20,7 @@ from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.loading import load_dataset
-from slipstick.io.store import ResultStore, remove_leftovers, save_dataset
+from slipstick.io.store import ResultStore, save_dataset
 
 
 def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:
@@ -92,13 +92,6 @@ def test_results_that_cannot_be_renewed_do_not_end_a_run(tmp_path: Path, monkeyp
     store.close()
     assert opened(path).sizes["point"] == 50
     assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
-
-
-def test_leftovers_of_killed_writers_are_removed(tmp_path: Path) -> None:
-    for name in (".r.nc.7.tmp", "r.nc", ".q.nc.7.tmp"):
-        (tmp_path / name).write_bytes(b"")
-    remove_leftovers(tmp_path / "r.nc")
-    assert sorted(p.name for p in tmp_path.iterdir()) == [".q.nc.7.tmp", "r.nc"]
 
 
 WRITER = """

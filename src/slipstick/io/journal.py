@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.io.notes import packed_notes
+from slipstick.replacing import replacing
 from slipstick.results.schema import Declared, Layout
 
 _MAGIC = "slipstick journal 3"
@@ -115,12 +116,8 @@ class Journal:
 
 def _begin(path: Path, header: bytes) -> int:
     """Make a journal with its header, in one step: whoever finds one can read it."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with replacing(path) as temporary:
         temporary.write_bytes(header)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
     return len(header)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own
+from slipstick.replacing import replacing
 from slipstick.typing import Sparse
 
 if TYPE_CHECKING:
@@ -40,15 +40,11 @@ def save_model(model: ImportedModel, path: Path) -> Path:
     import h5py
 
     path = Path(path)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")  # two imports to one name do not write into each other
     try:
-        with h5py.File(part, "w", libver=CHECKED) as file:
+        with replacing(path) as part, h5py.File(part, "w", libver=CHECKED) as file:
             _write(file, model)
-        os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
-    finally:
-        part.unlink(missing_ok=True)  # an interruption too leaves nothing behind
     return path
 
 

@@ -9,10 +9,8 @@ opens with any netCDF reader, and ``ss.load`` adds what the journal holds beyond
 
 from __future__ import annotations
 
-import os
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +22,7 @@ from slipstick.faults import path as path_of
 from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
+from slipstick.replacing import replacing
 from slipstick.results.schema import Layout
 
 if TYPE_CHECKING:
@@ -136,38 +135,6 @@ class ResultStore:
 
     def __exit__(self, *error: object) -> None:
         self.close()
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside ``path`` that takes its place at the end; on any failure ``path`` stays as it was."""
-    temporary = path.with_name(f"{_part(path)}{os.getpid()}.tmp")
-    try:
-        yield temporary
-        _sync(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _sync(path: Path) -> None:
-    """Bring a file to the disk itself before it takes another's place: a power failure finds one of the two whole."""
-    file = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)
-
-
-def _part(path: Path) -> str:
-    return f".{path.name}."
-
-
-def remove_leftovers(path: Path) -> None:
-    """Remove the unfinished parts that killed writers of ``path`` left; only for whom no other writer disturbs."""
-    for part in path.parent.iterdir():
-        if part.name.startswith(_part(path)) and part.name.endswith(".tmp"):
-            part.unlink(missing_ok=True)
 
 
 def file_variables(layout: Layout, rows: NDArray[np.float64]) -> dict[str, StoredVariable]:

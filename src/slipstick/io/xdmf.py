@@ -12,7 +12,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import path as path_of
 from slipstick.faults import whole
-from slipstick.io.store import replacing
+from slipstick.replacing import replacing
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:

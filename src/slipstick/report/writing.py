@@ -12,6 +12,7 @@ from slipstick import __version__
 from slipstick.errors import InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
+from slipstick.replacing import replacing
 from slipstick.results.branch import Branch
 
 MARK = '<meta name="generator" content="slipstick report">'
@@ -82,8 +83,6 @@ def labelled(branches: Any) -> list[tuple[str, Branch]]:
 
 
 def _write(path: Path, content: str) -> None:
-    from slipstick.io.store import replacing
-
     try:
         if path.exists() and not _is_report(path):
             raise InputError(f"{path}: there is a file that is no report; choose another name")

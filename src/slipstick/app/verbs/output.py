@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipstick.errors import InputError
 from slipstick.io.lock import FolderLock
-from slipstick.io.store import remove_leftovers
+from slipstick.replacing import remove_leftovers
 
 RESULTS, REPORT = "results.nc", "report.html"
 FORMATS = ("png", "svg", "pdf")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,6 +12,7 @@ import numpy as np
 
 from slipstick import __version__
 from slipstick.errors import InputError
+from slipstick.replacing import replacing
 from slipstick.structure.npz import read_any
 from slipstick.typing import AnyArray
 
@@ -57,14 +56,8 @@ def write(path: Path, arrays: dict[str, Any]) -> None:
     """Store arrays under a name that appears only when the file is whole. Raises InputError if it cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with replacing(path) as part, part.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
     except OSError as error:
         raise InputError(
             f"the reduction cannot be stored in {path.parent}: {error.strerror}; choose another folder"
