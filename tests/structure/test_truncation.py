@@ -69,3 +69,28 @@ def test_a_worst_error_says_what_to_do():
     assert not fair.refused
     assert "may be wrong by up to" in fair.sentence()
     assert fair.needed >= 1.05 * 9.0
+
+
+def test_a_load_that_modes_left_out_answer_enters_the_estimate():
+    """The load drives dofs that are not kept against each other: its response is worse than that between those kept."""
+    modes, load = 3, np.zeros(N)
+    load[[4, 6]] = 1.0, -1.0
+    a, p = SHAPES[KEPT], SHAPES.T @ load
+    parts = {"omega": np.sqrt(VALUES[:modes]), "mode_shapes": a[:, :modes], "static_compliance": (a / VALUES) @ a.T}
+    parts["second_residual"] = (a[:, modes:] / VALUES[modes:] ** 2) @ a[:, modes:].T
+    static, second = (a / VALUES) @ p, (a[:, modes:] / VALUES[modes:] ** 2) @ p[modes:]
+    known = {
+        "participation": p[None, :modes],
+        "load_response": static[:, None],
+        "second_load_response": second[:, None],
+    }
+    w = 0.3 * np.sqrt(VALUES[modes - 1])
+    with_load, without = Truncation(**parts, **known), Truncation(**parts)
+    exact = (a / (VALUES - w**2)) @ p
+    short = (a[:, :modes] / (VALUES[:modes] - w**2)) @ p[:modes]
+    short = short + static - (a[:, :modes] / VALUES[:modes]) @ p[:modes] + w**2 * second
+    true = np.linalg.norm(exact - short) / np.linalg.norm(exact)
+    assert float(without.error(w)) < 0.5 * true < true <= float(with_load.error(w)) < 50.0 * true
+    assert float(with_load.error(w, w * (1.0 + 1e-12))) == pytest.approx(float(without.error(w)), rel=1e-9)
+    del known["second_load_response"]
+    assert float(Truncation(**parts, **known).error(w)) > float(with_load.error(w))

@@ -29,7 +29,7 @@ from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dof
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.skin import Skin
-from slipstick.structure.truncation import Truncation
+from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array
 
 
@@ -176,6 +176,7 @@ class ModalStructure:
             mode_shapes=self.mode_shapes,
             static_compliance=self.static_compliance,
             second_residual=self.second_residual,
+            **load_arrays([shape.arrays() for shape in self.shapes.values()]),
         )
 
     def reduction_error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
@@ -183,9 +184,9 @@ class ModalStructure:
 
         Relative to the receptance there, or at the frequencies ``relative_to``.
 
-        An estimate from the residuals (``slipstick.structure.truncation``): a bound below the last mode, mostly 1 to
-        5 times the error; without ``second_residual`` it can be far above it, without ``static_compliance`` it is zero,
-        because nothing is known of what is left out. Load shapes do not enter.
+        The worst between dofs and from load shapes, estimated from the residuals (``slipstick.structure.truncation``):
+        a bound below the last mode, mostly 1 to 5 times the error; without ``second_residual`` it can be far above it,
+        without ``static_compliance`` it is zero, because nothing is known of what is left out.
         """
         return self._truncation.error(frequency, relative_to)
 

