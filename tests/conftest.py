@@ -1,4 +1,4 @@
-"""Makes what several rooms' tests share importable, ``from helpers.cases import ...``; the kernel is compiled once."""
+"""Makes what several rooms' tests share importable, ``from helpers.cases import ...``; everything is compiled once."""
 
 import sys
 from pathlib import Path
@@ -9,9 +9,19 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Compile the kernel before there are workers, each of which would do so for itself."""
+    """Compile before there are workers, each of which would do so for itself."""
     if getattr(config.option, "numprocesses", None) and not config.option.collectonly:
-        from slipstick.contact.kernel.compilation import compile_kernel, is_compiled
+        _compile()
 
-        if not is_compiled():
-            compile_kernel()
+
+def _compile() -> None:
+    """The kernel, and what of it tests call by itself; what is compiled already is read."""
+    from slipstick.contact.kernel.compilation import compile_kernel
+    from slipstick.trig.harmonics import Harmonics
+    from slipstick.trig.integrals import interval_integrals
+    from slipstick.trig.roots import roots
+
+    compile_kernel()
+    h = Harmonics([0, 1])
+    roots(h, [0.0, 1.0, 0.0])
+    interval_integrals(h, 0.0, 1.0)

@@ -73,7 +73,7 @@ def test_rigid_coulomb_friction_is_approached_like_one_over_root_kt():
     """CF9 (Den Hartog): slope -1/2 of the difference over the tangential stiffness."""
     k, p, b, omega = 1.0, 1.0, 0.5, 0.9
     exact = cf.den_hartog(1.0, k, p, b, omega)
-    stiffness = 10.0 ** np.array([4.0, 5.0, 6.0])
+    stiffness = 10.0 ** np.array([4.0, 4.5, 5.0])
     found = []
     for kt in stiffness:
         structure = ss.MatrixStructure(M=[[1.0]], C=[[0.0]], K=[[k]], dofs=["x"])
@@ -102,6 +102,8 @@ def plain_integration(omega, periods, steps):
     M, C = np.array([1.0, 1.5]), np.array([[0.1, 0.02], [0.02, 0.2]])
     K = np.array([[4.0, 0.7], [0.7, 6.0]])
     h = 2 * np.pi / omega / steps
+    left = np.linalg.inv(np.diag(M) + h / 2 * C)
+    again, pushed = left @ (np.diag(M) - h / 2 * C), h * left
     q, p, fx = np.zeros(2), np.zeros(2), 0.0
     path = np.zeros((steps, 2))
     for i in range(periods * steps):
@@ -109,9 +111,9 @@ def plain_integration(omega, periods, steps):
         q_half = q + h / 2 * p
         fy = 5.0 * max(q_half[1] - 0.2, 0.0)
         moved = h * (p[0] + 0.3 - 0.1 * omega * np.sin(omega * t))
-        fx = np.clip(fx + 3.0 * moved, -0.4 * fy, 0.4 * fy)
+        fx = min(max(fx + 3.0 * moved, -0.4 * fy), 0.4 * fy)
         force = np.array([2 * np.sin(omega * t) - fx, 3 * np.cos(omega * t) + 1 - fy]) - K @ q_half
-        p = np.linalg.solve(np.diag(M) + h / 2 * C, np.diag(M) @ p - h / 2 * C @ p + h * force)
+        p = again @ p + pushed @ force
         q = q_half + h / 2 * p
         path[i % steps] = q
     return path
