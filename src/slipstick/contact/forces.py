@@ -193,6 +193,13 @@ def element_states(
     return _all_states(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)))
 
 
+def element_intervals(
+    harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
+) -> States:
+    """The same as arrays, with how each stick began."""
+    return _evaluate(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)), states=True)[1]
+
+
 def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Array, Array]:
     """Motion and parameters (n, 5) as the one compiled version takes them: writable and contiguous."""
     par = np.empty((len(X), len(parameters)))

@@ -1,0 +1,1 @@
+"""Stability of the periodic motion: Floquet multipliers from the contact states that the exact elements know."""

@@ -1,0 +1,101 @@
+"""The structure as modes with unit mass, the slow ones in motion and the fast ones at rest under the contact forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.structure.protocol import TimeEquations
+from slipstick.typing import Array
+
+FEWEST = 8
+"""So many coordinates stay in motion whatever their frequencies."""
+
+_SYMMETRIC = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dynamics:
+    """``q'' + C q' + K q = -columns f``, motion at the ports ``s = rows q - R f``.
+
+    C, K are (r, r), ``rows`` (n_ports, r), ``columns`` (r, n_ports), ``R`` (n_ports, n_ports).
+    """
+
+    K: Array
+    C: Array
+    rows: Array
+    columns: Array
+    R: Array
+
+    @property
+    def size(self) -> int:
+        """Coordinates in motion."""
+        return len(self.K)
+
+    def below(self, frequency: float) -> Dynamics:
+        """Only the modes up to a frequency (rad/s) in motion, the others' compliance in ``R``.
+
+        A mode made static cannot lose its stability. Coordinates that are no modes all stay.
+        """
+        squared = np.diag(self.K)
+        if self.size <= FEWEST or np.any(self.K - np.diag(squared)):
+            return self
+        order = np.argsort(squared, kind="stable")
+        count = max(FEWEST, int(np.sum(squared <= frequency**2)))
+        kept, still = order[:count], order[count:]
+        return Dynamics(
+            K=self.K[np.ix_(kept, kept)],
+            C=self.C[np.ix_(kept, kept)],
+            rows=self.rows[:, kept],
+            columns=self.columns[kept],
+            R=self.R + (self.rows[:, still] / squared[still]) @ self.columns[still],
+        )
+
+
+def dynamics(equations: TimeEquations) -> Dynamics:
+    """From equations of motion whose rows and columns are the contact ports; modes where the matrices are symmetric.
+
+    Raises InputError if the mass matrix is singular.
+    """
+    M, C, K = equations.M, equations.C, equations.K
+    made = {"rows": equations.rows, "columns": equations.columns, "R": equations.feedthrough}
+    if _is_diagonal(M) and _is_diagonal(K) and np.all(np.diag(M) == 1.0):
+        return Dynamics(K=K, C=C, **made)
+    modes = _modes(M, K) if _is_symmetric(M) and _is_symmetric(K) else None
+    if modes is not None:
+        squared, shapes = modes
+        return Dynamics(
+            K=np.diag(squared),
+            C=shapes.T @ C @ shapes,
+            rows=equations.rows @ shapes,
+            columns=shapes.T @ equations.columns,
+            R=equations.feedthrough,
+        )
+    try:
+        stiffness, damping, columns = np.split(
+            np.linalg.solve(M, np.hstack([K, C, equations.columns])), [len(M), 2 * len(M)], axis=1
+        )
+    except np.linalg.LinAlgError:
+        raise InputError("stability: the mass matrix is singular; give every degree of freedom a mass") from None
+    return Dynamics(K=stiffness, C=damping, rows=equations.rows, columns=columns, R=equations.feedthrough)
+
+
+def _modes(M: Array, K: Array) -> tuple[Array, Array] | None:
+    """Squared frequencies and mass-normalised modes, None where the mass matrix is not positive definite."""
+    from scipy.linalg import eigh
+
+    try:
+        squared, shapes = eigh(K, M)
+    except np.linalg.LinAlgError:
+        return None
+    return squared, shapes
+
+
+def _is_diagonal(matrix: Array) -> bool:
+    return not np.any(matrix - np.diag(np.diag(matrix)))
+
+
+def _is_symmetric(matrix: Array) -> bool:
+    return bool(np.abs(matrix - matrix.T).max(initial=0.0) <= _SYMMETRIC * np.abs(matrix).max(initial=0.0))

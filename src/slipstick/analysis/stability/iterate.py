@@ -1,0 +1,74 @@
+"""The motion at the contacts once more through the structure, with four times as many harmonics [STABILITY (12)].
+
+The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes smoother
+and the times at which contacts change their states become accurate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.results.truncation import moved
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.balance.ports import Balance
+    from slipstick.balance.residual import Detail
+
+WIDER = 4
+"""Times the highest harmonic kept."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SmoothMotion:
+    """Motion and forces of n contacts in many harmonics, (n, L') each; the counter surface's motion is included."""
+
+    harmonics: Harmonics
+    X: Array
+    Y: Array
+    own: tuple[Array, Array]
+    """What of X and Y is the counter surface's own."""
+    force: tuple[Array, Array]
+    """Friction and normal forces that the iteration began with."""
+    given: dict[str, Array]
+    """``v, kt, mu, kn, gap`` as ``element_forces`` takes them."""
+
+
+class Iteration:
+    """What one iteration needs of a balance, made once a branch."""
+
+    def __init__(self, balance: Balance) -> None:
+        self._balance, h = balance, balance.harmonics
+        self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
+        further = sorted(set(self.wide.orders) - set(h.orders))
+        self._further = np.array(further, dtype=float)
+        self._kept = [0, *(self.wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]
+        self._added = [self.wide.index(m, part) for m in further for part in ("c", "s")]
+
+    def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
+        """The iterated motion of the contacts at a solution (N,)."""
+        balance, (batch,), (inputs,) = self._balance, self._balance.batches, detail.inputs.batches
+        motion = balance.motion(0, x, detail.omega, inputs)
+        given = {**detail.responses[0].values, "v": motion.drift[0]}
+        X, Y, *own = (self._spread(part) for part in (*motion.Q, *inputs.motion))
+        found: ContactForces = element_forces(self.wide, X, Y, **given)
+        force = np.zeros((balance.n_ports + balance.n_loads, len(self._added)))
+        for port, coefficients in zip(batch.ports, (found.Fx, found.Fy), strict=True):
+            force[port.rows] = coefficients[port.members][:, self._added]
+        omega = np.array([detail.omega])
+        added = moved(balance.receptance, self._further, force[None], omega, [detail.inputs.structure])[0]
+        for port, coefficients in zip(batch.ports, (X, Y), strict=True):
+            coefficients[np.ix_(np.arange(batch.count)[port.members], self._added)] += added[port.rows, 1:]
+        return SmoothMotion(
+            harmonics=self.wide, X=X, Y=Y, own=(own[0], own[1]), force=(found.Fx, found.Fy), given=given
+        )
+
+    def _spread(self, own: Array) -> Array:
+        out = np.zeros((len(own), self.wide.size))
+        out[:, self._kept] = own
+        return out
