@@ -191,7 +191,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.forced_response,
         {
             "problem": PROBLEM, "omega": (2.0, 3.0), "requested": (), "peaks_of": "x", "options": SHORT,
-            "listeners": (), "guess": np.zeros(7),
+            "listeners": (), "guess": np.zeros(7), "stability": True,
         },
     ),
     "forced_response options": (
@@ -202,7 +202,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.parameter_response,
         {
             "problem": PROBLEM, "parameter": "damper.mu", "span": (0.1, 0.3), "omega": 2.0, "requested": (),
-            "peaks_of": None, "options": SHORT, "listeners": (), "guess": None,
+            "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full",
         },
     ),
     "study": (

@@ -34,12 +34,12 @@ def test_a_branch_that_turns_back_is_joined_from_the_other_end(turned):
     assert "two parts" in text
     assert "turned back" in text
     assert "from 15 to 2" in text
-    first, second = (d.omega.values[d.part.values == k] for k in (1, 2))
+    first, second = (d.omega.values[d.branch_part.values == k] for k in (1, 2))
     assert first[0] == 2.0
     assert first[-1] == 2.0
     assert second[0] == 15.0
     assert second[-1] == 2.0
-    assert str(d.kind.values[d.part.values == 2][0]) == "start"
+    assert str(d.kind.values[d.branch_part.values == 2][0]) == "start"
     assert float(d.residual.max()) < 1e-8
 
 
@@ -49,7 +49,7 @@ def test_no_line_is_drawn_between_parts(turned):
     line = turned.plot.response("x").lines[0]
     x = line.get_xdata()
     (gap,) = np.flatnonzero(np.isnan(x))
-    assert gap == int((turned.dataset.part.values == 1).sum())
+    assert gap == int((turned.dataset.branch_part.values == 1).sum())
     assert x[gap - 1] == 2.0
     assert x[gap + 1] == 15.0
 

@@ -31,7 +31,7 @@ def test_a_single_curve_of_a_new_figure_needs_no_legend() -> None:
 
 def test_parts_of_a_branch_are_not_joined() -> None:
     data = dataset()
-    data["part"] = ("point", np.repeat([1, 2], [15, 25]))
+    data["branch_part"] = ("point", np.repeat([1, 2], [15, 25]))
     x, y = drawn(Curves(data).draw("amplitude", "dof", None).lines[0])
     assert np.flatnonzero(np.isnan(y)).tolist() == [15]
     np.testing.assert_array_equal(x[~np.isnan(x)], OMEGA)

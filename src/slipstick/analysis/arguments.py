@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
+from slipstick.analysis.stability.verdict import StabilityRequest, StabilityWatch, stability_request
 from slipstick.analysis.task import ResponseOptions, response_options
 from slipstick.balance.checks import peak_faults
 from slipstick.balance.kinds import KINDS, Kind
@@ -39,6 +40,7 @@ def common_arguments(
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
+    stability: StabilityRequest = False,
 ) -> dict[str, Any]:
     """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready.
 
@@ -55,9 +57,12 @@ def common_arguments(
     peaks = found.take(_peak_dofs, problem, peaks_of) if problem is not None else None
     balance = found.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
     start = found.take(_guess, guess, balance) if guess is not None and balance is not None else None
+    asked = found.take(stability_request, stability)
+    watch = found.take(StabilityWatch, balance, full=asked == "full") if asked and balance is not None else None
     found.end()
     return {
         "balance": balance,
+        "stability": watch,
         "requested": requested,
         "peaks_of": peaks,
         "options": chosen,

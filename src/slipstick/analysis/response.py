@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.events import Listener
 from slipstick.analysis.linear import linear_response
+from slipstick.analysis.stability.verdict import StabilityRequest
 from slipstick.analysis.task import Task, response_options
 from slipstick.analysis.walking import collect, walk
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
@@ -35,6 +36,7 @@ def forced_response(
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
+    stability: StabilityRequest = False,
 ) -> Branch:
     """Follow the steady vibration over frequency.
 
@@ -56,6 +58,10 @@ def forced_response(
     guess
         Unknowns at the first frequency to try first, (n_ports, L): coefficients of the relative motion of the contacts,
         first all tangential, then all normal ones.
+    stability
+        Whether every point is judged stable or not, by the Floquet multipliers of its motion (``multiplier``,
+        ``stable`` and more in the dataset). "full" keeps all modes in motion; True those up to four times the highest
+        harmonic.
 
     Returns
     -------
@@ -86,7 +92,7 @@ def forced_response(
     >>> [(round(w, 2), round(a, 2)) for w, a in branch.peaks("x")]
     [(6.14, 18.25)]
     """
-    return collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess))
+    return collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability))
 
 
 def follow(
@@ -98,9 +104,10 @@ def follow(
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
+    stability: StabilityRequest = False,
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    return (yield from walk(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess)))
+    return (yield from walk(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability)))
 
 
 def parameter_response(
@@ -114,6 +121,7 @@ def parameter_response(
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
+    stability: StabilityRequest = False,
 ) -> Branch:
     """Follow the steady vibration at one frequency over a named parameter.
 
@@ -130,7 +138,7 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
-    given = (requested, peaks_of, options, listeners, guess)
+    given = (requested, peaks_of, options, listeners, guess, stability)
     return collect(parameter_task(problem, parameter, span, omega, *given))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from slipstick.analysis.course import Checkpoint
 from slipstick.analysis.events import Listener
+from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import Kind
 from slipstick.balance.ports import Balance
@@ -60,5 +61,7 @@ class Task:
     guess: Array | None = None
     checkpoints: Sequence[Checkpoint] = ()
     """Of every point that was found already, up to an accepted one: the branch is followed on from there."""
+    stability: StabilityWatch | None = None
+    """Judges every point, where that is asked for."""
     warnings: Sequence[str] = ()
     """What looks wrong, said to the user and written on the results."""

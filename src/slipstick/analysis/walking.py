@@ -55,7 +55,7 @@ def walk(task: Task, limit: Limit = _one_thread) -> Generator[Point, None, tuple
 
     ``limit`` holds BLAS to one thread while a point is sought, and lets go of it between points.
     """
-    recorder = Recorder(task.balance, parameter=task.parameter)
+    recorder = Recorder(task.balance, parameter=task.parameter, stability=task.stability is not None)
     course = Course.taken_up(task.start, task.stop, task.checkpoints)
     clock = time.perf_counter() - course.seconds
     outcome, message = Outcome.INTERRUPTED, ""
@@ -195,6 +195,7 @@ def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
         value.detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
+        stability=task.stability.at(step.x, value.detail) if task.stability else None,
     )  # fmt: skip
 
 

@@ -25,6 +25,7 @@ from slipstick.faults import truth, whole
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, quantity, values_of
 from slipstick.plots.style import GREY, PEAK, over_decades
+from slipstick.results.schema import branch_parts
 from slipstick.typing import Names
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
     z = X[:, names.index(f"c{order}")] - 1j * X[:, names.index(f"s{order}")]
     known = abs(z) > ROUNDING * float(abs(dataset["displacement"]).max())
     angle = np.where(known, np.angle(z), np.nan)
-    parts = dataset["part"].to_numpy() if "part" in dataset else np.zeros(len(z))
+    parts = branch_parts(dataset)
     for part in np.unique(parts):
         own = known & (parts == part)
         angle[own] = np.unwrap(angle[own])

@@ -13,6 +13,7 @@ from slipstick.errors import InputError
 from slipstick.faults import listed, shown, suggestion
 from slipstick.faults import names as texts
 from slipstick.faults import text as one_text
+from slipstick.results.schema import branch_parts
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
@@ -188,6 +189,5 @@ def abscissa_text(dataset: xarray.Dataset, point: int, frequency: str | None = N
 
 def parted(dataset: xarray.Dataset, *series: np.ndarray) -> Iterator[np.ndarray]:
     """Series (point,) with a nan between the parts of a branch: no line is drawn from one to the other."""
-    parts = dataset["part"].to_numpy() if "part" in dataset else np.zeros(0)
-    at = np.flatnonzero(np.diff(parts)) + 1
+    at = np.flatnonzero(np.diff(branch_parts(dataset))) + 1
     yield from (np.insert(values.astype(float), at, np.nan) for values in series)

@@ -140,7 +140,7 @@ def study_curves(
     from matplotlib.colors import LogNorm, Normalize
 
     data, name = _study(study), _over(_study(study), over)[0]
-    if not hasattr(curves, "data_vars") or not {"case", "amplitude", "part"} <= set(curves.variables):
+    if not hasattr(curves, "data_vars") or not {"case", "amplitude", "branch_part"} <= set(curves.variables):
         raise InputError(f"nothing to draw: found {shown(curves)}; expected the dataset in curves.nc")
     followed = "parameter" if "parameter" in curves else "omega"
     one = chosen(curves, "dof", dof)[0]
@@ -155,7 +155,7 @@ def study_curves(
     norm.autoscale(value)
     cividis = colormaps["cividis"]
     case, x = curves["case"].to_numpy(), curves[followed].to_numpy()
-    y, part = curves["amplitude"].sel(dof=one).to_numpy(), curves["part"].to_numpy()
+    y, part = curves["amplitude"].sel(dof=one).to_numpy(), curves["branch_part"].to_numpy()
     present = np.unique(case)
     drawn = _evenly(present, by_case)
     for own_case in drawn:

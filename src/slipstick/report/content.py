@@ -12,7 +12,7 @@ from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_
 from slipstick.report.curves import curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.shape import shape_of
-from slipstick.results.schema import POINT_KINDS, VARIABLES
+from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
@@ -124,11 +124,10 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
     count = dataset.sizes["point"]
     kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
     known = [*POINT_KINDS, ""]
-    part = dataset["part"].to_numpy() if "part" in dataset else np.ones(count)
     marks = {
         "kinds": known,
         "kind": packed([known.index(k) if k in known else len(POINT_KINDS) for k in kinds], "u1"),
-        "part": packed(part, "u1"),
+        "part": packed(branch_parts(dataset), "u1"),
     }
     if "stable" in dataset:
         marks["unstable"] = packed(dataset["stable"].to_numpy() == 0, "u1")

@@ -16,6 +16,7 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of
+from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.truncation import Structures, moved, truncation
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
@@ -40,6 +41,8 @@ class Point:
     """Relative to the sizes of its terms."""
     part: int = 1
     """Number of the part of the branch: 2 where it was also followed from the other end."""
+    stability: PointStability | None = None
+    """None where it was not asked for."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
@@ -126,16 +129,16 @@ def _same_direction(directions: Array, wanted: Array) -> tuple[int, float] | Non
 
 
 class Recorder:
-    """Values of all variables at points of a problem's branch."""
+    """Values of all variables at points of a problem's branch, those of stability where it is asked for."""
 
-    def __init__(self, balance: Balance, *, parameter: str = "") -> None:
-        self.balance, self.parameter = balance, parameter
+    def __init__(self, balance: Balance, *, parameter: str = "", stability: bool = False) -> None:
+        self.balance, self.parameter, self.stability = balance, parameter, stability
         self.outputs = Outputs(balance, balance.problem.outputs or ())
 
     @cached_property
     def layout(self) -> Layout:
         """Which variables there are, their dimensions and meaning."""
-        return layout_of(self.balance.problem, parameter=self.parameter)
+        return layout_of(self.balance.problem, parameter=self.parameter, stability=self.stability)
 
     def values(self, points: Sequence[Point]) -> dict[str, AnyArray]:
         """Every variable, (n_points, ...)."""
@@ -165,11 +168,13 @@ class Recorder:
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
             "kind": np.array([p.kind for p in points], dtype=np.str_),
-            "part": np.array([p.part for p in points], dtype=np.int32),
+            "branch_part": np.array([p.part for p in points], dtype=np.int32),
             "peak_dof": np.array(
                 [outputs.index(p.peak_of) if p.peak_of in outputs else -1 for p in points], dtype=np.int32
             ),
         }
+        if self.stability:
+            found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
         return {name: found[name] for name in layout.variables}
 
     def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, AnyArray], force: Array) -> None:

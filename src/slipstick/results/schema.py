@@ -18,6 +18,7 @@ from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
+from slipstick.results.stability import PARTS, STABILITY_METHODS, ranks
 from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR
@@ -52,7 +53,7 @@ class Declared(NamedTuple):
     """The texts it may hold instead of numbers."""
 
 
-_DIMENSIONS = ("point", "dof", "coefficient", "contact", "bound")
+_DIMENSIONS = ("point", "dof", "coefficient", "contact", "bound", "rank", "part")
 
 VARIABLES: dict[str, Declared] = {
     "omega": Declared((), ANGULAR, "principal frequency"),
@@ -77,12 +78,24 @@ VARIABLES: dict[str, Declared] = {
     ),
     "newton_iterations": Declared((), "1", "Newton corrections", whole=True),
     "kind": Declared((), "1", "kind of point: " + ", ".join(POINT_KINDS), texts=POINT_KINDS),
-    "part": Declared(
+    "branch_part": Declared(
         (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range", whole=True
     ),
     "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
 }  # fmt: skip
 """Every variable that does not depend on the contact laws; these bring their own (``contact.traits.variables``)."""
+
+STABILITY: dict[str, Declared] = {
+    "multiplier": Declared(("rank", "part"), "1", "Floquet multipliers, the largest first"),
+    "multiplier_max": Declared((), "1", "largest magnitude of a Floquet multiplier"),
+    "unstable_multipliers": Declared((), "1", "multipliers beyond the unit circle, -1 for not known", whole=True),
+    "stable": Declared((), "1", "whether the motion is stable: 1, 0, or -1 for not known", whole=True),
+    "stability_method": Declared(
+        (), "1", "PW: exact pieces, or count: by the argument principle", texts=STABILITY_METHODS
+    ),
+    "neutral_contacts": Declared((), "1", "contacts stuck all period, left out of the multipliers", whole=True),
+}  # fmt: skip
+"""Every variable that is there where stability was asked for."""
 
 ENDING = ("outcome", "outcome_text", "warnings")
 """Attributes that the end of a run changes."""
@@ -93,6 +106,8 @@ DIMENSIONS = {
     "coefficient": "harmonic coefficient",
     "contact": "contact",
     "bound": "lower and upper bound",
+    "rank": "number of the multiplier, by magnitude",
+    "part": "real and imaginary part",
 }
 
 
@@ -167,15 +182,20 @@ def _code(name: str, text: Any, known: Sequence[str]) -> float:
     raise InputError(f"results: '{name}' is {text}; expected one of {', '.join(known)}")
 
 
-def layout_of(problem: Problem, *, parameter: str = "", only: Sequence[str] | None = None) -> Layout:
+def layout_of(
+    problem: Problem, *, parameter: str = "", stability: bool = False, only: Sequence[str] | None = None
+) -> Layout:
     """What is kept of each point of a branch of a problem; ``only`` some variables of a linear one."""
     own = {name: _of_problem(problem, VARIABLES[name]) for name in only or ()}
     found = dict(_declared(problem, parameter)) if only is None else own
+    found |= STABILITY if stability else {}
     labels = {
         "dof": tuple(problem.outputs or ()),
         "coefficient": problem.harmonics.labels,
         "contact": problem.elements,
         "bound": ("lower", "upper"),
+        "rank": ranks(problem) if stability else (),
+        "part": PARTS,
     }
     used = {dim for declared in found.values() for dim in declared.dims}
     labelled = {name: declared._replace(units=problem.units.label(declared.units)) for name, declared in found.items()}
@@ -199,9 +219,9 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
 
 
 def law_variables(law: Law) -> dict[str, traits.Variable]:
-    """Variables of a law by name; "law_" comes before one that every branch has, or a dimension."""
-    own = traits.variables(law)
-    return {f"law_{name}" if name in VARIABLES or name in _DIMENSIONS else name: own[name] for name in own}
+    """Variables of a law by name; "law_" comes before one that every branch may have, or a dimension."""
+    own, taken = traits.variables(law), {*VARIABLES, *STABILITY, *_DIMENSIONS}
+    return {f"law_{name}" if name in taken else name: own[name] for name in own}
 
 
 def _of_problem(problem: Problem, declared: Declared) -> Declared:
@@ -209,6 +229,15 @@ def _of_problem(problem: Problem, declared: Declared) -> Declared:
     if "dof" not in declared.dims or not problem.relative:
         return declared
     return declared._replace(long_name=f"{declared.long_name}, {RELATIVE}")
+
+
+def branch_parts(data: Any) -> AnyArray:
+    """Part of the branch that each point of a dataset belongs to; of version 0.1.0 it is called "part"."""
+    for name in ("branch_part", "part"):
+        if name in data and tuple(data[name].dims) == ("point",):
+            own: AnyArray = data[name].to_numpy()
+            return own
+    return np.ones(int(data.sizes.get("point", 0)), dtype=np.int32)
 
 
 def make_table(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> ResultTable:

@@ -23,7 +23,17 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
     from slipstick.solve.continuation import ContinuationOptions
 
-CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "part", "peak_dof")
+CURVE = (
+    "omega",
+    "amplitude",
+    "mean",
+    "dissipated_power",
+    "truncation",
+    "branch_part",
+    "peak_dof",
+    "stable",
+    "multiplier_max",
+)
 """What is kept of every point of every curve."""
 
 _CASE = Declared((), "1", "number of the case in the study", whole=True)
@@ -48,10 +58,11 @@ class Job:
     requested: tuple[float, ...] = ()
     peaks_of: Any = None
     options: ContinuationOptions | Mapping[str, Any] | None = None
+    stability: Any = False
 
     def task(self, problem: Problem) -> Task:
         """The branch of one case."""
-        given = (self.requested, self.peaks_of, self.options)
+        given = (self.requested, self.peaks_of, self.options, (), None, self.stability)
         if self.parameter:
             return parameter_task(problem, self.parameter, self.span, self.omega, *given)
         return frequency_task(problem, self.span, *given)
@@ -59,7 +70,7 @@ class Job:
     @cached_property
     def curve_layout(self) -> Layout:
         """What is kept of every point of the curves."""
-        full = layout_of(self.problem, parameter=self.parameter)
+        full = layout_of(self.problem, parameter=self.parameter, stability=bool(self.stability))
         names = [name for name in (*(("parameter",) if self.parameter else ()), *CURVE) if name in full.variables]
         variables = {"case": _CASE, **{name: full.variables[name] for name in names}}
         used = {dim for declared in variables.values() for dim in declared.dims}

@@ -13,11 +13,11 @@ from itertools import pairwise
 import numpy as np
 
 from slipstick.analysis.stability.iterate import SmoothMotion
-from slipstick.analysis.stability.laws import Combination, Combinations, Contacts
+from slipstick.analysis.stability.laws import Combinations, FrictionPorts, StateCodes
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.trig.basis import TWO_PI
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 Word = tuple[tuple[int, ...], ...]
 """For each contact the codes of its states in their order over a period, beginning with the smallest rotation."""
@@ -36,10 +36,10 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Interval:
+class StateInterval:
     """No contact changes its state for ``length`` (rad); then one does, but for the last one."""
 
-    states: Combination
+    states: StateCodes
     length: float
     change: Change | None
 
@@ -48,13 +48,13 @@ class Interval:
 class Timeline:
     """The intervals of one period in their order, and what holds all through it."""
 
-    intervals: tuple[Interval, ...]
+    intervals: tuple[StateInterval, ...]
     neutral: tuple[int, ...]
-    """Contacts stuck all period."""
+    """FrictionPorts stuck all period."""
     word: Word
 
     @property
-    def cut(self) -> Combination:
+    def cut(self) -> StateCodes:
         """States where the period begins and ends."""
         return self.intervals[0].states
 
@@ -77,10 +77,10 @@ def timeline(motion: SmoothMotion) -> Timeline:
     return Timeline(_intervals(changes, first), neutral, tuple(words))
 
 
-def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[Interval, ...]:
+def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInterval, ...]:
     """From changes in their order and the states before the first of each contact."""
     if not changes:
-        return (Interval(tuple(states), TWO_PI, None),)
+        return (StateInterval(tuple(states), TWO_PI, None),)
     for change in changes:  # the states after a whole period
         states[change.contact] = change.state
     times = [change.time for change in changes]
@@ -90,12 +90,12 @@ def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[Interval, 
     gaps = [*gaps[longest + 1 :], *gaps[: longest + 1]]
     for change in changes:
         states[change.contact] = change.state
-    out = [Interval(tuple(states), 0.5 * gaps[-1], changes[0])]
+    out = [StateInterval(tuple(states), 0.5 * gaps[-1], changes[0])]
     for change, gap, after in zip(changes, gaps[:-1], changes[1:], strict=False):
         states[change.contact] = change.state
-        out.append(Interval(tuple(states), gap, after))
+        out.append(StateInterval(tuple(states), gap, after))
     states[changes[-1].contact] = changes[-1].state
-    return (*out, Interval(tuple(states), 0.5 * gaps[-1], None))
+    return (*out, StateInterval(tuple(states), 0.5 * gaps[-1], None))
 
 
 def _rotated(states: list[int]) -> tuple[int, ...]:
@@ -105,10 +105,10 @@ def _rotated(states: list[int]) -> tuple[int, ...]:
 class StickStarts:
     """The rows that begin a stick's memory, ``dc = row [q, q'/scale, dc]`` just before [STABILITY (5), (6), (11)]."""
 
-    def __init__(self, motion: SmoothMotion, contacts: Contacts, combinations: Combinations) -> None:
+    def __init__(self, motion: SmoothMotion, contacts: FrictionPorts, combinations: Combinations) -> None:
         self._motion, self._contacts, self._combinations = motion, contacts, combinations
 
-    def row(self, change: Change, before: Combination) -> Array:
+    def row(self, change: Change, before: StateCodes) -> Array:
         """``-kt dx + fac dy`` at a change to stick out of the combination before."""
         c, i = self._contacts, change.contact
         piece = self._combinations(before)
@@ -117,7 +117,7 @@ class StickStarts:
             row += factor * piece.motion[c.normal[i]]
         return row
 
-    def factor(self, change: Change, before: Combination) -> float:
+    def factor(self, change: Change, before: StateCodes) -> float:
         """``fac`` of a stick that begins."""
         c, i = self._contacts, change.contact
         if change.origin != SEPARATION:
@@ -125,7 +125,7 @@ class StickStarts:
         sliding, closing = self._rates(change, before)
         return float(c.kt[i]) * sliding / closing if closing > 0.0 else 0.0
 
-    def _rates(self, change: Change, before: Combination) -> tuple[float, float]:
+    def _rates(self, change: Change, before: StateCodes) -> tuple[float, float]:
         """``x' + u' + v`` and ``y'`` just before a touch-down, per radian."""
         m, i, h = self._motion, change.contact, self._motion.harmonics
         v = float(m.given["v"][i])
@@ -134,7 +134,7 @@ class StickStarts:
             return float(m.X[i] @ slope) + v, float(m.Y[i] @ slope)
         return self._behind(change, before)
 
-    def _behind(self, change: Change, before: Combination) -> tuple[float, float]:
+    def _behind(self, change: Change, before: StateCodes) -> tuple[float, float]:
         """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
         m, c, piece = self._motion, self._contacts, self._combinations(before)
         slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
@@ -150,7 +150,7 @@ class StickStarts:
         return float(rates[x] + own[x] + m.given["v"][i]), float(rates[y] + own[y])
 
 
-def _slope(orders: Array, time: float) -> Array:
+def _slope(orders: IntArray, time: float) -> Array:
     """Derivatives of ``1, cos m tau, sin m tau, ...`` by tau."""
     out = np.zeros(2 * len(orders) + 1)
     out[1::2], out[2::2] = -orders * np.sin(orders * time), orders * np.cos(orders * time)

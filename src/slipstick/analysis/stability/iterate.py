@@ -1,7 +1,7 @@
 """The motion at the contacts once more through the structure, with four times as many harmonics [STABILITY (12)].
 
-The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes smoother
-and the times at which contacts change their states become accurate.
+The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes
+smoother, and the times at which contacts change their states become accurate.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Iteration:
         further = sorted(set(self.wide.orders) - set(h.orders))
         self._further = np.array(further, dtype=float)
         self._kept = [0, *(self.wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]
-        self._added = [self.wide.index(m, part) for m in further for part in ("c", "s")]
+        self._added = np.array([self.wide.index(m, part) for m in further for part in ("c", "s")], dtype=int)
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""

@@ -14,12 +14,12 @@ from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.typing import Array, IntArray
 
-Combination = tuple[int, ...]
+StateCodes = tuple[int, ...]
 """State code of every contact."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Contacts:
+class FrictionPorts:
     """Where the ports of n friction contacts stand, and their parameters, (n,) each."""
 
     tangential: IntArray
@@ -29,8 +29,6 @@ class Contacts:
     kt: Array
     mu: Array
     kn: Array
-    velocity: Array
-    """Of the counter surface, length/time."""
     n_ports: int
 
     @property
@@ -38,7 +36,7 @@ class Contacts:
         """Number of contacts."""
         return len(self.kt)
 
-    def tangent(self, states: Combination) -> tuple[Array, Array]:
+    def tangent(self, states: StateCodes) -> tuple[Array, Array]:
         """``D`` (n_ports, n_ports) and ``E`` (n_ports, n) [STABILITY (1) to (4)]."""
         D, E = np.zeros((self.n_ports, self.n_ports)), np.zeros((self.n_ports, self.count))
         for i, state in enumerate(states):
@@ -55,7 +53,7 @@ class Contacts:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
+class LinearisedStates:
     """The linear system of one combination: ``q'' = -forces [q, q'/scale, dc]``.
 
     Attributes
@@ -86,10 +84,10 @@ class Combinations:
     """Makes the linear systems of combinations, each once [STABILITY (8), (9)]."""
 
     dynamics: Dynamics
-    contacts: Contacts
+    contacts: FrictionPorts
     scale: float = 0.0
     """Velocities are divided by it (1/time), so that they are of the size of the motion."""
-    _made: dict[Combination, Piece] = field(default_factory=dict)
+    _made: dict[StateCodes, LinearisedStates] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         d, c = self.dynamics, self.contacts
@@ -98,17 +96,17 @@ class Combinations:
         spring[c.normal[c.normal >= 0]] = c.kn[c.normal >= 0]
         self.scale = float(np.sqrt(_size(d.K + (d.columns * spring) @ d.rows))) or 1.0
 
-    def __call__(self, states: Combination) -> Piece:
+    def __call__(self, states: StateCodes) -> LinearisedStates:
         """The linear system of a combination."""
         if states not in self._made:
             self._made[states] = self._make(states)
         return self._made[states]
 
-    def _make(self, states: Combination) -> Piece:
+    def _make(self, states: StateCodes) -> LinearisedStates:
         d, (D, E) = self.dynamics, self.contacts.tangent(states)
         r, n = d.size, self.contacts.count
         coupled = np.eye(len(D)) + d.R @ D
-        relative = np.linalg.inv(coupled)
+        relative = np.asarray(np.linalg.inv(coupled), dtype=float)
         motion = np.zeros((len(D), 2 * r + n))
         motion[:, :r], motion[:, 2 * r :] = relative @ d.rows, -relative @ d.R @ E
         force = D @ motion
@@ -118,7 +116,7 @@ class Combinations:
         rate = float(np.sqrt(_size(answer[:, :r]))) + _size(d.C)
         answer /= self.scale
         answer[:, r : 2 * r] += d.C
-        return Piece(
+        return LinearisedStates(
             forces=np.ascontiguousarray(answer), motion=motion, relative=relative, D=D, E=E, rate=rate,
             sound=float(np.linalg.det(coupled)) > 0.0,
         )  # fmt: skip

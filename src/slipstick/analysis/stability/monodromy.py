@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.analysis.stability.intervals import Interval, StickStarts, Timeline
-from slipstick.analysis.stability.laws import Combination, Combinations
+from slipstick.analysis.stability.intervals import StateInterval, StickStarts, Timeline
+from slipstick.analysis.stability.laws import Combinations
 from slipstick.analysis.stability.propagate import propagate
 from slipstick.contact.kernel.tuples import STICK
 from slipstick.typing import Array, ComplexArray
@@ -27,7 +27,7 @@ class Monodromy:
     matrix: Array
     """(k, k): modes' motion, velocities over ``Combinations.scale``, memories of contacts stuck at the cut."""
     kept: tuple[int, ...]
-    """Contacts whose memory is among the coordinates."""
+    """FrictionPorts whose memory is among the coordinates."""
     sound: bool
     """Whether the motion followed from the forces without doubt in every combination."""
 
@@ -62,7 +62,7 @@ def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, o
     return Monodromy(Phi[places], kept, all(piece.sound for piece in pieces))
 
 
-def _start(interval: Interval, starts: StickStarts) -> tuple[int, Array | None]:
+def _start(interval: StateInterval, starts: StickStarts) -> tuple[int, Array | None]:
     """The memory that changes at the end of an interval: its contact, and the row that gives it; None ends it."""
     change = interval.change
     if change is None:
@@ -70,6 +70,3 @@ def _start(interval: Interval, starts: StickStarts) -> tuple[int, Array | None]:
     if change.state == STICK:
         return change.contact, starts.row(change, interval.states)
     return change.contact, None
-
-
-__all__ = ["Combination", "Monodromy", "monodromy"]

@@ -95,6 +95,7 @@ class Case:
         return Job(
             problem=self.problem(), span=self.span, parameter=self.parameter or "", omega=self.omega[0],
             requested=self.requested, peaks_of=self.response.peaks_of, options=self.options(),
+            stability=self.response.stability,
         )  # fmt: skip
 
     @property
@@ -188,7 +189,8 @@ class Case:
         """What ``[response]`` asks for, to be followed."""
         from slipstick.analysis.response import frequency_task, parameter_task
 
-        given = (self.requested, self.response.peaks_of, self.options(), tuple(listeners))
+        asked = self.response
+        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.stability)
         if self.parameter is None:
             return frequency_task(self.problem(), self.span, *given)
         return parameter_task(self.problem(), self.parameter, self.span, self.omega[0], *given)

@@ -272,7 +272,7 @@ class _Script:
         for key in ("start", "stop", "omega"):
             given.take(key)
         more = {"requested": _requested(at, ends)} if at else {}
-        more |= given.rest("peaks_of")
+        more |= given.rest("peaks_of", "stability")
         options = given.rest("first_step", "max_step", "min_step", "max_points")
         if options:
             more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"

@@ -304,6 +304,9 @@ class ResponseTable(Table):
         default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
     )
     peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")
+    stability: bool | Literal["full"] = Field(
+        default=False, description='true, false or "full": whether every point is judged stable or not'
+    )
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
     )

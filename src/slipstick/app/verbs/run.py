@@ -107,7 +107,9 @@ class Run:
             self.manner.tell("[study] is for 'slipstick study'; this computes the case itself")
         begin = time.monotonic()
         prepare_kernel(self.manner.tell)
-        recorder = Recorder(self.case.balance, parameter=self.case.parameter or "")
+        recorder = Recorder(
+            self.case.balance, parameter=self.case.parameter or "", stability=bool(self.case.response.stability)
+        )
         self._open(replace(recorder.layout, attributes=self._attributes()))
         factor, unit = self.case.shown_in
         start, stop = (value / factor for value in self.case.span)

@@ -1,0 +1,70 @@
+"""What is recorded of the stability of a point, and under which names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.typing import AnyArray, ComplexArray
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+STABILITY_METHODS = ("PW", "count")
+"""Exact pieces; number of unstable exponents by the argument principle."""
+
+MOST_MULTIPLIERS = 64
+PARTS = ("real", "imaginary")
+UNKNOWN = -1
+"""Stands for a count that is not known."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointStability:
+    """Stability of the periodic motion at a point.
+
+    Attributes
+    ----------
+    multipliers
+        Floquet multipliers, the largest first; empty where they are not known.
+    unstable
+        How many disturbances grow, ``UNKNOWN`` where nobody knows.
+    method
+        One of ``STABILITY_METHODS``, or empty.
+    neutral
+        Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
+    """
+
+    multipliers: ComplexArray
+    unstable: int
+    method: str
+    neutral: int
+
+
+def ranks(problem: Problem) -> tuple[str, ...]:
+    """Labels of the multipliers that are kept of every point of a problem."""
+    n = len(problem.structure.natural_frequencies) or len(problem.structure.dofs)
+    return tuple(str(i + 1) for i in range(min(2 * n + len(problem.elements), MOST_MULTIPLIERS)))
+
+
+def stability_values(found: Sequence[PointStability | None], n_ranks: int) -> Mapping[str, AnyArray]:
+    """Every variable of stability, (n_points, ...)."""
+    multipliers = np.full((len(found), n_ranks, 2), np.nan)
+    largest = np.full(len(found), np.nan)
+    for i, own in enumerate(found):
+        if own is not None and own.multipliers.size:
+            kept = own.multipliers[:n_ranks]
+            multipliers[i, : kept.size] = np.stack([kept.real, kept.imag], axis=1)
+            largest[i] = abs(own.multipliers[0])
+    unstable = np.array([UNKNOWN if own is None else own.unstable for own in found], dtype=np.int32)
+    return {
+        "multiplier": multipliers,
+        "multiplier_max": largest,
+        "unstable_multipliers": unstable,
+        "stable": np.where(unstable == UNKNOWN, UNKNOWN, unstable == 0).astype(np.int32),
+        "stability_method": np.array(["" if own is None else own.method for own in found], dtype=np.str_),
+        "neutral_contacts": np.array([UNKNOWN if own is None else own.neutral for own in found], dtype=np.int32),
+    }

@@ -1,0 +1,31 @@
+"""The iterated motion: kept harmonics stay, the others come nearer to the truth."""
+
+import numpy as np
+from helpers.stability import contact_motion, point_at, two_dofs
+
+import slipstick as ss
+from slipstick.analysis.stability.iterate import Iteration
+from slipstick.balance.ports import Balance
+
+
+def test_further_harmonics_are_those_of_a_balance_that_keeps_them() -> None:
+    few = two_dofs(ss.RubbingMotion(velocity=1.0), harmonics=6)
+    many = two_dofs(ss.RubbingMotion(velocity=1.0), harmonics=41)
+    point = point_at(few, 6.0)
+    motion = Iteration(Balance(few))(point.x, point.detail)
+    assert motion.harmonics.highest == 20
+    kept = contact_motion(few, point)
+    assert np.array_equal(motion.X[:, :11], kept[0])
+    assert np.array_equal(motion.Y[:, :11], kept[1])
+    true = contact_motion(many, point_at(many, 6.0))
+    for found, wanted in zip((motion.X, motion.Y), true, strict=True):
+        left_out = wanted[:, 11:41]
+        assert np.abs(found[:, 11:] - left_out).max() < 0.5 * np.abs(left_out).max()
+
+
+def test_orders_that_were_left_out_between_are_added_too() -> None:
+    problem = two_dofs(ss.RubbingMotion(velocity=1.0))
+    odd = ss.Problem(problem.structure, contacts=problem.contacts, loads=problem.loads, harmonics=[0, 1, 2, 5])
+    point = point_at(odd, 6.0)
+    motion = Iteration(Balance(odd))(point.x, point.detail)
+    assert np.all(motion.X[:, 5:9] != 0.0)

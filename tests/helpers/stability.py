@@ -1,0 +1,55 @@
+"""Points whose stability is looked at, by the names of their systems."""
+
+import numpy as np
+
+import slipstick as ss
+from slipstick.analysis.response import follow
+
+
+def oscillator(velocity, harmonics=11, **parts):
+    """The paper's oscillator with a rubbing contact."""
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    rubbing = ss.RubbingMotion(velocity=velocity, **parts)
+    pair = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=rubbing)
+    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(harmonics))
+
+
+def two_dofs(rubbing, *, gap=0.1, harmonics=11, **options):
+    """A contact that opens and closes, with friction."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[60.0, -15.0], [-15.0, 45.0]], dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=120.0, mu=0.4, kn=60.0, gap=gap)
+    pair = ss.ContactPair(name="c", tangential="x", normal="y", contact=contact, rubbing=rubbing)
+    loads = [ss.Load(dof="x", sin=40.0), ss.Load(dof="y", cos=25.0)]
+    return ss.Problem(structure, contacts=[pair], loads=loads, harmonics=range(harmonics), **options)
+
+
+def chain(modes, *, gap, velocity, harmonics=11):
+    """A chain of 16 dofs known by some modes and the static compliance of the others."""
+    n = 16
+    K = 400.0 * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    squared, shapes = np.linalg.eigh(K)
+    structure = ss.ModalStructure(
+        omega=np.sqrt(squared[:modes]), mode_shapes=shapes[:, :modes], static_compliance=np.linalg.inv(K),
+        dofs=[f"q{i}" for i in range(n)], damping_ratio=0.03,
+    )  # fmt: skip
+    contact = ss.FrictionContact(kt=60.0, mu=0.4, kn=40.0, gap=gap)
+    pair = ss.ContactPair(
+        name="c", tangential="q9", normal="q4", contact=contact, rubbing=ss.RubbingMotion(velocity=velocity)
+    )
+    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="q2", sin=12.0)], harmonics=range(harmonics))
+
+
+def point_at(problem, omega, **options):
+    """The point of a short curve round a frequency."""
+    return next(p for p in follow(problem, omega=(omega, omega + 0.02), **options))
+
+
+def contact_motion(problem, point):
+    """Tangential and normal motion (n, L) of friction contacts at a point."""
+    (batch,) = problem.batches
+    X = point.x.reshape(-1, problem.harmonics.size)
+    out = np.zeros((2, batch.count, problem.harmonics.size))
+    for own, port in zip(out, batch.ports, strict=True):
+        own[port.members] = X[port.rows]
+    return out

@@ -1,0 +1,23 @@
+"""What is recorded of stability: padded, with what is not known as such."""
+
+import numpy as np
+from helpers.stability import oscillator
+
+from slipstick.results.stability import PointStability, ranks, stability_values
+
+
+def test_multipliers_are_padded_and_cut() -> None:
+    some = PointStability(multipliers=np.array([-1.2, 0.5 + 0.1j]), unstable=1, method="PW", neutral=2)
+    unknown = PointStability(multipliers=np.zeros(0, dtype=complex), unstable=-1, method="", neutral=0)
+    found = stability_values([some, unknown, None], 3)
+    assert found["multiplier"][0].tolist()[:2] == [[-1.2, 0.0], [0.5, 0.1]]
+    assert np.isnan(found["multiplier"][0, 2]).all()
+    assert np.isnan(found["multiplier"][1:]).all()
+    assert found["stable"].tolist() == [0, -1, -1]
+    assert found["unstable_multipliers"].tolist() == [1, -1, -1]
+    assert found["multiplier_max"][0] == 1.2
+    assert stability_values([some], 1)["multiplier"].shape == (1, 1, 2)
+
+
+def test_there_is_room_for_all_multipliers_of_a_small_problem() -> None:
+    assert ranks(oscillator(1.0)) == ("1", "2", "3")
