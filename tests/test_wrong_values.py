@@ -282,6 +282,12 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.loop": (lambda: branch().loop, {"point": 0, "contact": "damper", "samples": 5}),
     "Branch.report": (lambda: branch().report, {"path": "r.html", "title": "t", "contacts": 1, "dofs": 1}),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
+    "Branch.sensitivity": (lambda: branch().sensitivity, {"parameters": "damper.mu", "dof": "x"}),
+    "plots.band": (lambda: ss.plots.band, {"branch": branch(), "tolerances": {"damper.mu": 0.1}, "dof": "x"}),
+    "plots.tornado": (
+        lambda: ss.plots.tornado,
+        {"branch": branch(), "tolerances": {"damper.mu": 0.1}, "dof": "x", "point": 0, "most": 3},
+    ),
     "Branch.check_in_time": (lambda: branch().check_in_time, {"point": 0}),
 }  # fmt: skip
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task
+from slipstick.analysis.threads import one_thread
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.ports import Balance
 from slipstick.balance.scaling import scales
@@ -36,21 +36,7 @@ _KEPT = 5_000_000
 Limit = Callable[[], AbstractContextManager[Any]]
 
 
-@cache
-def _blas() -> Any:
-    """Finding the BLAS libraries takes milliseconds: once a process."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
-
-
-def _one_thread() -> AbstractContextManager[Any]:
-    """Matrices of the balance are small: more BLAS threads only wait for each other."""
-    limit: AbstractContextManager[Any] = _blas().limit(limits=1, user_api="blas")
-    return limit
-
-
-def walk(task: Task, limit: Limit = _one_thread) -> Generator[Point, None, tuple[Outcome, str]]:
+def walk(task: Task, limit: Limit = one_thread) -> Generator[Point, None, tuple[Outcome, str]]:
     """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message.
 
     ``limit`` holds BLAS to one thread while a point is sought, and lets go of it between points.
@@ -215,7 +201,7 @@ def collect(task: Task) -> Branch:
     """The branch of a task."""
     told: dict[type, Any] = {}
     task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
-    with _one_thread():
+    with one_thread():
         found = _in_slices(walk(task, nullcontext), task.balance)
         slices = [told[Started].recorder.values(points) for points in found]
     recorder, end = told[Started].recorder, told[Stopped]

@@ -43,6 +43,10 @@ class Compliance:
         """The same of the derivative."""
         return np.asarray(np.add.reduce(self.slope[: len(G)] * G[:, None, :], axis=0))
 
+    def transposed(self, Z: ComplexArray) -> ComplexArray:
+        """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
+        return np.asarray(np.add.reduce(self.value.conj() * Z[None], axis=1))
+
     def diagonal(self) -> ComplexArray:
         """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""
         own = np.arange(self.value.shape[1])

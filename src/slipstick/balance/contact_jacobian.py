@@ -63,7 +63,8 @@ class ContactJacobian(IterativeJacobian):
         if x.ndim == 2:
             return np.column_stack([self.multiply(column, transposed=transposed) for column in x.T])
         if transposed:
-            return x + self._forces(_real(self._compliance.transposed(_complex(x, self._L))), transposed=True).ravel()
+            onto = self._compliance.transposed(_complex(x, self._L))[: self._n_ports]
+            return x + self._forces(_real(onto), transposed=True).ravel()
         return x + _real(self._compliance.answer(_complex(self._forces(x), self._L))).ravel()
 
     def bound(self, x: Array) -> Array:

@@ -50,13 +50,13 @@ class FactoredCompliance:
         return out
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
-        """``A^T Z`` (n_rows, n + 1) between ports: the transpose of ``answer`` in real coefficients."""
-        f, n = self.factors, self.n_rows
+        """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
+        f = self.factors
         pairs = np.ascontiguousarray(Z).view(float)
-        out: ComplexArray = (f.right[:n] @ ((f.left.T @ pairs).view(complex) * f.weight.T).view(float)).view(complex)
+        out: ComplexArray = (f.right @ ((f.left.T @ pairs).view(complex) * f.weight.T).view(float)).view(complex)
         for part, own in zip(f.parts, f.part_weight, strict=True):
-            out += (part[:, :n].T @ pairs).view(complex) * own
-        return out
+            out += (part.T @ pairs).view(complex) * own
+        return out if f.columns is None else out * f.columns
 
     def diagonal(self) -> ComplexArray:
         """``conj(A)`` of the ports over themselves, (n_rows, n + 1)."""

@@ -7,13 +7,14 @@ With ``T = T_0 + R Edot`` solved for the temperatures, every derivative of the r
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from slipstick.balance.inputs import Inputs
 from slipstick.contact.law import add_to
 from slipstick.thermal.model import Heat
+from slipstick.thermal.tangent import Power
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -45,7 +46,19 @@ def heated(balance: Balance, heat: Heat, dpower: Array, compliance: AnyComplianc
     return balance.real(compliance.answer(balance.excitation(forces)))
 
 
-def power_rows(balance: Balance, heat: Heat) -> Array:
+class Powered(Protocol):
+    """A batch and the power of its contacts."""
+
+    @property
+    def batch(self) -> int:
+        """Which batch of the balance."""
+
+    @property
+    def power(self) -> Power:
+        """Its power with derivatives."""
+
+
+def power_rows(balance: Balance, heat: Powered) -> Array:
     """Derivatives of the powers by the unknowns at fixed temperatures, (n, N)."""
     batch = balance.batches[heat.batch]
     rows = np.zeros((batch.count, balance.n_ports, balance.L))
@@ -73,7 +86,7 @@ def warm_direction(heat: Heat, direction: Inputs) -> Inputs:
     return direction.with_batch(heat.batch, **warm)
 
 
-def power_along(heat: Heat, direction: Inputs) -> Array:
+def power_along(heat: Powered, direction: Inputs) -> Array:
     """Derivative of the powers along a (warm) direction at fixed temperatures, (n,)."""
     given = direction.batches[heat.batch]
     along = np.einsum("pn,pn->n", heat.power.by_velocity, given.velocity)

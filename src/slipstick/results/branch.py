@@ -17,7 +17,7 @@ from slipstick.results.measures import friction_force
 from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -251,6 +251,49 @@ class Branch:
 
         return save_shape(self, path, point, frames=frames)
 
+    def sensitivity(self, parameters: Names = None, dof: str | None = None) -> xarray.Dataset:
+        """Exact derivatives by named parameters at every point, and of peaks: where they are and how high.
+
+        Each point takes one factorisation and one adjoint solve, however many parameters there are. Friction heat is
+        in them: temperatures follow.
+
+        Parameters
+        ----------
+        parameters
+            Names such as "damper.mu", ``"*.mu"``, "load.x.amplitude", "loss_factor", "friction"; by default all of
+            every contact pair and load, and the damping of the structure.
+        dof
+            Name of the output; by default the first.
+
+        Returns
+        -------
+        xarray.Dataset
+            Derivatives ``amplitude``, ``mean``, ``dissipated_power`` (of all contacts together) and, where friction
+            heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed value of what the
+            branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over (parameter, peak), where
+            ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a state is born.
+
+        Raises
+        ------
+        InputError
+            For an unknown name, a parameter that follows the temperature by its table, and where the problem is not
+            known.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+        >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+        >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+        ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+        >>> slopes = ss.forced_response(problem, omega=(10.0, 12.0)).sensitivity(["damper.mu", "damper.kt"])
+        >>> slopes["peak_amplitude"].values.round(5).tolist(), slopes["peak_omega"].values.round(5).tolist()
+        ([[6.25539], [-0.03195]], [[5.53996], [0.03389]])
+        """
+        from slipstick.results.verbs import sensitivity
+
+        return sensitivity(self, parameters, dof)
+
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 
@@ -268,13 +311,8 @@ class Branch:
 
         Raises InputError where the problem is not known.
         """
-        d, batches = self.point(point), self.problem_at(point).batches
-        ports = (
-            d[f"contact_{name}"].to_numpy()[batch.elements][port.members]
-            for batch in batches
-            for name, port in zip(batch.law.ports, batch.ports, strict=True)
-        )
-        return np.concatenate(list(ports))
+        self.point(point)
+        return unknowns(self.table, self.problem_at(point), point)
 
     def problem_at(self, point: int) -> Problem:
         """The problem with the followed parameter as it is at a point; InputError where it is not known."""
@@ -296,6 +334,10 @@ class Branch:
             raise InputError("these results hold no friction contact; laws of another kind have no such states")
         return self.dataset.isel(point=point)
 
+    def dof_index(self, name: str | None = None) -> int:
+        """Place of a dof among those in the results; the first without a name. InputError where there is none."""
+        return self._index("dof", name)
+
     def _index(self, dim: str, name: str | None) -> int:
         known = [str(label) for label in self.table[dim].to_numpy()]
         if name is None and known:
@@ -303,6 +345,19 @@ class Branch:
         if not isinstance(name, str) or name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
         return known.index(name)
+
+
+def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
+    """The unknowns of the balance of a problem at a point of its results, (n_ports, L)."""
+    motions = {
+        name: table[f"contact_{name}"].to_numpy()[point] for batch in problem.batches for name in batch.law.ports
+    }
+    ports = (
+        motions[name][batch.elements][port.members]
+        for batch in problem.batches
+        for name, port in zip(batch.law.ports, batch.ports, strict=True)
+    )
+    return np.concatenate(list(ports))
 
 
 def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:

@@ -92,11 +92,7 @@ class Outputs:
     def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L)."""
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
-        X, dX = step.x.reshape(b.n_ports, b.L), tangent[:-1].reshape(b.n_ports, b.L)
-        motion, change = np.empty((len(self), b.L)), np.empty((len(self), b.L))
-        for i, port in enumerate(self._ports):
-            if port is not None:
-                motion[i], change[i] = X[port[0]] / port[1], dX[port[0]] / port[1]
+        motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
         if self._far:
             rate = float(tangent[-1])
             G = b.excitation(detail.forces, detail.inputs.P)
@@ -110,6 +106,26 @@ class Outputs:
             motion[self._far] = -b.real(at.answer(G)).reshape(-1, b.L)
             change[self._far] = -b.real(rates).reshape(-1, b.L)
         return motion, change
+
+    def assembled(self, x: Array, far: Array | None) -> Array:
+        """Motion of the outputs (n_outputs, L) from that of the ports (N,) and of the outputs that are no port."""
+        b = self.balance
+        X, out = x.reshape(b.n_ports, b.L), np.empty((len(self), b.L))
+        for i, port in enumerate(self._ports):
+            if port is not None:
+                out[i] = X[port[0]] / port[1]
+        if far is not None:
+            out[self._far] = far.reshape(-1, b.L)
+        return out
+
+    def transposed(self, h: Array) -> tuple[Array, Array]:
+        """The transpose of ``assembled``: numbers ``h`` (n_outputs, L) as (N,), and those of the outputs far away."""
+        b = self.balance
+        out = np.zeros((b.n_ports, b.L))
+        for i, port in enumerate(self._ports):
+            if port is not None:
+                out[port[0]] += h[i] / port[1]
+        return out.reshape(-1), h[self._far]
 
     def _answer(self, G: Array, omega: Array, structures: Structures) -> Array:
         """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L)."""

@@ -5,6 +5,7 @@ The one file of this room that may know those rooms, and only inside its functio
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from slipstick.results.branch import FRICTION_VARIABLES
 from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
 
     from slipstick.results.branch import Branch
@@ -40,6 +42,13 @@ def save_shape(branch: Branch, path: str | Path, point: int, **options: Any) -> 
     from slipstick.io.xdmf import write_shape
 
     return write_shape(branch, path, point, **options)
+
+
+def sensitivity(branch: Branch, parameters: Names, dof: str | None) -> xarray.Dataset:
+    """As ``Branch.sensitivity``."""
+    from slipstick.analysis.sensitivity import sensitivity_of
+
+    return sensitivity_of(branch, parameters, dof)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +111,14 @@ class BranchPlots:
     def response(self, dof: Names = None, **options: Any) -> Axes:
         """Amplitude over the followed quantity."""
         return _plots().response(self._branch, dof, **options)
+
+    def band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> Axes:
+        """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
+        return _plots().band(self._branch, tolerances, dof, **options)
+
+    def tornado(self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any) -> Axes:
+        """Which parameters matter most at a point, by default at the highest peak."""
+        return _plots().tornado(self._branch, tolerances, dof, **options)
 
     def phase(self, dof: Names = None, **options: Any) -> Axes:
         """Phase of a harmonic."""

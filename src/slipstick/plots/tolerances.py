@@ -1,0 +1,136 @@
+"""What tolerances of parameters do: a band round a curve, and which of them matter most at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.faults import one, whole
+from slipstick.plots.overlay import Curves
+from slipstick.plots.quantities import abscissa_text, parted, quantity
+from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
+from slipstick.results.branch import Branch
+from slipstick.results.tolerances import band as band_of
+from slipstick.results.tolerances import bars
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def band(
+    branch: Branch,
+    tolerances: Mapping[str, float],
+    dof: str | None = None,
+    *,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
+) -> Axes:
+    """Amplitude with the band that tolerances of parameters make of it.
+
+    Parameters
+    ----------
+    branch
+        With its problem.
+    tolerances
+        Shares by name of parameter: ``{"damper.mu": 0.2, "damper.kt": 0.1}`` for 20 % and 10 % up and down. The band
+        is to first order, with all of them at their worst together.
+    dof
+        Name of the dof; by default the first.
+    ax, label, frequency
+        As of ``response``.
+
+    Raises
+    ------
+    InputError
+        For what is no branch with a problem, and names, shares and units that are not right.
+    """
+    own = one("branch", branch, Branch, "an ss.Branch with its problem")
+    name = _dof(own, dof)
+    found = band_of(own, name, tolerances)
+    curves = Curves(own, ax, label, frequency)
+    ax = curves.draw("amplitude", "dof", name)
+    dataset = curves.first
+    x, low, high = parted(dataset, curves.abscissa.values(dataset), found.low, found.high)
+    said = ", ".join(_varied(parameter, share) for parameter, share in tolerances.items())
+    colour = ax.lines[-1].get_color()
+    ax.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0.0, label=said)
+    if curves.new:
+        ax.set_ylim(0.0, 1.05 * float(np.nanmax(found.high)))
+    legend(ax)
+    return ax
+
+
+def tornado(
+    branch: Branch,
+    tolerances: Mapping[str, float] | None = None,
+    dof: str | None = None,
+    *,
+    point: int | None = None,
+    most: int = 12,
+    ax: Axes | None = None,
+) -> Axes:
+    """What matters most at a point: the change of the amplitude for each tolerance, the largest on top.
+
+    Parameters
+    ----------
+    branch
+        With its problem.
+    tolerances
+        Shares by name of parameter; by default a tenth of every parameter that is not 0.
+    dof
+        Name of the dof; by default the first.
+    point
+        Number of a point; by default the highest located peak of the dof, else the point of its largest amplitude.
+    most
+        How many bars are drawn.
+
+    Raises
+    ------
+    InputError
+        As of ``band``, and for a point that is not there.
+    """
+    own = one("branch", branch, Branch, "an ss.Branch with its problem")
+    name, most = _dof(own, dof), whole("most", most, 1)
+    at = highest(own, name) if point is None else whole("point", point, -len(own), len(own) - 1)
+    found = bars(own, name, at, tolerances)[:most][::-1]
+    new, dataset = ax is None, own.dataset
+    label = quantity(dataset, "amplitude").replace("Amplitude", f"Change of the amplitude of {name}")
+    ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(found)))
+    places = np.arange(len(found))
+    for sign, colour, text in ((1.0, COLOURS[1], "more"), (-1.0, COLOURS[0], "less")):
+        changes = [sign * bar.change for bar in found]
+        ax.barh(places, changes, color=colour, height=0.7, label=text)
+    shares = [
+        f"{n} \N{PLUS-MINUS SIGN}{100 * bar.share:g} %"
+        for n, bar in zip(short([b.name for b in found]), found, strict=True)
+    ]
+    ax.set_yticks(places, shares)
+    ax.axvline(0.0, color=GREY, linewidth=0.8)
+    if new:
+        amplitude = float(dataset["amplitude"].to_numpy()[at, own.dof_index(name)])
+        titled(ax.figure, str(dataset.attrs.get("title", "")), f"{amplitude:.4g} at {abscissa_text(dataset, at)}")  # type: ignore[arg-type]
+    legend(ax)
+    return ax
+
+
+def _varied(name: str, share: float) -> str:
+    return f"{name} \N{PLUS-MINUS SIGN}{100 * share:g} %"
+
+
+def highest(branch: Branch, dof: str) -> int:
+    """The highest located peak of a dof, else the point of its largest amplitude."""
+    d = branch.dof_index(dof)
+    size = branch.table["amplitude"].to_numpy()[:, d]
+    if not len(size):
+        raise InputError(f"the branch has no points; its outcome is: {branch.message}")
+    peaks = np.flatnonzero(branch.table["peak_dof"].to_numpy() == d) if "peak_dof" in branch.table else np.zeros(0)
+    among = peaks if len(peaks) else np.arange(len(size))
+    return int(among[np.nanargmax(size[among])])
+
+
+def _dof(branch: Branch, dof: str | None) -> str:
+    return str(branch.table["dof"].to_numpy()[branch.dof_index(dof)])

@@ -1,0 +1,127 @@
+"""Derivatives along a branch as one labelled dataset, and the parameters that they can be by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.load_parameters import load_names
+from slipstick.balance.parameters import parameter_path, parameter_units
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, names
+from slipstick.results.schema import VARIABLES
+from slipstick.structure.dynamic import structure_values
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.problem import Problem
+    from slipstick.results.branch import Branch
+
+
+def parameter_names(problem: Problem, given: Any = None) -> tuple[str, ...]:
+    """The parameters asked for; by default those of every contact pair, every load and the structure.
+
+    By default those are left out that follow the temperature by their table, or that stand for nothing.
+
+    Raises
+    ------
+    InputError
+        For a name that is none, and for one of those.
+    """
+    if given is None:
+        own = [f"{pair.name}.{quantity}" for pair in problem.contacts for quantity in pair.quantities]
+        known = [*own, *load_names(problem), *structure_values(problem.structure)]
+        return tuple(name for name in dict.fromkeys(known) if _can_vary(problem, name))
+    chosen, found = names("parameters", given, 'a name such as "damper.mu"'), Gathering()
+    for name in chosen:
+        found.take(direction_of, problem, name)
+    found.end()
+    return tuple(dict.fromkeys(chosen))
+
+
+def direction_of(problem: Problem, name: str) -> Inputs:
+    """How the inputs move with a parameter; InputError where they cannot."""
+    target = problem.parameter_target(name)
+    for p, k in target.members:
+        pair = problem.contacts[p]
+        if not _holds(pair, target.quantity, k):
+            raise InputError(
+                Fault(
+                    name, f"does not say the gap of '{pair.elements[k]}', which is open at rest", remedy="vary the gap"
+                )
+            )
+    return parameter_path(problem, name).at(problem.parameter(name))[1]
+
+
+def _holds(pair: ContactPair, quantity: str, k: int) -> bool:
+    """Whether a contact is as it is where a quantity of it is set to what it is: a normal load of 0 closes a gap."""
+    value = float(pair.values(quantity)[k])
+    same = pair.with_value(quantity, value, k)
+    return all(np.allclose(same.values(n), pair.values(n), rtol=1e-9, atol=0.0) for n in pair.contact.values)
+
+
+def _can_vary(problem: Problem, name: str) -> bool:
+    try:
+        direction_of(problem, name)
+    except InputError:
+        return False
+    return True
+
+
+class PointDerivatives(NamedTuple):
+    """Derivatives at one point, (n_parameters,) each; those that have no meaning there are nan."""
+
+    amplitude: Array
+    mean: Array
+    dissipated_power: Array
+    temperature: Array
+    followed: Array
+    """Of the place of a peak along the branch."""
+
+
+SUBJECTS = {
+    "amplitude": "amplitude of {dof}",
+    "mean": "zero harmonic of {dof}",
+    "dissipated_power": "dissipated power of all contacts",
+    "temperature": "temperature of the hottest contact",
+}
+"""What is differentiated, by the name of its variable."""
+
+
+def sensitivity_dataset(
+    branch: Branch, dof: str, parameters: Sequence[str], points: Sequence[PointDerivatives]
+) -> xarray.Dataset:
+    """The dataset of ``Branch.sensitivity``."""
+    import xarray
+
+    problem, table, followed = branch.problem, branch.table, branch.followed
+    assert problem is not None
+    label = problem.units.label
+    by = [label(parameter_units(problem, name)) for name in parameters]
+    found = {name: np.array([getattr(p, name) for p in points]).T for name in PointDerivatives._fields}
+    data: dict[str, Any] = {}
+    for name, subject in SUBJECTS.items():
+        if name != "temperature" or problem.heated is not None:
+            meaning = {"long_name": f"derivative of the {subject.format(dof=dof)}", "of": label(VARIABLES[name].units)}
+            data[name] = (("parameter", "point"), found[name], meaning)
+    of = table["peak_dof"].to_numpy() == branch.dof_index(dof)
+    peaks, where = np.flatnonzero(of), table[followed]
+    place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}
+    data["peak_amplitude"] = (("parameter", "peak"), found["amplitude"][:, peaks], data["amplitude"][2])
+    data[f"peak_{followed}"] = (("parameter", "peak"), found["followed"][:, peaks], place)
+    coordinates: dict[str, Any] = {
+        "parameter": ("parameter", np.array(parameters, dtype=np.str_)),
+        "units": ("parameter", np.array(by, dtype=np.str_)),
+        "value": ("parameter", np.array([problem.parameter(name) for name in parameters], dtype=float)),
+        "point": ("point", np.arange(len(branch))),
+        "peak": ("peak", peaks),
+    }
+    followed_at = ("point", where.to_numpy(), dict(where.attrs))
+    attributes = {"dof": dof, "followed": str(table.attrs.get("parameter", "")) or "omega"}
+    return xarray.Dataset(data, coords={**coordinates, "at": followed_at}, attrs=attributes)
