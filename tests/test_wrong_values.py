@@ -283,10 +283,11 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.report": (lambda: branch().report, {"path": "r.html", "title": "t", "contacts": 1, "dofs": 1}),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {"parameters": "damper.mu", "dof": "x"}),
-    "plots.band": (lambda: ss.plots.band, {"branch": branch(), "tolerances": {"damper.mu": 0.1}, "dof": "x"}),
-    "plots.tornado": (
-        lambda: ss.plots.tornado,
-        {"branch": branch(), "tolerances": {"damper.mu": 0.1}, "dof": "x", "point": 0, "most": 3},
+    "Branch.plot.tolerance_band": (
+        lambda: branch().plot.tolerance_band, {"tolerances": {"damper.mu": 0.1}, "dof": "x", "label": "a"}
+    ),
+    "Branch.plot.tornado": (
+        lambda: branch().plot.tornado, {"tolerances": {"damper.mu": 0.1}, "dof": "x", "point": 0, "most": 3}
     ),
     "Branch.check_in_time": (lambda: branch().check_in_time, {"point": 0}),
 }  # fmt: skip

@@ -11,7 +11,7 @@ SHARES = {"c0.mu": 0.2, "load.x0.amplitude": 0.05}
 
 def test_a_band_is_the_sum_of_what_the_tolerances_do():
     own = branch()
-    ax = ss.plots.band(own, SHARES, "x0")
+    ax = ss.plots.tolerance_band(own, SHARES, "x0")
     slopes = own.sensitivity(list(SHARES), "x0")
     spread = np.abs(slopes.amplitude) * np.abs(slopes.value) * np.array([[0.2], [0.05]])
     x, y = drawn(ax.lines[0])
@@ -52,4 +52,4 @@ def test_by_default_a_tenth_of_everything():
 )
 def test_wrong_tolerances(tolerances, match):
     with pytest.raises(ss.InputError, match=match):
-        ss.plots.band(branch(), tolerances)
+        ss.plots.tolerance_band(branch(), tolerances)

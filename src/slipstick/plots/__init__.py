@@ -18,7 +18,7 @@ _PUBLIC = {
     "states": "slipstick.plots.points",
     "history": "slipstick.plots.points",
     "spectrum": "slipstick.plots.points",
-    "band": "slipstick.plots.tolerances",
+    "tolerance_band": "slipstick.plots.tolerances",
     "tornado": "slipstick.plots.tolerances",
     "compare": "slipstick.plots.comparison",
     "study_map": "slipstick.plots.study",

@@ -13,14 +13,13 @@ from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
 from slipstick.results.branch import Branch
-from slipstick.results.tolerances import band as band_of
-from slipstick.results.tolerances import bars
+from slipstick.results.tolerances import amplitude_band, ranked_bars
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def band(
+def tolerance_band(
     branch: Branch,
     tolerances: Mapping[str, float],
     dof: str | None = None,
@@ -50,7 +49,7 @@ def band(
     """
     own = one("branch", branch, Branch, "an ss.Branch with its problem")
     name = _dof(own, dof)
-    found = band_of(own, name, tolerances)
+    found = amplitude_band(own, name, tolerances)
     curves = Curves(own, ax, label, frequency)
     ax = curves.draw("amplitude", "dof", name)
     dataset = curves.first
@@ -91,12 +90,12 @@ def tornado(
     Raises
     ------
     InputError
-        As of ``band``, and for a point that is not there.
+        As of ``tolerance_band``, and for a point that is not there.
     """
     own = one("branch", branch, Branch, "an ss.Branch with its problem")
     name, most = _dof(own, dof), whole("most", most, 1)
     at = highest(own, name) if point is None else whole("point", point, -len(own), len(own) - 1)
-    found = bars(own, name, at, tolerances)[:most][::-1]
+    found = ranked_bars(own, name, at, tolerances)[:most][::-1]
     new, dataset = ax is None, own.dataset
     label = quantity(dataset, "amplitude").replace("Amplitude", f"Change of the amplitude of {name}")
     ax = styled(ax, label, "", height=1.4 + 0.3 * max(3, len(found)))

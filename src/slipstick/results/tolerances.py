@@ -62,7 +62,7 @@ def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
     return {name: share for name, share in shares.items() if share is not None}
 
 
-def band(branch: Branch, dof: str, tolerances: Any) -> Band:
+def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
     """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
     shares = _shares(branch, tolerances)
     found = branch.sensitivity(list(shares), dof)
@@ -72,7 +72,7 @@ def band(branch: Branch, dof: str, tolerances: Any) -> Band:
     return Band(np.maximum(amplitude - spread, 0.0), amplitude + spread)
 
 
-def bars(branch: Branch, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
+def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
     """What each tolerance does at a point, the largest first; without any, a tenth of everything that is not 0."""
     problem = branch.problem_at(point)
     if tolerances is None:

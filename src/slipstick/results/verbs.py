@@ -112,9 +112,9 @@ class BranchPlots:
         """Amplitude over the followed quantity."""
         return _plots().response(self._branch, dof, **options)
 
-    def band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> Axes:
+    def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> Axes:
         """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
-        return _plots().band(self._branch, tolerances, dof, **options)
+        return _plots().tolerance_band(self._branch, tolerances, dof, **options)
 
     def tornado(self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any) -> Axes:
         """Which parameters matter most at a point, by default at the highest peak."""
