@@ -33,3 +33,14 @@ def test_positions_by_label(cantilever):
     np.testing.assert_array_equal(cantilever.positions(nodes)[:, 0], 4.0)
     with pytest.raises(InputError, match="position of node 99999 is not known"):
         cantilever.positions(np.array([99999]))
+
+
+def test_nodes_and_dofs_are_held_by_name():
+    mesh = box((1.0, 1.0, 1.0), (1, 1, 1), "hex8")
+    free = assemble_mesh(MeshModel(mesh=mesh), source="m", material=STEEL, fixed=["n1", "n3y", "x1"])
+    gone = {*(f"n{n}{a}" for n in (1, *mesh.labels[mesh.node_set("x1")]) for a in "xyz"), "n3y"}
+    assert set(free.dofs) == {f"n{n}{a}" for n in range(1, 9) for a in "xyz"} - gone
+    assert free.fix(["n3x"]).n_dofs == free.n_dofs - 1
+    for wrong in ("n1", "n99", "n3y"):
+        with pytest.raises(InputError, match=f"no free dof '{wrong}'"):
+            free.fix([wrong])

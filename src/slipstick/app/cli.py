@@ -230,7 +230,9 @@ def import_(
     poisson: Annotated[float | None, typer.Option(help="Poisson's ratio.")] = None,
     density: Annotated[float | None, typer.Option(help="Density.")] = None,
     conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
-    fix: Annotated[list[str] | None, typer.Option(help="Node set or surface to hold; may be repeated.")] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option(help="Node set, surface, node (n12) or dof (n12y) to hold; may be repeated.")
+    ] = None,
     quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
     units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,

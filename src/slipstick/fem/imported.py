@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,8 @@ from slipstick.typing import Array, IntArray
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+_SINGLE = re.compile(r"n(\d{1,18})(x|y|z|rx|ry|rz|s)?$")
+"""A node or a degree of freedom by name."""
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz", "s")
 """Directions by number: three displacements, three rotations, and a scalar (a point without direction)."""
@@ -145,7 +148,8 @@ class ImportedModel:
         return self.coordinates[order[place]]
 
     def fix(self, where: str | Sequence[str] | IntArray, components: str = "xyz") -> ImportedModel:
-        """The model with more nodes held: node sets by name or node labels, in the directions named.
+        """The model with more held: node sets by name or node labels, in the directions named; "n12" is all directions
+        of node 12, "n12y" one of them.
 
         Raises
         ------
@@ -153,12 +157,28 @@ class ImportedModel:
             One sentence for each unknown set; if nothing is left to hold or to move.
         """
         names = [where] if isinstance(where, str) else where
-        nodes = names if isinstance(names, np.ndarray) else self._named(names)
+        rows = np.zeros(self.n_dofs, dtype=bool)
+        nodes = names
+        if not isinstance(names, np.ndarray):
+            single = [name for name in names if name not in self.node_sets and names_dofs(name)]
+            for name in single:
+                rows |= self._single(name)
+            nodes = self._named([name for name in names if name not in single])
         wanted = [i for i, name in enumerate(COMPONENTS) if name in _directions(components)]
-        held = np.isin(self.dof_nodes, nodes) & np.isin(self.dof_components, wanted)
+        held = rows | (np.isin(self.dof_nodes, nodes) & np.isin(self.dof_components, wanted))
         if not held.any() or held.all():
             raise InputError(f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
         return self._without(held)
+
+    def _single(self, name: str) -> NDArray[np.bool_]:
+        """Rows of "n12" or "n12y"."""
+        node, component = _SINGLE.match(name).groups()  # type: ignore[union-attr]
+        rows = self.dof_nodes == int(node)
+        if component:
+            rows = rows & (self.dof_components == COMPONENTS.index(component))
+        if not rows.any():
+            raise InputError(Fault("fixed", f"there is no free dof '{name}' in the model"))
+        return rows
 
     def _named(self, sets: Sequence[str]) -> IntArray:
         """Node labels of several named sets."""
@@ -170,7 +190,7 @@ class ImportedModel:
         ]
         if unknown:
             raise InputError(unknown)
-        return np.concatenate([self.node_sets[name] for name in sets])
+        return np.concatenate([np.empty(0, dtype=np.int64), *(self.node_sets[name] for name in sets)])
 
     def conducting(self, conductivity: float) -> ImportedModel:
         """The model with this conductivity in every material, power/(length temperature)."""
@@ -189,6 +209,15 @@ class ImportedModel:
             dof_components=self.dof_components[kept],
             constrained=np.concatenate([self.constrained, removed]),
         )
+
+
+def names_dofs(name: str) -> bool:
+    """Whether a name is that of a node or of one of its degrees of freedom.
+
+    >>> [names_dofs(name) for name in ("n12", "n12ry", "NOZZLE", "n12w")]
+    [True, True, False, False]
+    """
+    return _SINGLE.match(name) is not None
 
 
 def _directions(components: str) -> set[str]:

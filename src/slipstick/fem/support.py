@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,14 +51,17 @@ def floating_parts(model: ImportedModel) -> Iterator[tuple[IntArray, int]]:
 
 
 def _rigid_motions(model: ImportedModel, rows: IntArray) -> int:
-    motions = _motions(model, rows)
+    return _without_stiffness(model.K[rows][:, rows], _motions(model, rows))
+
+
+def _without_stiffness(block: Any, motions: Array, small: float = RIGID) -> int:
+    """How many independent ones of these motions, columns, meet no stiffness."""
     basis, values, _ = np.linalg.svd(motions, full_matrices=False)
     basis = basis[:, values > 1e-8 * max(values.max(initial=0.0), 1e-300)]
     if not basis.shape[1]:
         return 0
-    block = model.K[rows][:, rows]
     largest = np.abs(block.diagonal()).max(initial=0.0)
-    return int(np.sum(np.abs(np.linalg.eigvalsh(basis.T @ (block @ basis))) <= RIGID * largest))
+    return int(np.sum(np.abs(np.linalg.eigvalsh(basis.T @ (block @ basis))) <= small * largest))
 
 
 def _motions(model: ImportedModel, rows: IntArray) -> Array:
@@ -73,3 +76,31 @@ def _motions(model: ImportedModel, rows: IntArray) -> Array:
             turn = np.where(components == b, arm[:, a], 0.0) - np.where(components == a, arm[:, b], 0.0)
             columns.append(turn + (components == 3 + axis) / size)
     return np.stack(columns, axis=1)
+
+
+_DENSE = 2000
+"""Rows up to which all motions without stiffness are counted."""
+_FREE = 1e-9
+"""A motion is free where its stiffness, by rows scaled to 1, is below this."""
+
+
+def misplaced_parts(model: ImportedModel) -> Iterator[tuple[IntArray, int, int]]:
+    """Unconnected parts that can move in more ways than as rigid bodies: node labels, how many, how many of them rigid.
+
+    Then positions, directions of displacements or the order of rows do not fit the matrices. Only parts whose points
+    have positions are tried, up to 2000 rows.
+    """
+    from scipy.sparse import diags_array
+    from scipy.sparse.csgraph import connected_components
+
+    count, part = connected_components(model.K, directed=False)
+    placed = np.isin(model.dof_nodes, model.node_ids)
+    for rows in (np.flatnonzero(part == i) for i in range(count if model.n_dofs <= _DENSE else 0)):
+        if not placed[rows].all():
+            continue
+        size = np.sqrt(model.K.diagonal()[rows].clip(min=1e-300))
+        block = (diags_array(1.0 / size) @ model.K[rows][:, rows] @ diags_array(1.0 / size)).toarray()
+        free = int(np.sum(np.abs(np.linalg.eigvalsh(block)) <= _FREE))
+        rigid = _without_stiffness(block, _motions(model, rows) * size[:, None], _FREE)
+        if free > rigid:
+            yield np.unique(model.dof_nodes[rows]), free, rigid

@@ -11,7 +11,7 @@ from slipstick.errors import InputError
 from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
 from slipstick.fem.elements import FACES
-from slipstick.fem.imported import ImportedModel
+from slipstick.fem.imported import ImportedModel, names_dofs
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.findings import Coupling
@@ -98,7 +98,7 @@ def assemble_mesh(
     material
         One material for the whole mesh instead of those in the file.
     fixed
-        Node sets or surfaces held in x, y and z, besides what the file holds.
+        Node sets or surfaces held in x, y and z, nodes ("n12") or dofs ("n12y"), besides what the file holds.
     quadratic
         Put a node in the middle of every edge first: linear elements are far too stiff in bending.
     units
@@ -117,6 +117,9 @@ def assemble_mesh(
     if faults:
         raise InputError(faults)
     materials = _materials(imported, material, source)
+    known = {*imported.mesh.node_sets, *imported.mesh.surfaces}
+    single = [name for name in fixed if name not in known and names_dofs(name)]
+    fixed = [name for name in fixed if name not in single]
     for name in fixed:
         imported.mesh.node_set(name)
     mesh = _with_held_sets(imported)
@@ -145,6 +148,7 @@ def assemble_mesh(
         ),
     )
     model = build_model(raw, source=source, units=units or imported.units)
+    model = model.fix(single) if single else model
     if isinstance(materials, Material):
         everything = {kind: np.arange(len(block)) for kind, block in mesh.blocks.items()}
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
-from slipstick.fem.support import empty_rows, floating_parts, name_rows
+from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.symmetry import asymmetry
 from slipstick.typing import Array, IntArray, Matrix
@@ -194,3 +194,13 @@ def support_notes(model: ImportedModel) -> tuple[str, ...]:
         f"the part with node {part[0]} ({len(part)} nodes) is not held ({count} rigid body motions); fix some nodes"
         for part, count in floating_parts(model)
     )
+
+
+def place_warnings(model: ImportedModel) -> Iterator[str]:
+    """One sentence for each part whose positions or directions do not fit its stiffness."""
+    for part, free, rigid in misplaced_parts(model):
+        yield (
+            f"{model.source}: the part with node {part[0]} ({len(part)} nodes) moves freely in {free} ways, of which "
+            f"{rigid} are rigid body motions of its points: their positions, the directions of their displacements or "
+            "the order of the rows do not fit the matrices"
+        )

@@ -15,8 +15,8 @@ from slipstick.fem.refine import linear_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
-from slipstick.importers.raw_model import Nodes, RawModel, build_model
-from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unused, roles_of
+from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
+from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.io.model_file import load_model
 
@@ -51,6 +51,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     missing = [f"{path}: there is no such file" for path in paths if not path.is_file()]
     if missing:
         raise InputError(missing)
+    refuse_unread(paths)
     source = ", ".join(path.name for path in paths)
     roles = roles_of(paths, options)
     refuse_unused(paths, roles, options)
@@ -58,6 +59,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
         return _without_matrices(paths[0], source, options)
     raw, mesh = _with_positions(_read(roles, options), roles)
     model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
+    model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
         if not any(path.suffix.lower() == ".sti" for path in paths):  # CalculiX writes global directions
             _refuse_rotated(model, mesh)

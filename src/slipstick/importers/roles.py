@@ -14,7 +14,17 @@ from slipstick.importers.mesh_files import MESH_SUFFIXES
 MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
 MODELS = (".h5", ".hdf5")
-BULK = (".bdf", ".nas", ".dat", ".blk")
+BULK = (".bdf", ".nas", ".dat", ".blk", ".pch")
+
+
+_UNREAD = {
+    ".sub": "an Ansys substructure is not read; in Ansys, *DMAT,K,D,IMPORT,SUB,name.sub,STIFF and *EXPORT,K,MMF,k.mtx, "
+    "likewise with MASS, then import the two .mtx with a map file",
+    ".op2": "op2 is not read; have the superelement written with EXTSEOUT(MATOP4=unit) and give .op4 and .pch, or with "
+    "EXTSEOUT(DMIGPCH) and give .pch",
+    ".asm": "belongs to the run that assembles superelements; give the punch file (.pch) with the .op4 instead",
+}
+"""Files that hold what is wanted and are not read: the way round."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +45,7 @@ class ImportOptions:
     conductivity
         Of every material, power/(length temperature), where the files have none.
     fixed
-        Node sets or surfaces to hold.
+        Node sets or surfaces to hold; nodes ("n12"), dofs ("n12y").
     quadratic
         Put a node in the middle of every edge of a linear mesh.
     units
@@ -69,9 +79,10 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
     matrices: dict[str, Path] = {}
     dof_map, nodes = options.dof_map, options.nodes
     told = {"M": options.mass, "C": options.damping}
+    matrix_files = [path for path in paths if _holds_matrices(path, paths) and path not in told.values()]
     for path in paths:
         suffix = path.suffix.lower()
-        if suffix in MATRICES and path not in told.values():
+        if path in matrix_files:
             role = _role(path)
             if role in matrices and suffix not in (".op4", ".pch"):
                 raise InputError(
@@ -89,6 +100,12 @@ def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
     return Roles(matrices=matrices, dof_map=Path(dof_map) if dof_map else None, nodes=Path(nodes) if nodes else None)
 
 
+def _holds_matrices(path: Path, paths: Sequence[Path]) -> bool:
+    """A punch file beside .op4 tells the rows of a superelement; alone it holds its matrices."""
+    suffix = path.suffix.lower()
+    return suffix in MATRICES and not (suffix == ".pch" and any(p.suffix.lower() == ".op4" for p in paths))
+
+
 def matrices_follow(paths: Sequence[Path]) -> bool:
     """Whether matrix files are among these, so that a mesh among them is there for its positions."""
     return any(path.suffix.lower() in MATRICES for path in paths)
@@ -104,6 +121,13 @@ def _role(path: Path) -> str:
     if re.search(r"mass|(^|[_\-.])m(gg|aa|ff)?\d*$", name):
         return "M"
     return "C" if re.search(r"damp|(^|[_\-.])c\d*$", name) else "K"
+
+
+def refuse_unread(paths: Sequence[Path]) -> None:
+    """Files that are known and not read are refused with the way round."""
+    faults = [f"{path.name}: {_UNREAD[path.suffix.lower()]}" for path in paths if path.suffix.lower() in _UNREAD]
+    if faults:
+        raise InputError(faults)
 
 
 def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -> None:

@@ -234,3 +234,30 @@ def test_literals_are_exact() -> None:
     for number in (0.1, 1e300, 5e-324, -2.08e11, 1 / 3, 123456789.123456789, 1e6, -0.0):
         assert eval(literal(number)) == number
     assert eval(literal({"a": ["x" * 99, None, True, (1, 2.5)] * 9})) == {"a": ["x" * 99, None, True, (1, 2.5)] * 9}
+
+
+def test_matrices_of_a_model_file(tmp_path: Path) -> None:
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (2, 1, 1), "hex20"))
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
+    end = next(name for name in ss.import_model(tmp_path / "model.h5").dofs if name.endswith("z"))
+    (tmp_path / "case.toml").write_text(f"""format = 1
+harmonics = "0..1"
+[structure]
+kind = "matrices"
+file = "model.h5"
+loss_factor = 0.02
+[[load]]
+dof = "{end}"
+cos = 1.0
+[[contact]]
+name = "pad"
+tangential = "{end}"
+kt = 1e4
+mu = 0.3
+normal_load = 0.1
+[response]
+from = "50 Hz"
+to = "52 Hz"
+""")
+    same(tmp_path / "case.toml")

@@ -28,8 +28,8 @@ def test_bulk_data(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("GRID,2,,1.", "GRID,2,7,1.", "GRID 2 has its position in coordinate system 7; only the basic system"),
-        ("GRID,2,,1.,2.,3.", "GRID,2,,1.,2.,3.,4", "GRID 2 has its displacement in coordinate system 4"),
+        ("GRID,2,,1.", "GRID,2,7,1.", "coordinate system 7 is used, but no CORD card defines it"),
+        ("GRID,2,,1.,2.,3.", "GRID,2,,1.,2.,3.,4", "coordinate system 4 is used, but no CORD card"),
         ("GRID,2,,1.", "GRID,2,,one", "line 7: GRID cannot be read"),
         ("SPC1,5,13,1,2", "SPC1,5,13,1,THRU,99999999999", "too long"),
     ],

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from slipstick.fem.imported import ImportedModel
     from slipstick.models.reduced_body import ReducedBody
     from slipstick.structure.protocol import Structure
 
@@ -21,15 +22,18 @@ def silent(_text: str) -> None:
 class Body:
     """The structure of a case, and the finite element model behind it where there is one.
 
-    ``force``: a reduction that is too coarse is taken all the same. ``seconds``: what it took to make or to read it.
+    ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
+    the same. ``seconds``: what it took to make or to read it.
     """
 
     structure: Structure
     reduced: ReducedBody | None = None
+    model: ImportedModel | None = None
     force: bool = False
     seconds: float = 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is approximated or looks wrong in the model, one sentence each."""
-        return self.reduced.warnings if self.reduced is not None else ()
+        behind = self.reduced or self.model
+        return () if behind is None else behind.warnings

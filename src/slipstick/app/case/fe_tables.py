@@ -117,6 +117,14 @@ class ReductionTable(Table):
     force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
 
 
+class ModelTable(Table):
+    """``[structure] kind = "matrices"`` of an imported model."""
+
+    kind: Literal["matrices"]
+    file: str = Field(description="the name of a model.h5 made by 'slipstick import', such as a superelement")
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+
+
 class FeTable(ReductionTable):
     """``[structure] kind = "fe"``."""
 

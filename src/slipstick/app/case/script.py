@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from slipstick.app.case.fe_tables import BladeTable, FeTable, SurfaceContactTable, contact_table
+from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable, SurfaceContactTable, contact_table
 from slipstick.app.case.heating import background_of, cold_value
 from slipstick.app.case.reducing import CACHE
 from slipstick.app.case.script_heat import heat_lines
@@ -143,9 +143,10 @@ class _Script:
 
     def _structure(self) -> list[str]:
         raw = self.raw["structure"]
-        given = GivenText(raw, _STRUCTURES[raw["kind"]])
+        of_model = raw["kind"] == "matrices" and "file" in raw
+        given = GivenText(raw, ModelTable if of_model else _STRUCTURES[raw["kind"]])
         given.take("kind")
-        lines: list[str] = getattr(self, f"_{raw['kind']}")(given)
+        lines: list[str] = self._model(given) if of_model else getattr(self, f"_{raw['kind']}")(given)
         given.end("[structure]")
         return lines
 
@@ -163,6 +164,11 @@ class _Script:
         if not isinstance(value, str):
             return call("np.array", literal(value))
         return file_code(value, self.folder)
+
+    def _model(self, given: GivenText) -> list[str]:
+        arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | given.rest("loss_factor")
+        model = f"model = {call('ss.import_model', here(given.take('file')))}"
+        return [model, f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
     def _modal(self, given: GivenText) -> list[str]:
         given.take("force")

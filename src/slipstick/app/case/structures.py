@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.body import Body, Tell, silent
-from slipstick.app.case.fe_tables import BladeTable, FeTable
+from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable
 from slipstick.app.case.paths import inside
 from slipstick.app.case.sentences import toml
 from slipstick.app.case.tables import MatricesTable, ModalTable, Table
@@ -55,7 +56,7 @@ def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Describe
         guess = suggestion(kind, _BUILDERS)
         known = f"this version knows {_kinds()}"
         raise InputError(Fault("kind", known, found=toml(kind), remedy=guess if guess.startswith("did") else ""))
-    model, build = _BUILDERS[kind]
+    model, build = (ModelTable, _model) if kind == "matrices" and "file" in raw else _BUILDERS[kind]
     row, faults = read_table(model, raw, ())
     found.faults += faults
     return build(row, folder, tell, found)
@@ -88,6 +89,22 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Des
         fitting = {name: matrix for name, matrix in given.items() if matrix.shape == (size, size)}
         found.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
     return Described(dofs=names, made=True)
+
+
+def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    """The matrices of a model file, with its names."""
+    from slipstick.io.model_file import load_model
+    from slipstick.structure.matrices import MatrixStructure
+
+    name = row.get("file")
+    path = None if name is None else found.inside(("file",), inside, folder, name)
+    model = None if path is None else found.inside(("file",), partial(load_model, quiet=True), path)
+    if model is None or not row.complete:
+        return Described(dofs=None if model is None else model.dofs, made=True)
+    given = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
+    structure = found.inside(("file",), lambda: MatrixStructure(**given, dofs=model.dofs))
+    body = None if structure is None else Body(structure=structure, model=model)
+    return Described(body=body, dofs=model.dofs, made=True)
 
 
 def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:

@@ -80,7 +80,8 @@ def import_files(request: ImportRequest) -> None:
         say(line)
     for warning in model.warnings:
         complain(f"warning: {warning}")
-    say(f'wrote {request.output}: name it in a case as [structure] kind = "fe", file = "{request.output.name}"')
+    kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
+    say(f'wrote {request.output}: name it in a case as [structure] {kinds}, file = "{request.output.name}"')
     if request.units is None and "units: not stated" in " ".join(notes):
         complain('warning: the units of the model are not stated; say them with --units "N, mm, t, s"')
 

@@ -2,17 +2,19 @@
 
 CalculiX, ``*FREQUENCY, SOLVER=MATRIXSTORAGE``: job.sti, job.mas (lines "row column value", one half) and job.dof
 ("node.direction"), without the constrained degrees of freedom. Abaqus, ``*MATRIX OUTPUT``: job_STIF1.mtx, job_MASS1.mtx
-with lines "node, direction, node, direction, value" (FORMAT=MATRIX INPUT), "row column value" (FORMAT=COORDINATE), or
-both codes' ``*USER ELEMENT`` form from a substructure (the lower half by rows).
+with lines "node, direction, node, direction, value" (FORMAT=MATRIX INPUT) or "row column value" (FORMAT=COORDINATE);
+for both codes' ``*USER ELEMENT`` form see user_element.py.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.importers.abaqus.user_element import is_user_element, read_user_elements
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.raw_model import DofMap, RawModel
 from slipstick.importers.text_numbers import number_table, read_bytes, require_plausible, whole_numbers
@@ -63,27 +65,26 @@ def _sparse(table: Array, size: int | None, path: Path) -> Sparse:
 
 def read_abaqus_matrices(files: dict[str, Path], dof_map: DofMap | None = None) -> RawModel:
     """Matrices by name ("K", "M", "C") from .mtx files; the map is theirs, or ``dof_map`` where they have none."""
-    parts = {name: _lines(path) for name, path in files.items()}
-    labelled = {name: table for name, (table, found) in parts.items() if found is None and table.shape[1] == 5}
-    if labelled:
-        return _by_label(labelled, files)
-    matrices = {}
-    for name, (table, found) in parts.items():
-        if found is not None:
-            dof_map = dof_map or found
-            matrices[name] = _lower_half(table[:, 0], len(found), files[name])
-        else:
-            matrices[name] = _sparse(table, len(dof_map) if dof_map else None, files[name])
-    return RawModel(matrices=matrices, dof_map=dof_map)
+    elements = {name: path for name, path in files.items() if is_user_element(path)}
+    if elements:
+        if len(elements) < len(files):
+            raise InputError(f"{', '.join(path.name for path in files.values())}: only some are a *USER ELEMENT")
+        return read_user_elements(elements, dof_map)
+    tables = {name: _lines(path) for name, path in files.items()}
+    widths = {table.shape[1] for table in tables.values()}
+    if len(widths) > 1:
+        names = ", ".join(path.name for path in files.values())
+        raise InputError(f"{names}: some lines are 'row column value', some name nodes; export them in one format")
+    if widths == {5}:
+        return _by_label(tables, files)
+    size = len(dof_map) if dof_map else None
+    return RawModel(matrices={n: _sparse(table, size, files[n]) for n, table in tables.items()}, dof_map=dof_map)
 
 
-def _lines(path: Path) -> tuple[Array, DofMap | None]:
-    """The numbers of one file; with a map when it is a *USER ELEMENT."""
+def _lines(path: Path) -> Array:
+    """The numbers of one file, 3 or 5 a line."""
     lines = read_bytes(path).decode("latin-1").splitlines()
-    keywords = [line.upper().replace(" ", "") for line in lines if line.startswith("*") and not line.startswith("**")]
     data = [line for line in lines if line.strip() and not line.startswith("*")]
-    if any(word.startswith("*USERELEMENT") for word in keywords):
-        return _user_element(lines, path)
     if not data:
         raise InputError(f"{path.name}: holds no matrix entries; the file is damaged or truncated")
     width = len(data[0].replace(",", " ").split())
@@ -92,56 +93,7 @@ def _lines(path: Path) -> tuple[Array, DofMap | None]:
             f"{path.name}: found {width} numbers a line; expected 'node, direction, node, direction, value' "
             "(*MATRIX OUTPUT, FORMAT=MATRIX INPUT) or 'row column value' (FORMAT=COORDINATE)"
         )
-    return number_table("\n".join(data).encode("latin-1"), width, path), None
-
-
-def _user_element(lines: list[str], path: Path) -> tuple[Array, DofMap]:
-    """A *USER ELEMENT: its nodes in comments, "position, direction" lines, then *MATRIX with the lower half."""
-    nodes: list[str] = []
-    pairs: list[list[str]] = []
-    values: list[str] = []
-    section = ""
-    for line in lines:
-        if line.startswith("**"):
-            text = line.strip("* ")
-            if section.startswith("*USERELEMENT") and text[:1].isdigit():
-                nodes += text.replace(",", " ").split()
-        elif line.startswith("*"):
-            section = line.upper().replace(" ", "")
-        elif section.startswith("*USERELEMENT"):
-            pairs.append(line.replace(",", " ").split())
-        elif section.startswith("*MATRIX"):
-            values.append(line)
-    table = number_table("\n".join(values).encode("latin-1"), 1, path)
-    return table, _element_map(nodes, pairs, path)
-
-
-def _element_map(nodes: list[str], pairs: list[list[str]], path: Path) -> DofMap:
-    """Directions of each node in turn: "1" starts the first node, "2, 2" is node 2, direction 2."""
-    try:
-        labels = [int(word) for word in nodes]
-        entries = []
-        for pair in pairs:
-            position, *directions = (int(word) for word in pair)
-            wanted = directions or [position]
-            entries += [(labels[(position if directions else 1) - 1], d - 1) for d in wanted]
-    except (ValueError, IndexError):
-        raise InputError(
-            f"{path.name}: the node list of its *USER ELEMENT cannot be read; the file is damaged"
-        ) from None
-    table = np.asarray(entries, dtype=np.int64).reshape(-1, 2)
-    return DofMap(nodes=table[:, 0], components=table[:, 1])
-
-
-def _lower_half(values: Array, size: int, path: Path) -> Sparse:
-    from scipy.sparse import coo_array
-
-    if len(values) != size * (size + 1) // 2:
-        raise InputError(
-            f"{path.name}: found {len(values)} entries, expected {size * (size + 1) // 2} for {size} dofs; truncated"
-        )
-    rows, columns = np.tril_indices(size)
-    return coo_array((values, (rows, columns)), shape=(size, size))
+    return number_table("\n".join(data).encode("latin-1"), width, path)
 
 
 def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
@@ -153,13 +105,27 @@ def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
     for name, table in tables.items():
         rows, columns = np.searchsorted(every, keys[name]).T
         matrices[name] = coo_array((table[:, 4], (rows, columns)), shape=(len(every),) * 2)
-    dof_map = DofMap(nodes=every // 8, components=every % 8)
-    raw = RawModel(matrices=matrices, dof_map=dof_map)
+    nodes, components = every // 8, every % 8
+    notes: tuple[str, ...] = ()
+    if nodes[0] < 0:
+        nodes, components, notes = _internal(nodes, components)
+    raw = RawModel(matrices=matrices, dof_map=DofMap(nodes=nodes, components=components), notes=notes)
     return _without_marked(raw) if "K" in matrices else raw
 
 
+def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, tuple[str, ...]]:
+    """Abaqus' own nodes, of negative numbers, as scalar points above the others: a generalised coordinate each."""
+    inner = np.flatnonzero(nodes < 0)
+    inner = inner[np.lexsort((components[inner], -nodes[inner]))]
+    first = 10 ** len(str(max(int(nodes.max()), 0)))
+    nodes, components = nodes.copy(), components.copy()
+    nodes[inner], components[inner] = first + 1 + np.arange(len(inner)), 6
+    note = f"{len(inner)} dofs of Abaqus' internal nodes are generalised coordinates: n{first + 1}s to n{nodes.max()}s"
+    return nodes, components, (note,)
+
+
 def _keys(table: Array, path: Path) -> IntArray:
-    nodes = whole_numbers(table[:, [0, 2]], "node labels", path, low=0)
+    nodes = whole_numbers(table[:, [0, 2]], "node labels", path, low=-(2**50))
     directions = whole_numbers(table[:, [1, 3]], "directions", path, low=0)
     if directions.max() > 6 or nodes.max() > 2**50:
         raise InputError(
@@ -182,4 +148,4 @@ def _without_marked(raw: RawModel) -> RawModel:
     keep = diags_array((~marked).astype(float))
     matrices = {name: csr_array(keep @ csr_array(matrix) @ keep) for name, matrix in raw.matrices.items()}
     held = np.stack([raw.dof_map.nodes[marked], raw.dof_map.components[marked]], axis=1)
-    return RawModel(matrices=matrices, dof_map=raw.dof_map, nodes=Nodes(held=held))
+    return replace(raw, matrices=matrices, nodes=Nodes(held=held))

@@ -1,8 +1,9 @@
-"""Nastran bulk data, as much as a matrix needs: GRID and SPOINT, constraints, DMIG matrices (punch files)."""
+"""Nastran bulk data, as much as a matrix needs: points, coordinate systems, constraints, sets, DMIG matrices."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +11,20 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
+from slipstick.importers.nastran.dmig import DirectMatrix, pair
+from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.raw_model import Nodes
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
-from slipstick.typing import IntArray, Sparse
+from slipstick.typing import Array, IntArray
 
 
 @dataclass(frozen=True, kw_only=True)
 class BulkData:
     """Points, constraints by set number (0: permanent, on the GRID itself), analysis set, and matrices by name.
 
-    ``combined`` holds the numbers of sets that an SPCADD joins; ``findings`` tells of the cards that are not read.
+    ``directions`` holds, as columns (3, 3), the directions of displacements at points where they are not the basic
+    ones; ``external`` the rows of an external superelement in the order of its EXTRN card; ``combined`` the numbers of
+    sets that an SPCADD joins; ``findings`` tells of the cards that are not read.
     """
 
     nodes: Nodes
@@ -27,19 +32,10 @@ class BulkData:
     held: dict[int, set[tuple[int, int]]]
     combined: frozenset[int]
     analysis_set: set[tuple[int, int]]
+    external: list[tuple[int, int]]
+    directions: Mapping[int, Array]
     matrices: dict[str, DirectMatrix]
     findings: Findings
-
-
-@dataclass(kw_only=True)
-class DirectMatrix:
-    """A DMIG matrix: entries by (node, direction), one half when ``symmetric``."""
-
-    name: str
-    symmetric: bool
-    rows: list[tuple[int, int]] = field(default_factory=list)
-    columns: list[tuple[int, int]] = field(default_factory=list)
-    values: list[float] = field(default_factory=list)
 
 
 def read_bulk(path: Path) -> BulkData:
@@ -48,7 +44,8 @@ def read_bulk(path: Path) -> BulkData:
     Raises
     ------
     InputError
-        For points in a coordinate system of their own, damaged cards, complex matrices, included files, superelements.
+        For damaged cards, coordinate systems without definition, complex matrices, included files, a superelement that
+        is not alone in its file.
     """
     reader = _Reader(path)
     for number, name, fields in cards(read_bytes(path).decode("latin-1"), _READ):
@@ -57,7 +54,7 @@ def read_bulk(path: Path) -> BulkData:
             continue
         try:
             reader.line = number
-            getattr(reader, f"on_{name.lower()}")(fields)
+            reader.read(name, fields)
         except InputError:
             raise
         except (ValueError, IndexError) as error:
@@ -66,29 +63,49 @@ def read_bulk(path: Path) -> BulkData:
     return reader.finish()
 
 
-_READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "ASET", "ASET1", "DMIG"}
+_LONGEST = 10_000_000
+"""Points in one range, at most."""
+_SETS = ("ASET", "BSET", "CSET", "QSET")
+"""What the analysis set is made of: boundary and generalised degrees of freedom."""
+_SYSTEMS = tuple(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
+_READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "EXTRN", "DMIG", *_SYSTEMS}
+_READ |= {*_SETS, *(f"{name}1" for name in _SETS)}
 
 
 class _Reader:
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.grids: dict[int, tuple[float, float, float]] = {}
+        self.grids: dict[int, tuple[str, str, tuple[float, float, float]]] = {}
+        self.systems: dict[int, Definition] = {}
+        self.default_systems = ("", "")
+        self.external: list[tuple[int, int]] = []
         self.points: set[int] = set()
         self.held: dict[int, set[tuple[int, int]]] = {}
         self.analysis: set[tuple[int, int]] = set()
         self.matrices: dict[str, DirectMatrix] = {}
+        self.loads: set[str] = set()
         self.sums: dict[int, list[int]] = {}
         self.free_grids: list[int] = []
         self.held_by_default = ""
         self.findings = Findings(source=path.name)
         self.line = 0
 
+    def read(self, name: str, fields: list[str]) -> None:
+        if name.startswith("CORD"):
+            self.on_system(name[4], name[5], fields)
+        elif name in _SETS:
+            self.on_set(fields)
+        elif name[:-1] in _SETS:
+            self.on_set1(fields)
+        else:
+            getattr(self, f"on_{name.lower()}")(fields)
+
     def on_grid(self, fields: list[str]) -> None:
         fields = fields + [""] * 4  # a card may end after the position
         node = whole_number(fields[0])
-        self._basic(f"GRID {node}", fields)
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
-        if self.grids.setdefault(node, (x, y, z)) != (x, y, z):
+        point = (fields[1], fields[5], (x, y, z))
+        if self.grids.setdefault(node, point) != point:
             raise InputError(f"{self.path.name}, line {self.line}: GRID {node} is given again at another place")
         self._hold(node, fields[6])
         if not fields[6]:
@@ -96,17 +113,43 @@ class _Reader:
 
     def on_grdset(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
-        self._basic("GRDSET", fields)
+        self.default_systems = (fields[1], fields[5])
         self.held_by_default = fields[6]
         _pairs(0, fields[6])  # ValueError here, with the line
 
-    def _basic(self, who: str, fields: list[str]) -> None:
-        for text, what in ((fields[1], "position"), (fields[5], "displacement")):
-            if text not in ("", "0"):
-                raise InputError(
-                    f"{self.path.name}: {who} has its {what} in coordinate system {text}; only the basic system "
-                    "is read: transform the model to it and export again"
-                )
+    def on_system(self, form: str, kind: str, fields: list[str]) -> None:
+        """CORD1: a number and three grid points, twice at most; CORD2: a number, its system and three points."""
+        if form == "1":
+            for part in (fields[:4], fields[4:8]):
+                if any(part):
+                    number, *grids = (whole_number(text) for text in part)
+                    self._define(number, Definition(kind=kind, points=np.array(grids, dtype=np.int64)))
+            return
+        values = [fortran_real(text) if text else 0.0 for text in (fields + [""] * 9)[2:11]]
+        points = np.array(values).reshape(3, 3)
+        within = whole_number(fields[1] or "0")
+        self._define(whole_number(fields[0]), Definition(kind=kind, points=points, within=within))
+
+    def _define(self, number: int, definition: Definition) -> None:
+        known = self.systems.setdefault(number, definition)
+        if (known.kind, known.within, known.points.tolist()) != (
+            definition.kind,
+            definition.within,
+            definition.points.tolist(),
+        ):
+            raise ValueError(f"coordinate system {number} is defined again in another way")
+
+    def on_extrn(self, fields: list[str]) -> None:
+        """Pairs "point, directions", or "first, THRU, last, directions"."""
+        words = [word for word in fields if word]
+        while words:
+            through = len(words) > 3 and words[1].upper() == "THRU"
+            first, last = whole_number(words[0]), whole_number(words[2 if through else 0])
+            if last - first > _LONGEST:
+                raise ValueError(f"the range {first} THRU {last} is too long")
+            directions = words[3 if through else 1]
+            self.external += [key for node in range(first, last + 1) for key in sorted(_pairs(node, directions))]
+            words = words[4 if through else 2 :]
 
     def on_spoint(self, fields: list[str]) -> None:
         self.points |= set(_labels(fields))
@@ -126,12 +169,12 @@ class _Reader:
         for node in _labels(fields[2:]):
             self._constrain(whole_number(fields[0]), node, fields[1])
 
-    def on_aset(self, fields: list[str]) -> None:
+    def on_set(self, fields: list[str]) -> None:
         for node, directions in zip(fields[::2], fields[1::2], strict=False):
             if node:
                 self.analysis |= _pairs(whole_number(node), directions)
 
-    def on_aset1(self, fields: list[str]) -> None:
+    def on_set1(self, fields: list[str]) -> None:
         for node in _labels(fields[1:]):
             self.analysis |= _pairs(node, fields[0])
 
@@ -139,17 +182,23 @@ class _Reader:
         name = fields[0].upper()
         if fields[1] in ("", "0"):
             form, kind = whole_number(fields[2]), whole_number(fields[3] or "2")
+            if form in (2, 9):  # loads: no matrix of the structure
+                self.findings.add(Verdict.HARMLESS, f"DMIG {name}", "", self.line)
+                self.loads.add(name)
+                return
             if kind in (3, 4) or form not in (1, 6):
                 found = "complex" if kind in (3, 4) else f"of form {form}"
                 raise InputError(f"{self.path.name}: DMIG {name} is {found}; expected a real square or symmetric one")
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
+        if name in self.loads:
+            return
         if name not in self.matrices:
             raise ValueError(f"matrix {name} has a column before its header")
-        matrix, column = self.matrices[name], _pair(fields[1], fields[2])
+        matrix, column = self.matrices[name], pair(fields[1], fields[2])
         for at in range(4, len(fields) - 2, 4):
             if fields[at]:
-                matrix.rows.append(_pair(fields[at], fields[at + 1]))
+                matrix.rows.append(pair(fields[at], fields[at + 1]))
                 matrix.columns.append(column)
                 matrix.values.append(fortran_real(fields[at + 2]))
 
@@ -167,17 +216,39 @@ class _Reader:
             self._hold(node, self.held_by_default)
         for number, parts in self.sums.items():
             self.held[number] = set().union(*(self.held.get(part, set()) for part in parts))
-        ids = np.array(sorted(self.grids), dtype=np.int64)
-        coordinates = np.array([self.grids[node] for node in ids.tolist()], dtype=float).reshape(-1, 3)
+        coordinates, directions = self._points()
         return BulkData(
-            nodes=Nodes(ids=ids, coordinates=coordinates),
+            nodes=Nodes(ids=np.array(list(coordinates), dtype=np.int64), coordinates=_stack(coordinates)),
             scalar_points=np.array(sorted(self.points), dtype=np.int64),
             held=self.held,
             combined=frozenset(part for parts in self.sums.values() for part in parts),
             analysis_set=self.analysis,
+            external=self.external,
+            directions=directions,
             matrices=self.matrices,
             findings=self.findings,
         )
+
+    def _points(self) -> tuple[dict[int, Array], dict[int, Array]]:
+        """Positions in the basic system by label, ascending, and directions where they are not the basic ones."""
+        position, displacement = self.default_systems
+        placed = {n: (whole_number(p or position or "0"), at) for n, (p, _, at) in sorted(self.grids.items())}
+        frames = Frames(self.systems, placed, self.path.name)
+        coordinates = {node: frames.position(node) for node in placed}
+        own = {node: whole_number(self.grids[node][1] or displacement or "0") for node in placed}
+        fluid = [node for node, number in own.items() if number < 0]
+        if fluid:
+            raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
+        turned = {
+            node: frames.frame(number).directions(coordinates[node]) for node, number in own.items() if number > 0
+        }
+        return coordinates, {
+            node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)
+        }
+
+
+def _stack(coordinates: Mapping[int, Array]) -> Array:
+    return np.array(list(coordinates.values()), dtype=float).reshape(-1, 3)
 
 
 def _labels(fields: list[str]) -> list[int]:
@@ -191,7 +262,7 @@ def _labels(fields: list[str]) -> list[int]:
     for i, word in enumerate(words):
         if word.upper() == "THRU":
             first, last = whole_number(words[i - 1]), whole_number(words[i + 1])
-            if last - first > 10_000_000:
+            if last - first > _LONGEST:
                 raise ValueError(f"the range {first} THRU {last} is too long")
             labels += range(first + 1, last)
         else:
@@ -201,20 +272,3 @@ def _labels(fields: list[str]) -> list[int]:
 
 def _pairs(node: int, directions: str) -> set[tuple[int, int]]:
     return {(node, (whole_number(digit) - 1) % 7) for digit in directions or "0"}
-
-
-def _pair(node: str, direction: str) -> tuple[int, int]:
-    component = whole_number(direction or "0")
-    if not 0 <= component <= 6:
-        raise ValueError(f"direction {component}; expected 0 to 6")
-    return whole_number(node), (component - 1) % 7
-
-
-def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Sparse:
-    """Rows and columns in the order of ``keys``."""
-    from scipy.sparse import coo_array
-
-    place = {key: i for i, key in enumerate(keys)}
-    rows = [place[key] for key in matrix.rows]
-    columns = [place[key] for key in matrix.columns]
-    return coo_array((np.array(matrix.values, dtype=float), (rows, columns)), shape=(len(keys),) * 2)

@@ -11,7 +11,10 @@ from collections.abc import Collection, Iterator
 
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 
-_SUPER = "belongs to a superelement, which is not read; export the residual structure with its own bulk data"
+_SUPER = (
+    "belongs to an assembly with superelements, which is not put together; import one superelement from its own punch "
+    "file, or export the residual structure with its own bulk data"
+)
 
 CARD_VERDICTS: dict[str, VerdictRow] = {
     **rows("INCLUDE", Verdict.INCOMPLETE, "is not read; merge the included files into one"),
@@ -56,7 +59,7 @@ def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[s
     [(1, 'GRID', ['1', '', '', ''])]
     """
     name, start, fields = "", 0, []
-    for number, line in _bulk_lines(text):
+    for number, line in _bulk_lines(text, wanted):
         head = line.split(",", 1)[0][:8].strip().upper()
         if line[0] in "+*, " and not head[:1].isalpha():
             if name in wanted:
@@ -72,11 +75,18 @@ def cards(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str, list[s
         yield start, name, fields
 
 
-def _bulk_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines between BEGIN BULK and ENDDATA, or all, without comments and empty ones."""
+def _bulk_lines(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str]]:
+    """Lines between BEGIN BULK and ENDDATA, or all, without comments and empty ones.
+
+    A punch file of one superelement is what follows its BEGIN SUPER; one beside other cards is told as card SUPER.
+    """
     lines = text.splitlines()
     begins = re.compile(r"\s*BEGIN(\s*,?\s*BULK)?\b", re.IGNORECASE)
     first = next((i for i, line in enumerate(lines) if begins.match(line)), -1)
+    if first >= 0 and "SUPER" in lines[first].upper():
+        heads = (line.split(",", 1)[0][:8].strip().upper().rstrip("* ") for line in lines[:first])
+        if any(head in wanted for head in heads):
+            yield first + 1, "SUPER,"
     for number, raw in enumerate(lines[first + 1 :], first + 2):
         line = raw.split("$", 1)[0].expandtabs(8).rstrip()
         if line[:8].strip().upper().startswith("ENDDATA"):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,20 +12,28 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
+from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.dmig import DirectMatrix, sparse
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
+from slipstick.importers.turned import to_global
 from slipstick.typing import IntArray, Sparse
 
 _INITIAL = {"K": "K", "M": "M", "C": "B"}
 _WORD = {"K": "stiffness", "M": "mass", "C": "damping"}
+_OF_A_SET = re.compile(r"[KMB]([AFGX])\1")
+"""KAA, MXX, BGG...: other matrices of a superelement's file begin with the same letters (MUG1, MES1)."""
 
 
 def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None = None) -> dict[str, str]:
     """Which of the matrices in a file is K, M, C: as told, else the only name that starts with K, M, B.
 
+    Of several, the one that is of a set of degrees of freedom.
+
     >>> choose(["KAAX", "MAAX", "PAX"], "job.pch")
     {'K': 'KAAX', 'M': 'MAAX'}
+    >>> choose(["KXX", "MXX", "BXX1", "MUG1", "MEE1"], "job.op4")
+    {'K': 'KXX', 'M': 'MXX', 'C': 'BXX1'}
 
     Raises
     ------
@@ -34,6 +44,8 @@ def choose(names: Collection[str], source: str, wanted: Mapping[str, str] | None
     for role, initial in _INITIAL.items():
         told = (wanted or {}).get(role)
         found = [told] if told else [name for name in names if name.upper().startswith(initial) and name[1:2] != "4"]
+        if len(found) > 1:
+            found = [name for name in found if _OF_A_SET.match(name.upper())] or found
         if told and told not in names:
             faults.append(f"{source}: holds no matrix {told}; it holds {', '.join(names)}")
         elif len(found) == 1:
@@ -68,14 +80,51 @@ def read_op4_model(
     found: dict[str, Sparse] = {}
     for path in files:
         found |= read_op4(path)
+    found = {name: matrix for name, matrix in found.items() if matrix.nnz or name in (names or {}).values()}
     matrices = {role: found[name] for role, name in choose(list(found), source, names).items()}
+    beside = _beside(found, matrices, source)
     if dof_map is not None:
         rows, nodes = read_dof_map(dof_map)
-        return RawModel(matrices=matrices, dof_map=rows, nodes=nodes)
+        return _with(RawModel(matrices=matrices, dof_map=rows, nodes=nodes), beside)
     if bulk is None or "K" not in matrices:
-        return RawModel(matrices=matrices)
+        return _with(RawModel(matrices=matrices), beside)
     data = read_bulk(bulk)
-    return RawModel(matrices=matrices, **_rows(data, matrices["K"].shape[0], f"{source}: K", bulk, constraints))
+    told_rows = _rows(data, matrices["K"].shape[0], f"{source}: K", bulk, constraints)
+    raw = _with(RawModel(matrices=matrices, **told_rows), beside)
+    return to_global(raw, data.directions, source)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Beside:
+    """What a file holds besides stiffness, mass and viscous damping."""
+
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def _with(raw: RawModel, beside: _Beside) -> RawModel:
+    return replace(raw, notes=(*raw.notes, *beside.notes), warnings=(*raw.warnings, *beside.warnings))
+
+
+def _beside(found: Mapping[str, Any], chosen: Mapping[str, Any], source: str) -> _Beside:
+    """Other matrices of a file: structural damping is warned of, the rest is listed."""
+    used = {id(matrix) for matrix in chosen.values()}
+    others = {name: matrix for name, matrix in found.items() if id(matrix) not in used}
+    structural = [name for name in others if name.upper().startswith("K4")]
+    warnings = tuple(_structural(name, others[name], chosen.get("K"), source) for name in structural)
+    rest = [name for name in others if name not in structural]
+    return _Beside(notes=(f"{source}: without effect here: {', '.join(rest)}",) if rest else (), warnings=warnings)
+
+
+def _structural(name: str, damping: Any, stiffness: Any, source: str) -> str:
+    """A sentence on structural damping, with the loss factor where there is one for all of the stiffness."""
+    head = f"{source}: the structural damping {name} is not used"
+    if stiffness is not None and stiffness.shape == damping.shape:
+        k, d = stiffness.tocsr(), damping.tocsr()
+        factor = float(k.multiply(d).sum() / k.multiply(k).sum())
+        if abs(d - factor * k).max() <= 1e-6 * abs(d).max():
+            return f"{head}: it is {factor:.6g} times the stiffness, so give loss_factor = {factor:.6g}"
+    return f"{head}: it is no multiple of the stiffness; give the loss_factor that comes nearest"
 
 
 def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | None) -> dict[str, Any]:
@@ -84,7 +133,8 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
     every = sorted(pairs + [(point, 6) for point in data.scalar_points.tolist()])
     held = _held(data, constraints, bulk)
     free = [pair for pair in every if pair not in held]
-    sets = {"g-set": every, "free set": free, "analysis set": sorted(data.analysis_set)}
+    sets = {"superelement (EXTRN)": data.external, "g-set": every, "free set": free}
+    sets["analysis set"] = sorted(data.analysis_set)
     fitting = next((pairs for pairs in sets.values() if len(pairs) == size), None)
     if fitting is None:
         sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
@@ -93,10 +143,15 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
             "export KGG and MGG, or give a map file"
         )
     couplings = data.findings.couplings
-    if couplings and fitting is not sets["analysis set"]:
+    if couplings and fitting not in (sets["analysis set"], data.external):
         raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
     nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
-    return {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data)}
+    parts = {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data)}
+    if fitting is data.external and data.external != sorted(data.external):
+        parts["warnings"] += (
+            f"{bulk.name}: the rows of {what} are taken in the order of its EXTRN card, which does not ascend by point",
+        )
+    return parts
 
 
 def told(data: BulkData) -> dict[str, Any]:
@@ -143,11 +198,9 @@ def read_dmig(files: Collection[Path], bulk: Path | None = None, *, names: Mappi
     source = ", ".join(path.name for path in files)
     if not found:
         raise InputError(f"{source}: holds no DMIG matrix; punch them with PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH)")
-    chosen = {role: found[name] for role, name in choose(list(found), source, names).items()}
-    keys = sorted({pair for matrix in chosen.values() for pair in (*matrix.rows, *matrix.columns)})
-    return RawModel(
-        matrices={role: sparse(matrix, keys) for role, matrix in chosen.items()},
-        dof_map=_dof_map(keys),
-        nodes=points.nodes,
-        **told(points),
-    )
+    chosen = choose(list(found), source, names)
+    keys = sorted({pair for matrix in found.values() for pair in (*matrix.rows, *matrix.columns)})
+    every = {name: sparse(matrix, keys) for name, matrix in found.items()}
+    matrices = {role: every[name] for role, name in chosen.items()}
+    raw = RawModel(matrices=matrices, dof_map=_dof_map(keys), nodes=points.nodes, **told(points))
+    return to_global(_with(raw, _beside(every, matrices, source)), points.directions, source)
