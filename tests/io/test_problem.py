@@ -212,6 +212,7 @@ def test_results_without_a_group_say_so(tmp_path: Path) -> None:
     assert ss.load(path).without == "the file does not hold it"
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_other_readers_see_the_problem(tmp_path: Path) -> None:
     path = saved(modal(), tmp_path)
     with xarray.open_dataset(path, group="problem", engine="h5netcdf") as group:
