@@ -3,7 +3,7 @@
 import numpy as np
 from helpers.stability import oscillator
 
-from slipstick.results.stability import PointStability, ranks, stability_values
+from slipstick.results.stability import PointStability, ranks, stability_sentences, stability_values
 
 
 def test_multipliers_are_padded_and_cut() -> None:
@@ -21,3 +21,14 @@ def test_multipliers_are_padded_and_cut() -> None:
 
 def test_there_is_room_for_all_multipliers_of_a_small_problem() -> None:
     assert ranks(oscillator(1.0)) == ("1", "2", "3")
+
+
+def test_doubts_are_told_once_with_the_worst_point() -> None:
+    values = {"stable": np.array([1, -1, 1]), "hill_pw_difference": np.array([np.nan, 0.001, 0.05])}
+    unknown, apart = stability_sentences("omega", np.array([1.0, 2.0, 3.0]), values, "rad/s")
+    assert unknown == "stability is not known at 1 of 3 points, the first at omega = 2 rad/s"
+    assert apart.startswith(
+        "stability: the exact pieces and the harmonic form give multipliers 0.05 apart at omega = 3"
+    )
+    sound = {"stable": np.array([1, 0]), "hill_pw_difference": np.array([np.nan, 0.001])}
+    assert list(stability_sentences("omega", np.array([1.0, 2.0]), sound, "rad/s")) == []

@@ -181,7 +181,7 @@ def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
         value.detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
-        stability=task.stability.at(step.x, value.detail) if task.stability else None,
+        stability=task.stability.at(step.x, value.detail, compare=kind != "regular") if task.stability else None,
     )  # fmt: skip
 
 

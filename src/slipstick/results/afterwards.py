@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from slipstick.results.stability import stability_sentences
 from slipstick.results.truncation import truncation_sentence
 from slipstick.typing import Array
 
@@ -13,14 +14,15 @@ from slipstick.typing import Array
 def result_warnings(
     followed: str, values: Mapping[str, Array], contacts: Sequence[str], unit: str = "rad/s"
 ) -> list[str]:
-    """Contacts that never acted and harmonics that are missing.
+    """Contacts that never acted, harmonics that are missing, and stability that is in doubt.
 
     ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit`` that of
     frequencies.
     """
     at = values["parameter" if "parameter" in values else "omega"]
     missing = truncation_sentence(followed, at, values["truncation"], unit)
-    return [*_open(values, contacts), *([missing] if missing else [])]
+    doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
+    return [*_open(values, contacts), *([missing] if missing else []), *doubts]
 
 
 def _open(values: Mapping[str, Array], contacts: Sequence[str]) -> Iterator[str]:

@@ -93,6 +93,9 @@ STABILITY: dict[str, Declared] = {
     "stability_method": Declared(
         (), "1", "PW: exact pieces, or count: by the argument principle", texts=STABILITY_METHODS
     ),
+    "hill_pw_difference": Declared(
+        (), "1", "distance of the largest multipliers of exact pieces and of the harmonic form, at points of note"
+    ),
     "neutral_contacts": Declared((), "1", "contacts stuck all period, left out of the multipliers", whole=True),
 }  # fmt: skip
 """Every variable that is there where stability was asked for."""

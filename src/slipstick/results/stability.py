@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.typing import AnyArray, ComplexArray
+from slipstick.typing import AnyArray, Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 STABILITY_METHODS = ("PW", "count")
 """Exact pieces; number of unstable exponents by the argument principle."""
+
+WARNED_DIFFERENCE = 0.02
+"""From here on results are warned of."""
 
 MOST_MULTIPLIERS = 64
 PARTS = ("real", "imaginary")
@@ -36,12 +39,35 @@ class PointStability:
         One of ``STABILITY_METHODS``, or empty.
     neutral
         Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
+    difference
+        Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
     """
 
     multipliers: ComplexArray
     unstable: int
     method: str
     neutral: int
+    difference: float = np.nan
+
+
+def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:
+    """Where stability is not known, and where the harmonics kept are too few for it.
+
+    ``name`` is what ``at`` (n_points,) are values of, ``unit`` that of frequencies.
+    """
+    stable, apart = np.asarray(values["stable"]), np.asarray(values["hill_pw_difference"], dtype=float)
+    known = f" {unit}" if name == "omega" else ""
+    if unknown := np.flatnonzero(stable == UNKNOWN).tolist():
+        yield (
+            f"stability is not known at {len(unknown)} of {stable.size} points, the first at {name} = "
+            f"{at[unknown[0]]:.6g}{known}"
+        )
+    if np.any(apart > WARNED_DIFFERENCE):
+        worst = int(np.nanargmax(apart))
+        yield (
+            f"stability: the exact pieces and the harmonic form give multipliers {apart[worst]:.2g} apart at {name} = "
+            f"{at[worst]:.6g}{known}: keep more harmonics, or confirm by integration in time"
+        )
 
 
 def ranks(problem: Problem) -> tuple[str, ...]:
@@ -66,5 +92,6 @@ def stability_values(found: Sequence[PointStability | None], n_ranks: int) -> Ma
         "unstable_multipliers": unstable,
         "stable": np.where(unstable == UNKNOWN, UNKNOWN, unstable == 0).astype(np.int32),
         "stability_method": np.array(["" if own is None else own.method for own in found], dtype=np.str_),
+        "hill_pw_difference": np.array([np.nan if own is None else own.difference for own in found]),
         "neutral_contacts": np.array([UNKNOWN if own is None else own.neutral for own in found], dtype=np.int32),
     }

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 
-from slipstick.analysis.stability.dynamics import Dynamics, dynamics
+from slipstick.analysis.stability.argument_principle import count_unstable, folded
+from slipstick.analysis.stability.harmonic_form import HarmonicForm, harmonic_form, measured_answers, modal_answers
 from slipstick.analysis.stability.intervals import StickStarts, timeline
-from slipstick.analysis.stability.iterate import Iteration, SmoothMotion
-from slipstick.analysis.stability.laws import Combinations, FrictionPorts
-from slipstick.analysis.stability.monodromy import monodromy
+from slipstick.analysis.stability.iterate import Iteration
+from slipstick.analysis.stability.linear_systems import LinearSystems
+from slipstick.analysis.stability.monodromy import Monodromy, monodromy
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import FrictionLaw
@@ -19,16 +19,17 @@ from slipstick.contact.traits import kind
 from slipstick.errors import Fault, InputError
 from slipstick.faults import shown
 from slipstick.results.stability import UNKNOWN, PointStability
+from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
 StabilityRequest = bool | Literal["full"]
 """What users ask for."""
 
-IN_MOTION = 4.0
-"""Modes stay in motion up to this times the highest harmonic."""
-
 _BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
+
+_DEAD = 1e-3
+"""Below that magnitude the logarithm of a multiplier says nothing."""
 
 
 def stability_request(given: object) -> StabilityRequest:
@@ -41,6 +42,8 @@ def stability_request(given: object) -> StabilityRequest:
 class StabilityWatch:
     """Judges points of a problem's branch; linear systems of contact states are kept from point to point.
 
+    Multipliers by exact pieces where the structure has equations in time, else the number of growing disturbances.
+
     Parameters
     ----------
     balance
@@ -51,66 +54,72 @@ class StabilityWatch:
     Raises
     ------
     InputError
-        If a contact follows a law other than friction, or the structure has no equations in time.
+        If a contact follows a law other than friction.
     """
 
     def __init__(self, balance: Balance, *, full: bool = False) -> None:
-        faults = [_foreign(name) for name in _foreign_contacts(balance)]
-        if faults:
+        if faults := [_foreign(name) for name in _foreign_contacts(balance)]:
             raise InputError(faults)
-        self._balance, self._full = balance, full
-        self._iterate = Iteration(balance)
-        batch = balance.batches[0]
-        numbers = np.arange(balance.n_ports)
-        self._tangential, self._normal = np.full((2, batch.count), -1)
-        for place, port in zip((self._tangential, self._normal), batch.ports, strict=True):
-            place[port.members] = numbers[port.rows]
-        self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
-        self._key: object = None
-        self._combinations: Combinations | None = None
-        self._dynamics({})
+        self._balance, self._iterate = balance, Iteration(balance)
+        self.systems = LinearSystems(balance, full=full)
 
-    def at(self, x: Array, detail: Detail) -> PointStability:
-        """Stability at a solution (N,)."""
+    def at(self, x: Array, detail: Detail, *, compare: bool = False) -> PointStability:
+        """Stability at a solution (N,); ``compare``: with the difference of both methods."""
+        if not self.systems.in_time:
+            return self._counted(x, detail)
         motion = self._iterate(x, detail)
-        line, known = timeline(motion), self.combinations(motion, detail)
+        line, known = timeline(motion), self.systems.at(detail)
         found = monodromy(line, StickStarts(motion, known.contacts, known), known, detail.omega)
         multipliers = np.zeros(0, dtype=complex) if found is None else found.multipliers
         return PointStability(
             multipliers=multipliers,
-            unstable=UNKNOWN if found is None or not found.sound else unstable(multipliers),
+            unstable=_verdict(found, multipliers),
             method="" if found is None else "PW",
             neutral=len(line.neutral),
+            difference=self._difference(x, detail, multipliers) if compare else np.nan,
         )
 
-    def combinations(self, motion: SmoothMotion, detail: Detail) -> Combinations:
-        """Linear systems with the parameters and the modes of a point, those of the last point where they are equal."""
-        given, structure = motion.given, self._dynamics(detail.inputs.structure)
-        if not self._full:
-            structure = structure.below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
-        parameters = [given[name] for name in ("kt", "mu", "kn")]
-        key = (structure.size, *sorted(detail.inputs.structure.items()), *(p.tobytes() for p in parameters))
-        if self._combinations is None or key != self._key:
-            kt, mu, kn = parameters
-            contacts = FrictionPorts(
-                tangential=self._tangential, normal=self._normal, kt=kt, mu=mu, kn=kn, n_ports=self._balance.n_ports
-            )
-            self._key, self._combinations = key, Combinations(structure, contacts)
-        return self._combinations
+    def form(self, x: Array, detail: Detail) -> HarmonicForm:
+        """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
+        balance, inputs = self._balance, detail.inputs
+        orders = np.arange(-balance.harmonics.highest, balance.harmonics.highest + 1, dtype=float)
+        contacts = self.systems.contacts(detail)
+        if self.systems.in_time:
+            answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
+        else:
+            answers = measured_answers(adjusted(balance.receptance, inputs.structure), orders, detail.omega)
+        motion = balance.motion(0, x, detail.omega, inputs.batches[0])
+        given = {**detail.responses[0].values, "v": motion.drift[0]}
+        own = (motion.Q[0], motion.Q[1])
+        return harmonic_form(balance.harmonics, own, given, contacts, answers, detail.omega)
 
-    def _dynamics(self, values: Mapping[str, float]) -> Dynamics:
-        key = tuple(sorted(values.items()))
-        if key not in self._structures:
-            structure = self._balance.problem.structure
-            own = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
-            directions = self._balance.directions
-            self._structures = {key: dynamics(own.time_equations(directions, directions))}
-        return self._structures[key]
+    def _counted(self, x: Array, detail: Detail) -> PointStability:
+        form = self.form(x, detail)
+        near = folded(self._balance.problem.structure.natural_frequencies, detail.omega)
+        count = count_unstable(lambda nu: form.sign(1j * nu), detail.omega, near)
+        return PointStability(
+            multipliers=np.zeros(0, dtype=complex),
+            unstable=UNKNOWN if count is None else count,
+            method="" if count is None else "count",
+            neutral=form.neutral,
+        )
+
+    def _difference(self, x: Array, detail: Detail, multipliers: ComplexArray) -> float:
+        """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
+        if not multipliers.size or abs(multipliers[0]) < _DEAD:
+            return np.nan
+        period = 2.0 * np.pi / detail.omega
+        exponent = self.form(x, detail).exponent(np.log(multipliers[0]) / period)
+        return np.nan if exponent is None else float(abs(np.exp(exponent * period) - multipliers[0]))
 
 
 def unstable(multipliers: ComplexArray) -> int:
     """How many multipliers lie beyond the unit circle."""
     return int(np.sum(np.abs(multipliers) > 1.0 + _BEYOND))
+
+
+def _verdict(found: Monodromy | None, multipliers: ComplexArray) -> int:
+    return UNKNOWN if found is None or not found.sound else unstable(multipliers)
 
 
 def _foreign_contacts(balance: Balance) -> list[str]:
@@ -122,5 +131,5 @@ def _foreign_contacts(balance: Balance) -> list[str]:
 def _foreign(name: str) -> Fault:
     return Fault(
         "stability", f"contact '{name}' follows a law of another kind, and only friction contacts are known",
-        remedy="leave stability out, or check points in time with a code of your own",
+        remedy="leave stability out, or integrate in time with a code of your own",
     )  # fmt: skip

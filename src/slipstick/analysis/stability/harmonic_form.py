@@ -1,0 +1,225 @@
+"""Disturbances as growing vibration: ``D(lambda) = I + A(lambda + i k omega) J(lambda)`` [STABILITY section 4].
+
+A disturbance ``e^(lambda t) sum_k d_k e^(i k tau)`` keeps itself up where ``det D = 0``. The contacts' answer J is in
+closed form; lambda enters it through what each stick remembers of its beginning, one vector a stick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from slipstick.analysis.stability.dynamics import Dynamics
+from slipstick.analysis.stability.laws import FrictionPorts
+from slipstick.contact.forces import element_intervals
+from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
+from slipstick.structure.protocol import Receptance
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import AnyArray, Array, ComplexArray, IntArray
+
+Answers = Callable[[complex], ComplexArray]
+"""Receptances (2 H + 1, n_ports, n_ports) of the structure at ``lambda + i k omega``, k = -H..H."""
+
+_TRIALS = 12
+
+
+class StickTerm(NamedTuple):
+    """One stick: it begins at ``start``, lasts ``length`` (rad), and remembers ``-kt dx + factor dy``."""
+
+    contact: int
+    start: float
+    length: float
+    factor: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HarmonicForm:
+    """The form at one point.
+
+    Attributes
+    ----------
+    fixed
+        What of J does not depend on lambda, (n_ports, K, n_ports, K) with K = 2 H + 1.
+    sticks
+        All stick intervals that begin within the period.
+    """
+
+    omega: float
+    orders: Array
+    """-H..H."""
+    contacts: FrictionPorts
+    fixed: ComplexArray
+    sticks: tuple[StickTerm, ...]
+    answers: Answers
+    neutral: int
+    """Contacts stuck all period."""
+
+    def contact_answer(self, exponent: complex) -> ComplexArray:
+        """``J(lambda)`` (n_ports, K, n_ports, K) [STABILITY (14) to (17)]."""
+        out, c = self.fixed.copy(), self.contacts
+        for stick in self.sticks:
+            rate = exponent / self.omega + 1j * self.orders
+            h = np.exp(-1j * self.orders * stick.start) * _decay(rate, stick.length) / (2.0 * np.pi)
+            memory = h[:, None] * np.exp(1j * self.orders * stick.start)[None, :]
+            x, y = c.tangential[stick.contact], c.normal[stick.contact]
+            out[x, :, x, :] -= c.kt[stick.contact] * memory
+            if y >= 0:
+                out[x, :, y, :] += stick.factor * memory
+        return out
+
+    def matrix(self, exponent: complex) -> ComplexArray:
+        """``D(lambda)`` (n_ports K, n_ports K)."""
+        J, A = self.contact_answer(exponent), self.answers(exponent)
+        n, K = J.shape[:2]
+        product: ComplexArray = np.einsum("kpq,qkrl->pkrl", A, J, optimize=True).reshape(n * K, n * K)
+        product[np.diag_indices(n * K)] += 1.0
+        return product
+
+    def sign(self, exponent: complex) -> complex:
+        """Phase of ``det D(lambda)``, a number of magnitude 1 (0 where it is singular)."""
+        return complex(np.linalg.slogdet(self.matrix(exponent))[0])
+
+    def exponent(self, start: complex) -> complex | None:
+        """The zero of ``det D`` near ``start``, by secants on the bordered matrix; None where they run away."""
+        D, size = self.matrix(start), abs(self.omega)
+        left, right = _null_vectors(D)
+        known = [start, start + 1e-4 * size]
+        values = [_border(D, left, right), _border(self.matrix(known[1]), left, right)]
+        for _ in range(_TRIALS):
+            slope = (values[-1] - values[-2]) / (known[-1] - known[-2])
+            if not abs(slope) > 0.0:
+                return None
+            known.append(known[-1] - values[-1] / slope)
+            if abs(known[-1] - start) > 0.5 * size:
+                return None
+            if abs(known[-1] - known[-2]) < 1e-10 * size:
+                return known[-1]
+            values.append(_border(self.matrix(known[-1]), left, right))
+        return None
+
+
+def harmonic_form(
+    harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array], contacts: FrictionPorts,
+    answers: Answers, omega: float,
+) -> HarmonicForm:  # fmt: skip
+    """The form at a motion (n, L) of the contacts, the counter surface's included, with all orders up to the highest.
+
+    ``given`` are the parameters as ``element_forces`` takes them.
+    """
+    X, Y = motion
+    found = element_intervals(harmonics, X, Y, **given)
+    orders = np.arange(-harmonics.highest, harmonics.highest + 1, dtype=float)
+    n, K = contacts.n_ports, orders.size
+    fixed, sticks, neutral = np.zeros((n, K, n, K), dtype=complex), [], 0
+    for i, total in enumerate(found.totals.tolist()):
+        at, code = found.at[i, :total], found.code[i, :total]
+        x, y = contacts.tangential[i], contacts.normal[i]
+        stick, slip, closed = _windows(at, code[:, 0], harmonics.highest)
+        whole = total == 1 and code[0, 0] == STICK
+        fixed[x, :, x, :] = contacts.kt[i] * (np.eye(K) if whole else stick)
+        if y >= 0:
+            fixed[x, :, y, :] = contacts.mu[i] * contacts.kn[i] * slip
+            fixed[y, :, y, :] = contacts.kn[i] * closed
+        neutral += int(whole and contacts.kt[i] > 0)
+        if not whole:
+            sticks += [
+                StickTerm(i, a, b - a, _factor(i, a, int(origin), harmonics, (X[i], Y[i]), given))
+                for (a, b, _), (state, origin) in zip(at.tolist(), code, strict=True)
+                if state == STICK
+            ]
+    return HarmonicForm(
+        omega=omega, orders=orders, contacts=contacts, fixed=fixed, sticks=tuple(sticks), answers=answers,
+        neutral=neutral,
+    )  # fmt: skip
+
+
+def _windows(at: Array, states: IntArray, highest: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """``W`` (K, K) of stick, of slip with its sign, and of contact [STABILITY (13)]."""
+    k = np.arange(-2 * highest, 2 * highest + 1)
+    parts = np.zeros((3, k.size), dtype=complex)
+    divisor = np.where(k == 0, 1, k)
+    for (a, b, _), state in zip(at, states, strict=True):
+        if state == SEPARATION:
+            continue
+        own = np.where(k == 0, b - a, (np.exp(1j * k * b) - np.exp(1j * k * a)) / (1j * divisor)) / (2.0 * np.pi)
+        parts[2] += own
+        if state == STICK:
+            parts[0] += own
+        else:
+            parts[1] += own if state == SLIP_PLUS else -own
+    place = np.subtract.outer(np.arange(2 * highest + 1), np.arange(2 * highest + 1))
+    stick, slip, closed = (part[2 * highest - place] for part in parts)
+    return stick, slip, closed
+
+
+def _factor(
+    i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array]
+) -> float:
+    """``fac`` of a stick that begins, as in the tangent of the element [STABILITY (5), (6)]."""
+    if origin != SEPARATION:
+        return float(given["mu"][i] * given["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
+    slope = harmonics.derivative(np.array(motion)) @ harmonics.H_minus(time)
+    return float(given["kt"][i] * (slope[0] + given["v"][i]) / slope[1]) if slope[1] > 0.0 else 0.0
+
+
+def _decay(rate: AnyArray, length: float) -> ComplexArray:
+    """``(1 - e^(-rate length)) / rate``, without loss of digits."""
+    small = np.abs(rate) * length < 1e-8
+    safe = np.where(small, 1.0, rate)
+    return np.asarray(np.where(small, length * (1.0 - 0.5 * rate * length), -np.expm1(-safe * length) / safe))
+
+
+def _null_vectors(D: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Nearly the left and the right null vector of a nearly singular matrix, by inverse iteration."""
+    from scipy.linalg import lu_factor, lu_solve
+
+    factors = lu_factor(D, check_finite=False)
+    left = right = np.exp(1j * np.arange(len(D)))  # no direction is left out
+    for _ in range(2):
+        left, right = lu_solve(factors, left, trans=2), lu_solve(factors, right)
+        left, right = left / np.linalg.norm(left), right / np.linalg.norm(right)
+    return left, right
+
+
+def _border(D: ComplexArray, left: ComplexArray, right: ComplexArray) -> complex:
+    """Zero where ``D`` is singular, and smooth there: ``1 / (right^H D^-1 left)``, for null vectors or near them."""
+    try:
+        return complex(1.0 / (right.conj() @ np.linalg.solve(D, left)))
+    except np.linalg.LinAlgError:
+        return 0.0
+
+
+def measured_answers(receptance: Receptance, orders: Array, omega: float) -> Answers:
+    """Receptances that are known at real frequencies alone, at imaginary exponents below ``omega``."""
+
+    def at(exponent: complex) -> ComplexArray:
+        w = exponent.imag + orders * omega
+        still = w == 0.0
+        n = receptance.static.shape[0]
+        out = np.broadcast_to(receptance.static[:, :n], (w.size, n, n)).astype(complex)
+        moving = np.abs(w[~still])
+        found = np.array([receptance.at(np.ones(1), each)[0][0][:, :n] for each in moving])
+        out[~still] = np.where(w[~still][:, None, None] > 0, found, found.conj())
+        return out
+
+    return at
+
+
+def modal_answers(dynamics: Dynamics, orders: Array, omega: float) -> Answers:
+    """Receptances of equations of motion, at any exponent."""
+    squared, damping = np.diag(dynamics.K), np.diag(dynamics.C)
+    modal = not np.any(dynamics.K - np.diag(squared)) and not np.any(dynamics.C - np.diag(damping))
+
+    def at(exponent: complex) -> ComplexArray:
+        s = exponent + 1j * orders * omega
+        if modal:
+            weights = 1.0 / (squared + s[:, None] * (damping + s[:, None]))
+            return np.asarray((dynamics.rows * weights[:, None, :]) @ dynamics.columns + dynamics.R)
+        each = s[:, None, None]
+        Z = dynamics.K + each * dynamics.C + each * each * np.eye(dynamics.size)
+        return np.asarray(dynamics.rows @ np.linalg.solve(Z, dynamics.columns.astype(complex)) + dynamics.R)
+
+    return at

@@ -1,0 +1,69 @@
+"""The linear systems of a branch: structure and contacts as they are at a point, kept as long as they stay the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from slipstick.analysis.stability.dynamics import Dynamics, dynamics
+from slipstick.analysis.stability.laws import Combinations, FrictionPorts
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import Detail
+from slipstick.errors import InputError
+
+IN_MOTION = 4.0
+"""Modes stay in motion up to this times the highest harmonic."""
+
+
+class LinearSystems:
+    """Makes them when a point asks.
+
+    Attributes
+    ----------
+    in_time
+        Whether the structure has equations in time; without, only :meth:`contacts` is known.
+    """
+
+    def __init__(self, balance: Balance, *, full: bool) -> None:
+        self._balance, self._full = balance, full
+        batch, numbers = balance.batches[0], np.arange(balance.n_ports)
+        self._tangential, self._normal = np.full((2, batch.count), -1)
+        for place, port in zip((self._tangential, self._normal), batch.ports, strict=True):
+            place[port.members] = numbers[port.rows]
+        self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
+        self._key: object = None
+        self._combinations: Combinations | None = None
+        try:
+            self._dynamics({})
+            self.in_time = True
+        except (InputError, NotImplementedError):
+            self.in_time = False
+
+    def contacts(self, detail: Detail) -> FrictionPorts:
+        """The contacts with the parameters of a point."""
+        values = detail.responses[0].values
+        return FrictionPorts(
+            tangential=self._tangential, normal=self._normal, kt=values["kt"], mu=values["mu"], kn=values["kn"],
+            n_ports=self._balance.n_ports,
+        )  # fmt: skip
+
+    def at(self, detail: Detail) -> Combinations:
+        """Those of a point."""
+        contacts, structure = self.contacts(detail), self._dynamics(detail.inputs.structure)
+        if not self._full:
+            structure = structure.below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
+        parameters = (p.tobytes() for p in (contacts.kt, contacts.mu, contacts.kn))
+        key = (structure.size, *sorted(detail.inputs.structure.items()), *parameters)
+        if self._combinations is None or key != self._key:
+            self._key, self._combinations = key, Combinations(structure, contacts)
+        return self._combinations
+
+    def _dynamics(self, values: Mapping[str, float]) -> Dynamics:
+        key = tuple(sorted(values.items()))
+        if key not in self._structures:
+            structure = self._balance.problem.structure
+            own = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
+            directions = self._balance.directions
+            self._structures = {key: dynamics(own.time_equations(directions, directions))}
+        return self._structures[key]
