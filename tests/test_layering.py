@@ -86,6 +86,7 @@ BY_OTHERS = {
     "results/notebook.py": "test_html.py",
     "faults.py": "test_wrong_values.py, argument by argument",
     "io/notes.py": "app/verbs/test_resume.py, by runs that go on",
+    "importers/abaqus/content.py": "test_input_file.py, which fills it",
 }
 """Files, or folders, that are tested through another one, and where."""
 

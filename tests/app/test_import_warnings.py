@@ -127,12 +127,12 @@ def test_solids_of_higher_order_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> None:
-    mesh = write_mesh(tmp_path, "*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n")
+    mesh = write_mesh(tmp_path, "*CONTACT PAIR, INTERACTION=I\nS1, S2\n")
     options = ImportOptions(material=STEEL, fixed=["ROOT"])
     with pytest.raises(InputError) as caught:
         read_model(mesh, options)
     (said,) = caught.value.sentences
-    assert "*EQUATION ties degrees of freedom to each other" in said
+    assert "*CONTACT PAIR holds surfaces in contact" in said
     (tmp_path / "case.toml").write_text(CASE.format(file="cube.inp", more=MESH, tip=tip()))
     for arguments in (
         ["import", mesh, "-o", tmp_path / "m.h5", "--young", "2e11", "--poisson", "0.3", "--density", "7800"],

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import suggestion
+from slipstick.fem.equations import COMPONENTS, NodalEquation, Pair, dof_name, idle_notes, resolve
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csc_array, csr_array
 
 _SINGLE = re.compile(r"n(\d{1,18})(x|y|z|rx|ry|rz|s)?$")
 """A node or a degree of freedom by name."""
 
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz", "s")
-"""Directions by number: three displacements, three rotations, and a scalar (a point without direction)."""
+_ROUNDING = 1e-13
+"""Sums below this fraction of their terms are rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,9 @@ class ImportedModel:
         Node labels of each named set or component.
     constrained
         Degrees of freedom which were removed because they are held, (n_constrained, 2): node label, direction.
+    dependent, dependence
+        Degrees of freedom which were removed because equations give them from the others, (n_dependent, 2): node label,
+        direction; and how, sparse (n_dependent, n): their motion is ``dependence @ q``.
     source, units, notes, warnings
         The files read; what is known of the units; what was left out without effect; what is approximated or looks
         wrong, one sentence each.
@@ -73,6 +77,8 @@ class ImportedModel:
     coordinates: Array = field(default_factory=lambda: np.empty((0, 3)))
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     constrained: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    dependent: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    dependence: csr_array | None = None
     source: str = ""
     units: str = "not stated"
     notes: tuple[str, ...] = ()
@@ -98,15 +104,23 @@ class ImportedModel:
     @cached_property
     def dofs(self) -> tuple[str, ...]:
         """Names "n<node><direction>", as in "n123y" or "n5rz"."""
-        pairs = zip(self.dof_nodes.tolist(), self.dof_components.tolist(), strict=True)
-        return tuple(f"n{node}{COMPONENTS[component]}" for node, component in pairs)
+        return tuple(map(dof_name, self._pairs(self.dof_nodes, self.dof_components)))
 
     @cached_property
     def _rows(self) -> dict[str, int]:
         return {name: row for row, name in enumerate(self.dofs)}
 
+    @cached_property
+    def dependent_dofs(self) -> tuple[str, ...]:
+        """Names of the dependent degrees of freedom."""
+        return tuple(map(dof_name, self._pairs(*self.dependent.T)))
+
+    @cached_property
+    def _dependent_rows(self) -> dict[str, int]:
+        return {name: row for row, name in enumerate(self.dependent_dofs)}
+
     def index(self, dof: str) -> int:
-        """Row of a degree of freedom.
+        """Row of a free degree of freedom.
 
         Raises
         ------
@@ -115,12 +129,52 @@ class ImportedModel:
         """
         if dof in self._rows:
             return self._rows[dof]
-        held = {f"n{node}{COMPONENTS[component]}" for node, component in self.constrained.tolist()}
+        if dof in self._dependent_rows:
+            raise InputError(f"dof '{dof}' depends on others by an equation of the imported model; it has no row")
+        held = {dof_name(_pair(pair)) for pair in self.constrained.tolist()}
         if dof in held:
             raise InputError(
                 f"dof '{dof}' is constrained in the imported model; it can carry no contact, load or output"
             )
         raise InputError(f"dof '{dof}' is not in the imported model; names are n<node><direction>, as {self.dofs[0]}")
+
+    def directions(self, dofs: Sequence[str]) -> csc_array:
+        """Columns (n, len(dofs)) that take these out of a motion, or put unit forces on them: ``columns.T @ q``.
+
+        Dependent ones have the columns of what they depend on.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name, or it is constrained.
+        """
+        from scipy.sparse import csc_array, csr_array, vstack
+
+        parts = []
+        for dof in dofs:
+            if dof in self._dependent_rows and self.dependence is not None:
+                parts.append(self.dependence[[self._dependent_rows[dof]]])
+            else:
+                parts.append(csr_array(([1.0], ([0], [self.index(dof)])), shape=(1, self.n_dofs)))
+        return csc_array(vstack(parts).T) if parts else csc_array((self.n_dofs, 0))
+
+    def translation(self, axis: str) -> Array:
+        """The unit motion (n,) of the whole model along "x", "y" or "z".
+
+        Raises
+        ------
+        InputError
+            If an equation does not let the model move so.
+        """
+        along = COMPONENTS.index(axis)
+        moved = (self.dof_components == along).astype(float)
+        if self.dependence is not None:
+            wanted = (self.dependent[:, 1] == along).astype(float)
+            stays = np.abs(self.dependence @ moved - wanted) > 1e-6
+            if stays.any():
+                what = f"{dof_name(_pair(self.dependent[stays][0]))} depends on others so that it cannot"
+                raise InputError(Fault("base", f"the model cannot move along {axis} as a whole: {what}"))
+        return moved
 
     def nodes_of(self, name: str) -> IntArray:
         """Node labels of a named set; InputError says which there are."""
@@ -157,28 +211,30 @@ class ImportedModel:
             One sentence for each unknown set; if nothing is left to hold or to move.
         """
         names = [where] if isinstance(where, str) else where
-        rows = np.zeros(self.n_dofs, dtype=bool)
+        single: list[str] = []
         nodes = names
         if not isinstance(names, np.ndarray):
             single = [name for name in names if name not in self.node_sets and names_dofs(name)]
-            for name in single:
-                rows |= self._single(name)
             nodes = self._named([name for name in names if name not in single])
         wanted = [i for i, name in enumerate(COMPONENTS) if name in _directions(components)]
-        held = rows | (np.isin(self.dof_nodes, nodes) & np.isin(self.dof_components, wanted))
-        if not held.any() or held.all():
+        places = ((self.dof_nodes, self.dof_components), (self.dependent[:, 0], self.dependent[:, 1]))
+        marks = [np.isin(labels, nodes) & np.isin(parts, wanted) for labels, parts in places]
+        for name in single:
+            named = [_single(name, *place) for place in places]
+            if not any(mark.any() for mark in named):
+                raise InputError(Fault("fixed", f"there is no free dof '{name}' in the model"))
+            marks = [mark | more for mark, more in zip(marks, named, strict=True)]
+        held, others = marks
+        if not (held.any() or others.any()) or held.all():
             raise InputError(f"fixing {len(nodes)} nodes in {components} holds {held.sum()} of {self.n_dofs} dofs")
-        return self._without(held)
-
-    def _single(self, name: str) -> NDArray[np.bool_]:
-        """Rows of "n12" or "n12y"."""
-        node, component = _SINGLE.match(name).groups()  # type: ignore[union-attr]
-        rows = self.dof_nodes == int(node)
-        if component:
-            rows = rows & (self.dof_components == COMPONENTS.index(component))
-        if not rows.any():
-            raise InputError(Fault("fixed", f"there is no free dof '{name}' in the model"))
-        return rows
+        if self.dependence is None:
+            return self._without(held)
+        chosen = [
+            pair
+            for (labels, parts), mark in zip(places, marks, strict=True)
+            for pair in self._pairs(labels[mark], parts[mark])
+        ]
+        return self.constrain((), held=chosen)
 
     def _named(self, sets: Sequence[str]) -> IntArray:
         """Node labels of several named sets."""
@@ -197,7 +253,59 @@ class ImportedModel:
         known = self.materials or {"all": Material(young=1.0, poisson=0.0)}
         return replace(self, materials={n: replace(m, conductivity=conductivity) for n, m in known.items()})
 
-    def _without(self, held: NDArray[np.bool_]) -> ImportedModel:
+    def constrain(self, equations: Iterable[NodalEquation], *, held: Iterable[Pair] = ()) -> ImportedModel:
+        """The model with more linear constraints: dependent degrees of freedom are taken out of K, M, C.
+
+        Parameters
+        ----------
+        equations
+            Between any degrees of freedom of the model. Those that it does not have, such as rotations of a reference
+            node, are made, without stiffness or mass of their own.
+        held
+            Node label and direction (index into ``COMPONENTS``) of what is held at zero, free ones or dependent ones.
+
+        Raises
+        ------
+        InputError
+            As :func:`slipstick.structure.constraints.eliminate`.
+        """
+        from scipy.sparse import csr_array
+
+        rows = self._pairs(self.dof_nodes, self.dof_components)
+        zero = [*self.constrained.tolist(), *held]
+        every, found = resolve(rows, list(equations), [*map(_pair, zero)], self._combinations(rows))
+        table = np.array(every, dtype=np.int64).reshape(-1, 2)
+        basis = csr_array(found.T[: len(rows)])
+        return replace(
+            self,
+            **{n: _reduced(basis, m) for n, m in (("K", self.K), ("M", self.M), ("C", self.C)) if m is not None},
+            dof_nodes=table[found.independent, 0],
+            dof_components=table[found.independent, 1],
+            constrained=np.unique(np.concatenate([self.constrained, table[found.zero]]), axis=0),
+            dependent=table[found.dependent],
+            dependence=csr_array(found.T[found.dependent]) if len(found.dependent) else None,
+            notes=(*self.notes, *idle_notes(found)),
+        )
+
+    def _combinations(self, rows: Sequence[Pair]) -> dict[Pair, list[tuple[Pair, float]]]:
+        """What each dependent degree of freedom is made of."""
+        if self.dependence is None:
+            return {}
+        parts, sparse = self._pairs(*self.dependent.T), self.dependence
+        spans = [slice(a, b) for a, b in pairwise(sparse.indptr.tolist())]
+        return {
+            pair: [
+                (rows[i], value) for i, value in zip(sparse.indices[at].tolist(), sparse.data[at].tolist(), strict=True)
+            ]
+            for pair, at in zip(parts, spans, strict=True)
+        }
+
+    @staticmethod
+    def _pairs(nodes: IntArray, components: IntArray) -> list[Pair]:
+        return [*zip(nodes.tolist(), components.tolist(), strict=True)]
+
+    def _without(self, held: BoolArray) -> ImportedModel:
+        """Rows taken out, of a model in which nothing depends on them."""
         kept = np.flatnonzero(~held)
         removed = np.stack([self.dof_nodes[held], self.dof_components[held]], axis=1)
         return replace(
@@ -211,6 +319,13 @@ class ImportedModel:
         )
 
 
+def _single(name: str, labels: IntArray, components: IntArray) -> BoolArray:
+    """Where "n12" or "n12y" stands among degrees of freedom."""
+    node, component = _SINGLE.match(name).groups()  # type: ignore[union-attr]
+    here = labels == int(node)
+    return here & (components == COMPONENTS.index(component)) if component else here
+
+
 def names_dofs(name: str) -> bool:
     """Whether a name is that of a node or of one of its degrees of freedom.
 
@@ -218,6 +333,21 @@ def names_dofs(name: str) -> bool:
     [True, True, False, False]
     """
     return _SINGLE.match(name) is not None
+
+
+def _pair(given: Sequence[int]) -> Pair:
+    return int(given[0]), int(given[1])
+
+
+def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
+    """``T' A T``; what is left of cancelled terms (a rigid body's own stiffness) is zero, not rounding."""
+    from scipy.sparse import csr_array
+
+    part = csr_array(basis.T @ matrix @ basis)
+    part = csr_array((part + part.T) * 0.5)
+    size = csr_array(abs(basis).T @ abs(matrix) @ abs(basis))
+    left = csr_array(abs(part) > _ROUNDING * size)
+    return csr_array(part.multiply(left))
 
 
 def _directions(components: str) -> set[str]:
@@ -241,6 +371,10 @@ def _faults(model: ImportedModel) -> Iterator[str]:
         return
     if n and not (model.dof_components.min() >= 0 and model.dof_components.max() < len(COMPONENTS)):
         yield f"the dof map holds a direction outside 1..{len(COMPONENTS)}"
+    if (0 if model.dependence is None else model.dependence.shape[0]) != len(model.dependent):
+        yield f"{len(model.dependent)} dependent dofs have {'no' if model.dependence is None else 'other'} equations"
+    elif model.dependence is not None and model.dependence.shape[1] != n:
+        yield f"dependence has {model.dependence.shape[1]} columns; expected {n}, one for each free dof"
     pairs, counts = np.unique(np.stack([model.dof_nodes, model.dof_components], axis=1), axis=0, return_counts=True)
     if n and counts.max() > 1:
         node, component = pairs[np.argmax(counts)]

@@ -32,7 +32,11 @@ class ElasticModel:
     K, M
         Sparse symmetric (n_free, n_free).
     free
-        Index (n_free,) of each kept degree of freedom in the node-major list ``3 node + axis``.
+        Index (n_free,) of each kept degree of freedom in the node-major list ``3 node + axis``; -1 for rotations of
+        reference nodes, which are in no element.
+    basis
+        Motion of all nodes from that of the free degrees of freedom, sparse (3 n_nodes, n_free); None where each is
+        one of the list.
     conduction
         Conduction matrix of all nodes, (n_nodes, n_nodes); None where no conductivity is known.
     """
@@ -42,6 +46,7 @@ class ElasticModel:
     M: csr_array
     free: IntArray
     conduction: csr_array | None
+    basis: csr_array | None = None
 
     @cached_property
     def dofs(self) -> tuple[str, ...]:
@@ -52,15 +57,20 @@ class ElasticModel:
     @cached_property
     def _position(self) -> IntArray:
         position = np.full(3 * self.mesh.n_nodes, -1, dtype=np.int64)
-        position[self.free] = np.arange(len(self.free))
+        position[self.free[self.free >= 0]] = np.flatnonzero(self.free >= 0)
         return position
 
     def restrict(self, full: Any) -> Any:
-        """Rows of the free degrees of freedom of a vector (3 n_nodes,) or of columns, dense or sparse."""
+        """Forces on the free degrees of freedom by those on all (3 n_nodes,), or columns of them, dense or sparse."""
+        if self.basis is not None:
+            return (self.basis.T @ full).tocsr() if hasattr(full, "tocsr") else self.basis.T @ full
         return full.tocsr()[self.free] if hasattr(full, "tocsr") else full[self.free]
 
     def expand(self, vectors: Array) -> Array:
         """Displacements of all nodes (n_nodes, 3, ...) from values at the free degrees of freedom (n_free, ...)."""
+        if self.basis is not None:
+            moved: Array = self.basis @ vectors
+            return moved.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
         full = np.zeros((3 * self.mesh.n_nodes, *vectors.shape[1:]), dtype=vectors.dtype)
         full[self.free] = vectors
         return full.reshape(self.mesh.n_nodes, 3, *vectors.shape[1:])
@@ -69,6 +79,8 @@ class ElasticModel:
         """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
         from scipy.sparse import csr_array
 
+        if self.basis is not None:
+            return csr_array(self.basis[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()].T)
         at = self._position[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()]
         free = np.flatnonzero(at >= 0)
         return csr_array((np.ones(len(free)), (at[free], free)), shape=(len(self.free), at.size))

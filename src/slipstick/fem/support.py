@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.fem.imported import COMPONENTS, ImportedModel
+from slipstick.fem.equations import COMPONENTS
+from slipstick.fem.imported import ImportedModel
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.fem.imported import COMPONENTS
+from slipstick.fem.equations import COMPONENTS
 from slipstick.importers.raw_model import DofMap, Nodes
 from slipstick.importers.text_numbers import read_bytes
 

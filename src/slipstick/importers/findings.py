@@ -18,6 +18,7 @@ ROUTE = (
 class Verdict(Enum):
     """What becomes of an entry."""
 
+    READ = "read and applied"
     INCOMPLETE = "refused: what the file describes is not all in it"
     COUPLING = "refused where the mesh is assembled here: it couples, adds, rotates or holds"
     APPROXIMATED = "warned of"
@@ -54,10 +55,20 @@ class Coupling:
 
 @dataclass(kw_only=True)
 class Findings:
-    """Entries met, in the order of the file: (verdict, name, sentence) -> lines."""
+    """Entries met, in the order of the file: (verdict, name, sentence) -> lines.
+
+    ``extra`` are notes besides; ``origin`` says for each line what it is called, where a text is made of several files.
+    """
 
     source: str
     met: dict[tuple[Verdict, str, str], list[int]] = field(default_factory=dict)
+    extra: list[str] = field(default_factory=list)
+    origin: list[str] = field(default_factory=list)
+    elsewhere: list[Coupling] = field(default_factory=list)
+
+    def place(self, line: int) -> str:
+        """File and line, for messages."""
+        return self.origin[line - 1] if 0 < line <= len(self.origin) else f"{self.source}, line {line}"
 
     def add(self, verdict: Verdict, name: str, what: str, line: int) -> None:
         """Remember one entry."""
@@ -75,10 +86,15 @@ class Findings:
         if faults:
             raise InputError(faults)
 
+    def couple(self, where: str, what: str) -> None:
+        """Remember what an assembly here would leave out, of many lines."""
+        self.elsewhere.append(Coupling(where=where, what=what))
+
     @property
     def couplings(self) -> tuple[Coupling, ...]:
         """What an assembly here would leave out."""
-        return tuple(Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
+        own = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
+        return (*own, *self.elsewhere)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -93,11 +109,11 @@ class Findings:
             f"{self.source}: {head}: {', '.join(names)}"
             for verdict, head in heads.items()
             if (names := self._list(verdict))
-        )
+        ) + tuple(self.extra)
 
     def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
         return [
-            (f"{self.source}, line {lines[0]}{_more(len(lines) - 1)}: {name}", what)
+            (f"{self.place(lines[0])}{_more(len(lines) - 1)}: {name}", what)
             for (found, name, what), lines in self.met.items()
             if found is verdict
         ]

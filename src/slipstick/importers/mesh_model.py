@@ -2,22 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
-from slipstick.fem.elements import FACES
+from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
+from slipstick.fem.equations import NodalEquation
 from slipstick.fem.imported import ImportedModel, names_dofs
+from slipstick.fem.lumped import Lumped, with_lumped
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.findings import Coupling
 from slipstick.importers.mesh_checks import Variants, material_warnings, variant_warnings
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel, build_model
 from slipstick.typing import IntArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stated:
+    """A constraint of a file: where it stands, and its equations between the nodes of the finished mesh.
+
+    ``nodewise``: it names each node, so that nodes which come to a mesh later are not in it.
+    """
+
+    where: str
+    equations: Callable[[Mesh], Iterable[NodalEquation]]
+    nodewise: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +50,8 @@ class MeshModel:
         What was left out without effect; what is approximated or not understood. One sentence each.
     couplings
         What an assembly of the mesh would leave out: refused there.
+    constraints, lumped
+        Linear constraints; masses and springs between single dofs. Both are applied in an assembly.
     material_faults
         Why the file's own materials cannot be used: refused where no other is given.
     variants
@@ -47,9 +67,21 @@ class MeshModel:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     couplings: tuple[Coupling, ...] = ()
+    constraints: tuple[Stated, ...] = ()
+    lumped: tuple[Lumped, ...] = ()
     material_faults: tuple[str, ...] = ()
     variants: Variants = field(default_factory=dict)
     rotated: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    @property
+    def applied(self) -> tuple[Coupling, ...]:
+        """What an assembly here applies, and matrices beside the mesh must hold."""
+        ties = [
+            Coupling(where=stated.where, what="ties degrees of freedom to each other") for stated in self.constraints
+        ]
+        if self.lumped:
+            ties.append(Coupling(where=f"{len(self.lumped)} point masses and springs", what="add to the matrices"))
+        return tuple(dict.fromkeys(ties))
 
 
 def with_surfaces(mesh: Mesh, names: Iterable[str]) -> Mesh:
@@ -110,10 +142,9 @@ def assemble_mesh(
         If the file couples or holds what we do not apply, no material is known, a set is unknown, or an element is
         inside out.
     """
-    from slipstick.fem.assembly import assemble
-
     faults = [coupling.refused for coupling in imported.couplings]
     faults += imported.material_faults if material is None else ()
+    faults += [*_not_in_between(imported)] if quadratic else ()
     if faults:
         raise InputError(faults)
     materials = _materials(imported, material, source)
@@ -125,9 +156,9 @@ def assemble_mesh(
     mesh = _with_held_sets(imported)
     if quadratic:
         mesh = refine.quadratic(mesh)
-    whole = assemble(mesh, materials)
-    count = np.arange(3 * mesh.n_nodes)
-    held = _held(mesh, fixed)
+    matrices, dof_map = _with_lumped(imported, mesh, materials)
+    rotations = imported.held[imported.held[:, 1] > 2]
+    held = np.concatenate([_held(mesh, fixed), rotations])
     mesh = replace(mesh, node_sets={name: nodes for name, nodes in mesh.node_sets.items() if name not in _HELD})
     nodes = Nodes(
         ids=mesh.labels,
@@ -136,9 +167,10 @@ def assemble_mesh(
         held=held,
     )
     raw = RawModel(
-        matrices={"K": whole.stiffness, "M": whole.mass},
-        dof_map=DofMap(nodes=mesh.labels[count // 3], components=count % 3),
+        matrices=matrices,
+        dof_map=dof_map,
         nodes=nodes,
+        equations=tuple(equation for stated in imported.constraints for equation in stated.equations(mesh)),
         notes=imported.notes,
         warnings=(
             *imported.warnings,
@@ -154,6 +186,32 @@ def assemble_mesh(
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
         materials = {"all": materials}
     return replace(model, mesh=mesh, materials=dict(materials))
+
+
+def _with_lumped(
+    imported: MeshModel, mesh: Mesh, materials: Material | Mapping[str, Material]
+) -> tuple[dict[str, csr_array], DofMap]:
+    """Matrices of the mesh with its point masses and springs, and their rows."""
+    from slipstick.fem.assembly import assemble
+
+    whole = assemble(mesh, materials)
+    matrices = {"K": whole.stiffness, "M": whole.mass}
+    count = np.arange(3 * mesh.n_nodes)
+    nodes, components = mesh.labels[count // 3], count % 3
+    if imported.lumped:
+        rows = [*zip(nodes.tolist(), components.tolist(), strict=True)]
+        matrices, rows = with_lumped(matrices, rows, imported.lumped)
+        nodes, components = np.array(rows, dtype=np.int64).T
+    return matrices, DofMap(nodes=nodes, components=components)
+
+
+def _not_in_between(imported: MeshModel) -> Iterator[str]:
+    """Constraints that would leave out the nodes put in the middle of edges."""
+    if any(block in LINEAR_TO_QUADRATIC and len(part) for block, part in imported.mesh.blocks.items()):
+        for stated in imported.constraints:
+            if stated.nodewise:
+                what = "names nodes one by one: those that quadratic adds would not be tied; mesh quadratic instead"
+                yield f"{stated.where} {what}"
 
 
 _HELD = tuple(f"(held {axis})" for axis in "xyz")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
 from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
 from slipstick.structure.symmetry import asymmetry
-from slipstick.typing import Array, IntArray, Matrix
+from slipstick.typing import Array, BoolArray, IntArray, Matrix
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -47,11 +48,15 @@ class Nodes:
 
 @dataclass(frozen=True, kw_only=True)
 class RawModel:
-    """Matrices as stored (full or one half), by name "K", "M", "C", with the map where the files have one."""
+    """Matrices as stored (full or one half), by name "K", "M", "C", with the map where the files have one.
+
+    ``equations`` are those the matrices do not hold yet.
+    """
 
     matrices: Mapping[str, Matrix]
     dof_map: DofMap | None = None
     nodes: Nodes = field(default_factory=Nodes)
+    equations: tuple[NodalEquation, ...] = ()
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -115,31 +120,51 @@ def build_model(raw: RawModel, *, source: str, units: str = "not stated") -> Imp
         raise InputError(faults)
     full = {name: full_symmetric(matrix, f"{source}: {name}") for name, matrix in raw.matrices.items()}
     assert raw.dof_map is not None
-    nodes, components = raw.dof_map.nodes, raw.dof_map.components
-    held = _held(raw.dof_map, raw.nodes.held)
-    empty = np.logical_and.reduce([empty_rows(matrix) for matrix in full.values()]) & ~held
-    faults = list(_diagonal_faults(full, held | empty, nodes, components, source))
-    if faults:
-        raise InputError(faults)
-    notes = list(raw.notes)
-    if empty.any():
-        notes.append(
-            f"{empty.sum()} dofs without any stiffness or mass were left out: {_some(nodes, components, empty)}"
-        )
-    kept = np.flatnonzero(~(held | empty))
-    removed = np.stack([nodes[held], components[held]], axis=1)
-    return ImportedModel(
-        **{name: matrix[kept][:, kept] for name, matrix in full.items()},
-        dof_nodes=nodes[kept],
-        dof_components=components[kept],
+    model = ImportedModel(
+        **full,
+        dof_nodes=raw.dof_map.nodes,
+        dof_components=raw.dof_map.components,
         node_ids=raw.nodes.ids,
         coordinates=raw.nodes.coordinates,
         node_sets=dict(raw.nodes.sets),
-        constrained=np.unique(np.concatenate([removed, raw.nodes.held]), axis=0),
         source=source,
         units=units,
-        notes=tuple(notes),
+        notes=raw.notes,
         warnings=raw.warnings,
+    )
+    held = _held(raw.dof_map, raw.nodes.held)
+    constrained = np.unique(np.concatenate([raw.nodes.held, _table(model, held)]), axis=0)
+    if raw.equations:
+        model = model.constrain(raw.equations, held=constrained.tolist())
+        held = np.zeros(model.n_dofs, dtype=bool)
+        constrained = model.constrained
+    return _cut(model, held, constrained)
+
+
+def _table(model: ImportedModel, chosen: BoolArray) -> IntArray:
+    return np.stack([model.dof_nodes[chosen], model.dof_components[chosen]], axis=1)
+
+
+def _cut(model: ImportedModel, held: BoolArray, constrained: IntArray) -> ImportedModel:
+    """The model without its held and empty rows, once nothing is wrong with the others."""
+    full = {"K": model.K, "M": model.M} | ({} if model.C is None else {"C": model.C})
+    empty = np.logical_and.reduce([empty_rows(matrix) for matrix in full.values()]) & ~held
+    faults = list(_diagonal_faults(full, held | empty, model.dof_nodes, model.dof_components, model.source))
+    if faults:
+        raise InputError(faults)
+    notes = list(model.notes)
+    if empty.any():
+        some = _some(model.dof_nodes, model.dof_components, empty)
+        notes.append(f"{empty.sum()} dofs without any stiffness or mass were left out: {some}")
+    kept = np.flatnonzero(~(held | empty))
+    return replace(
+        model,
+        **{name: matrix[kept][:, kept] for name, matrix in full.items()},
+        dof_nodes=model.dof_nodes[kept],
+        dof_components=model.dof_components[kept],
+        constrained=constrained,
+        dependence=None if model.dependence is None else model.dependence[:, kept],
+        notes=tuple(notes),
     )
 
 

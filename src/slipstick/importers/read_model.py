@@ -71,6 +71,7 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
     """The model of matrices with the mesh they came from, and what does not fit between the two."""
     materials = imported.materials if material is None else {"all": material}
     found = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
+    found += [coupling.beside_matrices for coupling in imported.applied]
     found += linear_warnings(imported.mesh, model.source, ("tet4",))
     if materials:
         found += mass_warnings(model, imported.mesh, material or materials)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.fem.imported import COMPONENTS
+from slipstick.fem.equations import COMPONENTS
 from slipstick.importers.raw_model import RawModel, full_symmetric
 from slipstick.typing import Array
 

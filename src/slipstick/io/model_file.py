@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,12 @@ if TYPE_CHECKING:
 
 
 MODEL_FORMAT = "slipstick model"
-VERSION = 1
+VERSION = 2
+"""Since 2 some degrees of freedom may depend on others; a file without such is of version 1."""
 
 _MATRIX = ("data", "indices", "indptr")
 _MAP = ("dof_nodes", "dof_components", "node_ids", "coordinates", "constrained")
+_DEPENDENT = "dependent"
 
 
 def save_model(model: ImportedModel, path: Path) -> Path:
@@ -49,7 +51,8 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 
 
 def _write(file: h5py.Group, model: ImportedModel) -> None:
-    file.attrs.update(format=MODEL_FORMAT, version=VERSION, source=model.source, units=model.units)
+    version = 1 if model.dependence is None else VERSION
+    file.attrs.update(format=MODEL_FORMAT, version=version, source=model.source, units=model.units)
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
     for name in "KMC":
@@ -59,6 +62,10 @@ def _write(file: h5py.Group, model: ImportedModel) -> None:
                 file[f"{name}/{part}"] = getattr(matrix, part)
     for name in _MAP:
         file[name] = getattr(model, name)
+    if model.dependence is not None:
+        file[_DEPENDENT] = model.dependent
+        for part in _MATRIX:
+            file[f"dependence/{part}"] = getattr(model.dependence, part)
     _write_group(file, "node_sets", model.node_sets)
     if model.mesh is not None:
         _write_mesh(file.create_group("mesh"), model.mesh)
@@ -116,10 +123,12 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
     if int(file.attrs["version"]) > VERSION:
         raise InputError(f"{path.name}: has format version {file.attrs['version']}, this program reads up to {VERSION}")
     arrays = {name: _array(file, name, path) for name in _MAP}
+    n = len(arrays["dof_nodes"])
     materials = {name: Material(**known) for name, known in json.loads(file.attrs["materials"]).items()}
     return ImportedModel(
-        **{name: _matrix(file, name, len(arrays["dof_nodes"]), path) for name in "KMC" if name in file},
+        **{name: _matrix(file, name, (n, n), path) for name in "KMC" if name in file},
         **arrays,
+        **_dependence(file, n, path),
         node_sets=_group(file, "node_sets", path),
         source=str(file.attrs["source"]),
         units=str(file.attrs["units"]),
@@ -139,12 +148,20 @@ def _array(group: h5py.Group, name: str, path: Path) -> NDArray:
     return data[()]
 
 
-def _matrix(file: h5py.Group, name: str, size: int, path: Path) -> Sparse:
+def _dependence(file: h5py.Group, n: int, path: Path) -> dict[str, Any]:
+    """What depends on the rows, where the file has that."""
+    if _DEPENDENT not in file:
+        return {}
+    dependent = _array(file, _DEPENDENT, path)
+    return {"dependent": dependent, "dependence": _matrix(file, "dependence", (len(dependent), n), path)}
+
+
+def _matrix(file: h5py.Group, name: str, shape: tuple[int, int], path: Path) -> Sparse:
     from scipy.sparse import csr_array
 
     group = own_node(file, name)
     parts = tuple(_array(group, part, path) for part in _MATRIX)
-    matrix = csr_array(parts, shape=(size, size))
+    matrix = csr_array(parts, shape=shape)
     matrix.check_format(full_check=True)
     if not np.all(np.isfinite(matrix.data)):
         raise InputError(f"{path.name}: {name} holds values that are not finite")

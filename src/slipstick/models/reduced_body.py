@@ -31,7 +31,8 @@ from slipstick.faults import (
 )
 from slipstick.fem.boundary import surface_towards
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.imported import COMPONENTS, ImportedModel
+from slipstick.fem.equations import COMPONENTS
+from slipstick.fem.imported import ImportedModel
 from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
 from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
@@ -172,7 +173,7 @@ def reduced_body(
     _refuse(model, wanted)
     whole = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = (
-        {"keep": wanted.keep, "skin": _seen(model)} if whole is None else _with_kept(whole, model, wanted.keep)
+        {**_kept(model, wanted.keep), "skin": _seen(model)} if whole is None else _with_kept(whole, model, wanted.keep)
     )
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
@@ -269,8 +270,7 @@ def _axes(given: Any) -> tuple[str, ...]:
 
 def _base_shapes(model: ImportedModel, axes: Sequence[str]) -> dict[str, Array]:
     """``M r`` for translations of the support."""
-    moved = {axis: (model.dof_components == COMPONENTS.index(axis)).astype(float) for axis in axes}
-    return {f"base {axis}": np.asarray(model.M @ r) for axis, r in moved.items()}
+    return {f"base {axis}": np.asarray(model.M @ model.translation(axis)) for axis in axes}
 
 
 def _with_contacts(model: ImportedModel, wanted: _Wanted) -> ContactModel:
@@ -311,7 +311,7 @@ def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[Fault]:
         yield Fault("modes", "both modes and accuracy are given", remedy="keep one")
     if (wanted.accuracy is None) != (wanted.up_to is None):
         yield Fault("accuracy", "accuracy and up_to belong together", remedy="give both or neither")
-    free = set(model.dofs) if wanted.keep else set()
+    free = {*model.dofs, *model.dependent_dofs} if wanted.keep else set()
     for name in wanted.keep:
         if name not in free:
             yield Fault(
@@ -372,15 +372,20 @@ def _seen(model: ImportedModel) -> SkinRows | None:
         return None
 
 
+def _kept(model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:
+    """Dofs to keep, by name where all have a row of their own."""
+    if model.dependence is None or not set(keep) & set(model.dependent_dofs):
+        return {"keep": keep}
+    return {"keep": model.directions(keep), "names": tuple(keep)}
+
+
 def _with_kept(whole: ContactModel, model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:
     """The kept directions: those of the contacts, then the dofs asked for by name."""
-    from scipy.sparse import csc_array, hstack
-
     if not keep:
         return whole.request
-    rows = [model.index(name) for name in keep]
-    units = csc_array(([1.0] * len(rows), (rows, range(len(rows)))), shape=(model.n_dofs, len(rows)))
-    directions = csc_array(hstack([whole.directions, units]))
+    from scipy.sparse import csc_array, hstack
+
+    directions = csc_array(hstack([whole.directions, model.directions(keep)]))
     return {**whole.request, "keep": directions, "names": (*whole.points.dofs, *keep)}
 
 

@@ -153,21 +153,48 @@ def of_import(imported: ImportedModel) -> ElasticModel:
         raise InputError(
             f"{imported.source}: contacts on a surface need the mesh; import it too, or name contact nodes"
         )
-    if np.any(imported.dof_components > 2):
-        raise InputError(f"{imported.source}: contacts on a surface need solid elements; the model has rotations")
-    labels = imported.mesh.labels
-    order = np.argsort(labels)
-    place = order[np.searchsorted(labels, imported.dof_nodes, sorter=order).clip(max=len(order) - 1)]
-    if np.any(labels[place] != imported.dof_nodes):
-        stray = imported.dof_nodes[labels[place] != imported.dof_nodes][0]
-        raise InputError(
-            f"{imported.source}: node {stray} of the matrices is not in the mesh; give the mesh they came from"
-        )
+    mesh = imported.mesh
+    free = _places(imported, mesh, imported.dof_nodes, imported.dof_components)
     conducts = imported.materials and all(m.conductivity > 0.0 for m in imported.materials.values())
     return ElasticModel(
-        mesh=imported.mesh,
+        mesh=mesh,
         K=imported.K,
         M=imported.M,
-        free=3 * place + imported.dof_components,
-        conduction=conduction(imported.mesh, imported.materials) if conducts else None,
+        free=free,
+        conduction=conduction(mesh, imported.materials) if conducts else None,
+        basis=_basis(imported, mesh, free),
     )
+
+
+def _places(imported: ImportedModel, mesh: Mesh, nodes: IntArray, components: IntArray) -> IntArray:
+    """Index of each degree of freedom in the node-major list of the mesh; -1 for rotations of nodes in no element."""
+    order = np.argsort(mesh.labels)
+    place = order[np.searchsorted(mesh.labels, nodes, sorter=order).clip(max=len(order) - 1)]
+    strange = mesh.labels[place] != nodes
+    turns = components > 2
+    if np.any(turns & ~strange & np.isin(place, mesh.used_nodes)) or np.any(turns & strange):
+        raise InputError(f"{imported.source}: contacts on a surface need solid elements; the model has rotations")
+    if np.any(strange):
+        raise InputError(
+            f"{imported.source}: node {nodes[strange][0]} of the matrices is not in the mesh; give the mesh they came "
+            "from"
+        )
+    return np.where(turns, -1, 3 * place + components)
+
+
+def _basis(imported: ImportedModel, mesh: Mesh, free: IntArray) -> csr_array | None:
+    """Motion of all nodes, where some depend on others or free degrees of freedom are rotations."""
+    from scipy.sparse import csr_array, vstack
+
+    if imported.dependence is None and np.all(free >= 0):
+        return None
+    own = np.flatnonzero(free >= 0)
+    parts = [csr_array((np.ones(len(own)), (range(len(own)), own)), shape=(len(own), len(free)))]
+    rows = [free[own]]
+    if imported.dependence is not None:
+        among = _places(imported, mesh, imported.dependent[:, 0], imported.dependent[:, 1])
+        parts.append(imported.dependence[among >= 0])
+        rows.append(among[among >= 0])
+    every = np.concatenate(rows)
+    moved = csr_array((np.ones(len(every)), (every, range(len(every)))), shape=(3 * mesh.n_nodes, len(every)))
+    return csr_array(moved @ vstack(parts))

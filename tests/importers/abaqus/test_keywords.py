@@ -19,20 +19,20 @@ def test_the_plain_file_says_nothing(tmp_path):
 
 
 COUPLED = [
-    "*EQUATION\n2\n2, 1, 1., 5, 1, -1.",
-    "*MPC\nBEAM, 2, 5",
-    "*TIE, NAME=GLUE\nS1, S2",
-    "*CYCLIC SYMMETRY MODEL, N=12, NGRAPH=1, TIE=T",
+    "*EQUATION, REMOVE\n2, 1",
+    "*MPC\nMEANROT, 2, 2, 2, 5, 5, 5, 6",
+    "*TIE, NAME=GLUE, MULTISTAGE\nS1, S2",
     "*CONTACT PAIR, INTERACTION=I\nS1, S2",
     "*CONTACT",
-    "*RIGID BODY, NSET=ROOT, REF NODE=2",
-    "*COUPLING, REF NODE=2, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3",
+    "*RIGID BODY, NSET=ROOT",
+    "*COUPLING, REF NODE=2, SURFACE=S, CONSTRAINT NAME=C",
+    "*COUPLING, REF NODE=2, SURFACE=S, ORIENTATION=NOWHERE, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3",
     "*DISTRIBUTING COUPLING, ELSET=EALL\n2, 1.",
     "*EMBEDDED ELEMENT\nEALL",
     "*PRE-TENSION SECTION, SURFACE=S, NODE=2",
-    "*ELEMENT, TYPE=MASS, ELSET=POINT\n9, 2\n*MASS, ELSET=POINT\n1.",
-    "*ELEMENT, TYPE=SPRINGA, ELSET=SP\n9, 2, 3\n*SPRING, ELSET=SP\n\n1.",
-    "*ELEMENT, TYPE=DASHPOTA, ELSET=DP\n9, 2, 3\n*DASHPOT, ELSET=DP\n\n1.",
+    "*ELEMENT, TYPE=MASS, ELSET=POINT\n9, 2\n*MASS, ELSET=POINT, TYPE=ANISOTROPIC\n1., 2., 3.",
+    "*ELEMENT, TYPE=SPRINGA, ELSET=SP\n9, 2, 3\n*SPRING, ELSET=SP, NONLINEAR\n0., 0.\n1., 1.",
+    "*GAP, ELSET=G\n0.1",
     "*ELEMENT, TYPE=S3, ELSET=SH\n9, 2, 3, 4\n*SHELL SECTION, ELSET=SH, MATERIAL=STEEL\n0.1",
     "*ELEMENT, TYPE=B31, ELSET=B\n9, 2, 3\n*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=RECT\n1., 1.",
     "*ELEMENT, TYPE=M3D3, ELSET=SK\n9, 2, 3, 4\n*MEMBRANE SECTION, ELSET=SK, MATERIAL=STEEL\n0.1",
@@ -43,23 +43,18 @@ COUPLED = [
     "*STEP\n*STATIC\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP",
     "*STEP\n*FREQUENCY\n3\n*BOUNDARY, OP=NEW\n2, 1, 3\n*END STEP",
     "*STEP\n*STATIC\n*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nEALL\n*END STEP",
-    "*TRANSFORM, NSET=TIP\n1., 1., 0., -1., 1., 0.\n*NSET, NSET=TIP\n2\n*BOUNDARY\n2, 1",
 ]
 
 
 @pytest.mark.parametrize("more", COUPLED, ids=lambda more: more.split(",")[0].split("\n")[0][1:])
 def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
-    name = [
-        line.split(",")[0] for line in more.split("\n") if line.split(",")[0].replace(" ", "")[1:] in KEYWORD_VERDICTS
-    ]
-    refused = [n for n in name if KEYWORD_VERDICTS[n.replace(" ", "")[1:]][0].name == "COUPLING"]
+    keywords = [line.split(",")[0] for line in more.split("\n") if line.startswith("*")]
     with pytest.raises(InputError) as caught:
         read_model(write(tmp_path, CUBE + HELD + more + "\n"))
     for sentence in caught.value.sentences:
         assert sentence.startswith("m.inp, line ")
         assert "export the assembled matrices" in sentence
-    for keyword in refused:
-        assert keyword in str(caught.value)
+        assert any(f": {keyword} " in sentence for keyword in keywords)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +124,7 @@ def test_the_rest_is_listed_with_its_count(tmp_path):
     more += "*STEP\n*FREQUENCY\n3\n*NODE FILE\nU\n*NODE FILE\nV\n*ODD REQUEST\n*END STEP\n"
     notes = read_mesh(write(tmp_path, CUBE + HELD + more)).notes
     assert "m.inp: 2 elements of type S3 are no solids and were left out" in notes
-    assert "m.inp: without effect here: *ORIENTATION, *FREQUENCY, *NODE FILE (2), *END STEP" in notes
+    assert "m.inp: without effect here: *FREQUENCY, *NODE FILE (2), *END STEP, *ORIENTATION" in notes
     assert "m.inp: not understood, without effect here: *ODD REQUEST" in notes
 
 

@@ -53,7 +53,7 @@ def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("*Heading", "*INCLUDE, INPUT=other.inp\n*Heading", "line 2: \\*INCLUDE is not read"),
+        ("*Heading", "*INCLUDE, INPUT=other.inp\n*Heading", "line 2: \\*INCLUDE: there is no file other.inp"),
         ("210000., 0.3", "high, 0.3", "line .*: \\*ELASTIC cannot be read"),
         ("TYPE=C3D8", "TYPE=S4", "no solid element"),
         ("\n1, ", "\n1, 999999, ", "cannot be read"),

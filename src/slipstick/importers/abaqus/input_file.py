@@ -6,57 +6,39 @@ Every keyword is read here, or has a verdict in keywords.py, or is named as not 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.importers.abaqus.blocks import Block, blocks
-from slipstick.importers.abaqus.keywords import KEYWORD_PARAMETERS, KEYWORD_VERDICTS, MATERIAL_FAULTS, solid_type
+from slipstick.importers.abaqus.content import Content, Section, named
+from slipstick.importers.abaqus.couplings import (
+    on_coupling,
+    on_distributing_coupling,
+    on_equation,
+    on_kind_of_coupling,
+    on_mpc,
+    on_orientation,
+    on_rigid_body,
+    read_axes,
+    unfinished_coupling,
+)
+from slipstick.importers.abaqus.glues import about_diameters, on_cyclic, on_diameters, on_tie
+from slipstick.importers.abaqus.include import whole_text
+from slipstick.importers.abaqus.keywords import (
+    KEYWORD_PARAMETERS,
+    KEYWORD_VERDICTS,
+    MATERIAL_FAULTS,
+    OTHER_SECTIONS,
+    solid_type,
+)
+from slipstick.importers.abaqus.lumps import on_dashpot, on_inertia, on_mass, on_spring
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, whole_number
 
 _INSTANCES = (
     'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'
 )
-
-
-@dataclass(kw_only=True)
-class Section:
-    """A *SOLID SECTION: which elements, which material."""
-
-    elements: str
-    material: str
-    line: int
-
-
-@dataclass(kw_only=True)
-class Content:
-    """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
-
-    path: Path
-    findings: Findings
-    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
-    elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
-    kinds: dict[int, str] = field(default_factory=dict)
-    variants: dict[str, dict[str, int]] = field(default_factory=dict)
-    skipped: dict[str, list[int]] = field(default_factory=dict)
-    node_sets: dict[str, list[int]] = field(default_factory=dict)
-    element_sets: dict[str, list[int]] = field(default_factory=dict)
-    surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
-    materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    material_faults: dict[str, list[str]] = field(default_factory=dict)
-    sections: list[Section] = field(default_factory=list)
-    held: set[tuple[int, int]] = field(default_factory=set)
-    rotated: list[tuple[int, str]] = field(default_factory=list)
-    material: str = ""
-    parts: int = 0
-    instances: int = 0
-    steps: list[dict[str, str]] = field(default_factory=list)
-
-    def where(self, line: int) -> str:
-        """File and line, for messages."""
-        return f"{self.path.name}, line {line}"
 
 
 def read_content(path: Path) -> Content:
@@ -69,15 +51,17 @@ def read_content(path: Path) -> Content:
         incomplete: includes, generated nodes, several parts, moved instances.
     """
     content = Content(path=path, findings=Findings(source=path.name))
-    late = []
-    for block in blocks(read_bytes(path).decode("latin-1")):
+    late: list[Block] = []
+    for block in blocks(whole_text(path, content.findings)):
         if block.keyword in _LATE:
             late.append(block)
         else:
             _handle(content, block)
     content.findings.refuse_incomplete()
-    for block in late:
+    for block in sorted(late, key=lambda block: _ORDER.get(block.keyword, 1)):
         _handle(content, block)
+    unfinished_coupling(content)
+    about_diameters(content)
     return content
 
 
@@ -156,9 +140,9 @@ def _element(content: Content, block: Block) -> None:
 
 
 def _skipped(content: Content, block: Block, name: str) -> list[int]:
-    labels = [whole_number(words[0]) for _, words in block.joined() if words]
-    content.skipped.setdefault(name, []).extend(labels)
-    return labels
+    found = {whole_number(words[0]): [*map(whole_number, words[1:])] for _, words in block.joined() if words}
+    content.skipped.setdefault(name, {}).update(found)
+    return list(found)
 
 
 def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:
@@ -204,14 +188,6 @@ def _members(block: Block, sets: dict[str, list[int]]) -> list[int]:
             members += range(first, last + 1, step)
         return members
     return [label for row in block.rows for word in row if word for label in named(word, sets)]
-
-
-def named(word: str, sets: dict[str, list[int]]) -> list[int]:
-    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
-    word = word.strip('"').upper()
-    if word not in sets:
-        word = word.split(".")[-1]
-    return [whole_number(word)] if word.isdigit() else sets[word]
 
 
 def _surface(content: Content, block: Block) -> None:
@@ -264,11 +240,13 @@ def _fault(content: Content, block: Block, what: str) -> None:
 def _section(content: Content, block: Block) -> None:
     if "COMPOSITE" in block.parameters:
         content.findings.add(Verdict.COUPLING, block.shown, "lays up layers of materials", block.line)
-    content.sections.append(
-        Section(
-            elements=block.parameters["ELSET"], material=block.parameters.get("MATERIAL", "(none)"), line=block.line
-        )
+    section = Section(
+        elements=block.parameters["ELSET"],
+        material=block.parameters.get("MATERIAL", "(none)"),
+        line=block.line,
+        shown=block.shown,
     )
+    (content.sections if block.keyword == "SOLIDSECTION" else content.other_sections).append(section)
 
 
 def _step(content: Content, block: Block) -> None:
@@ -296,8 +274,10 @@ def _load(content: Content, block: Block) -> None:
 
 
 def _transform(content: Content, block: Block) -> None:
-    content.node_sets[block.parameters["NSET"]]  # KeyError where there is none
-    content.rotated.append((block.line, block.parameters["NSET"]))
+    axes = read_axes([word for row in block.rows for word in row], block.parameters.get("TYPE", "R"))
+    for node in content.node_sets[block.parameters["NSET"]]:
+        if node in content.nodes:
+            content.turned[node] = axes
 
 
 def _boundary(content: Content, block: Block) -> None:
@@ -309,7 +289,7 @@ def _boundary(content: Content, block: Block) -> None:
         content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
     for line, row in zip(block.lines, block.rows, strict=True):
         nodes = named(row[0], content.node_sets)
-        axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 3]
+        axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:
             content.findings.add(Verdict.COUPLING, block.shown, "prescribes a displacement that is not 0", line)
@@ -317,14 +297,14 @@ def _boundary(content: Content, block: Block) -> None:
 
 
 _NAMED = {
-    "ENCASTRE": (1, 2, 3),
+    "ENCASTRE": (1, 2, 3, 4, 5, 6),
     "PINNED": (1, 2, 3),
-    "XSYMM": (1,),
-    "YSYMM": (2,),
-    "ZSYMM": (3,),
-    "XASYMM": (2, 3),
-    "YASYMM": (1, 3),
-    "ZASYMM": (1, 2),
+    "XSYMM": (1, 5, 6),
+    "YSYMM": (2, 4, 6),
+    "ZSYMM": (3, 4, 5),
+    "XASYMM": (2, 3, 4),
+    "YASYMM": (1, 3, 5),
+    "ZASYMM": (1, 2, 6),
 }
 
 
@@ -332,7 +312,7 @@ def _directions(row: list[str]) -> tuple[int, ...]:
     """Directions from 1 of a line "node, first, last, value" or "node, ENCASTRE".
 
     >>> _directions(["TIP", "2", "3"]), _directions(["TIP", "XASYMM"])
-    ((2, 3), (2, 3))
+    ((2, 3), (2, 3, 4))
     """
     if row[1].upper() in _NAMED:
         return _NAMED[row[1].upper()]
@@ -357,9 +337,31 @@ _HANDLERS: dict[str, _Handler] = {
     "DENSITY": _property,
     "CONDUCTIVITY": _property,
     "SOLIDSECTION": _section,
+    **dict.fromkeys(OTHER_SECTIONS, _section),
     "STEP": _step,
     "INITIALCONDITIONS": _initial,
     "DLOAD": _load,
 }
-_LATE: dict[str, _Handler] = {"BOUNDARY": _boundary, "TRANSFORM": _transform}
+_LATE: dict[str, _Handler] = {
+    "TRANSFORM": _transform,
+    "ORIENTATION": on_orientation,
+    "BOUNDARY": _boundary,
+    "EQUATION": on_equation,
+    "MPC": on_mpc,
+    "RIGIDBODY": on_rigid_body,
+    "COUPLING": on_coupling,
+    "KINEMATIC": on_kind_of_coupling,
+    "DISTRIBUTING": on_kind_of_coupling,
+    "DISTRIBUTINGCOUPLING": on_distributing_coupling,
+    "MASS": on_mass,
+    "ROTARYINERTIA": on_inertia,
+    "SPRING": on_spring,
+    "DASHPOT": on_dashpot,
+    "TIE": on_tie,
+    "SELECTCYCLICSYMMETRYMODES": on_diameters,
+    "CYCLICSYMMETRYMODEL": on_cyclic,
+}
 """Read when all sets are known: they may name sets that stand further down."""
+
+_ORDER = {"TRANSFORM": 0, "ORIENTATION": 0, "CYCLICSYMMETRYMODEL": 2}
+"""Directions come before what is said along them, sides before the sector they belong to; the rest in between."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,15 +10,21 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS, FACES
+from slipstick.fem.frames import supports
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
-from slipstick.importers.abaqus.input_file import Content, Section, named, read_content
+from slipstick.importers.abaqus.content import Content, named
+from slipstick.importers.abaqus.couplings import frames
+from slipstick.importers.abaqus.glues import moved_onto, untied
+from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.findings import Verdict
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, matching_surface, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, Stated, matching_surface, with_surfaces
 from slipstick.typing import IntArray
 
 _ELASTIC = {"young", "poisson"}
+_WITHOUT_STIFFNESS = ("SFM3D", "DCOUP", "R3D", "DASHPOT")
+"""Surface elements, couplings that *DISTRIBUTING COUPLING reads, rigid surfaces, dampers (warned of)."""
 
 
 def read_input(path: Path) -> MeshModel:
@@ -36,48 +43,58 @@ def read_input(path: Path) -> MeshModel:
             f"{path.name}: has no solid element (C3D4, C3D6, C3D8, C3D10, C3D15, C3D20){left}; "
             "give the file with the mesh"
         )
-    rotated = _check_rotated(content)
-    mesh = _mesh(content)
+    mesh = moved_onto(content, _mesh(content))
     materials, faults = _materials(content)
+    alone = touching(content)
     findings = content.findings
-    skipped = f"{path.name}: {_counts(content.skipped)} are no solids and were left out"
+    meant = {(node, axis) for node, axis in content.held if axis < 3 or node in content.turning}
+    held, along = supports(meant, frames(content), f"{path.name}: *BOUNDARY of nodes with *TRANSFORM")
+    turned = Stated(where=f"{path.name}: *TRANSFORM", equations=lambda _: along)
     return MeshModel(
         mesh=mesh,
         materials=materials,
-        held=np.array(sorted(content.held), dtype=np.int64).reshape(-1, 2),
+        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
-        notes=(*([skipped] if content.skipped else []), *findings.notes, *unit_notes(mesh, materials)),
-        warnings=findings.warnings,
+        notes=(*alone, *findings.notes, *unit_notes(mesh, materials)),
+        warnings=(*findings.warnings, *untied(content, mesh)),
         couplings=findings.couplings,
+        constraints=(*content.stated, *([turned] if along else [])),
+        lumped=tuple(content.lumped),
         material_faults=faults,
         variants=content.variants,
-        rotated=np.array(sorted(rotated), dtype=np.int64),
+        rotated=np.array(sorted(content.turned), dtype=np.int64),
     )
 
 
-def _counts(skipped: dict[str, list[int]]) -> str:
+def touching(content: Content) -> tuple[str, ...]:
+    """Elements that are no solids: refused where their section gives them stiffness and they share nodes with solids.
+
+    The others are told in notes.
+    """
+    solid = {node for table in content.elements.values() for nodes in table.values() for node in nodes}
+    for section in (*content.sections, *content.other_sections):
+        members = set(content.element_sets.get(section.elements, ()))
+        near = {
+            kind: [e for e, nodes in table.items() if e in members and not solid.isdisjoint(nodes)]
+            for kind, table in content.skipped.items()
+            if not kind.startswith(_WITHOUT_STIFFNESS)
+        }
+        near = {kind: labels for kind, labels in near.items() if labels}
+        if near:
+            what = f"gives stiffness and mass to {_counts(near)}, which share nodes with solids and are not read"
+            content.findings.add(Verdict.COUPLING, section.shown, what, section.line)
+    left = {kind: [e for e in table if e not in content.read] for kind, table in content.skipped.items()}
+    left = {kind: labels for kind, labels in left.items() if labels}
+    return (f"{content.path.name}: {_counts(left)} are no solids and were left out",) if left else ()
+
+
+def _counts(skipped: Mapping[str, Collection[int]]) -> str:
     """
     >>> _counts({"S3": [7, 8], "MASS": [9]})
     '2 elements of type S3, 1 of type MASS'
     """
     parts = [f"{len(labels)} of type {kind}" for kind, labels in skipped.items()]
     return ", ".join(parts).replace(" of", " elements of", 1)
-
-
-def _check_rotated(content: Content) -> set[int]:
-    """Rotated nodes. A support along rotated directions is none that we apply; free rotated nodes do not matter."""
-    along: dict[int, int] = {}
-    for node, _ in content.held:
-        along[node] = along.get(node, 0) + 1
-    every: set[int] = set()
-    for line, name in content.rotated:
-        nodes = set(content.node_sets[name])
-        every |= nodes
-        turned = [node for node in nodes if along.get(node, 3) < 3]
-        verdict = Verdict.COUPLING if turned else Verdict.HARMLESS
-        what = f"rotates the directions in which node {min(turned)} is held" if turned else ""
-        content.findings.add(verdict, "*TRANSFORM", what, line)
-    return every
 
 
 def _mesh(content: Content) -> Mesh:
@@ -91,10 +108,7 @@ def _mesh(content: Content) -> Mesh:
     mesh = Mesh(
         nodes=np.array(list(content.nodes.values()), dtype=float),
         blocks=blocks,
-        node_sets={
-            s: node_indices(labels, np.unique(np.array(n, dtype=np.int64)), f"{name}: node set {s}")
-            for s, n in content.node_sets.items()
-        },
+        node_sets={s: node_indices(labels, _known(content, s, n), name) for s, n in content.node_sets.items()},
         element_sets={s: _positions(numbers, members) for s, members in content.element_sets.items()},
         node_labels=labels,
         element_labels=numbers,
@@ -105,6 +119,18 @@ def _mesh(content: Content) -> Mesh:
         what = f"{s} lies on no solid element and is left out"
         content.findings.add(Verdict.APPROXIMATED, "*SURFACE", what, content.surfaces[s][0][0])
     return with_surfaces(mesh, [s for s in mesh.node_sets if s not in mesh.surfaces])
+
+
+def _known(content: Content, name: str, members: list[int]) -> IntArray:
+    """Labels of a set that the file has nodes for; the others are told."""
+    found = np.unique(np.array(members, dtype=np.int64))
+    there = np.isin(found, list(content.nodes))
+    if not there.all():
+        lost = found[~there]
+        content.findings.extra.append(
+            f"{content.path.name}: node set {name} names {len(lost)} nodes that are not in the file ({lost[0]}, ...)"
+        )
+    return found[there]
 
 
 def _positions(numbers: dict[str, IntArray], members: list[int]) -> dict[str, IntArray]:
@@ -152,7 +178,6 @@ def _materials(content: Content) -> tuple[dict[str, Material], tuple[str, ...]]:
                 f"{content.where(section.line)}: *SOLID SECTION names the element set {section.elements}, "
                 "which the file does not have"
             )
-        _check_section(content, section)
         known = content.materials.get(section.material, {})
         wrong = content.material_faults.get(section.material, [])
         if wrong or not set(known) >= _ELASTIC:
@@ -164,13 +189,3 @@ def _materials(content: Content) -> tuple[dict[str, Material], tuple[str, ...]]:
         except InputError as error:
             faults += [str(fault.inside(content.path.name, section.material)) for fault in error.faults]
     return materials, tuple(dict.fromkeys(faults))
-
-
-def _check_section(content: Content, section: Section) -> None:
-    """Trusses and plane elements have a solid section too: stiffness that is not read."""
-    members = set(content.element_sets[section.elements])
-    stiff = {kind: [n for n in labels if n in members] for kind, labels in content.skipped.items()}
-    stiff = {kind: labels for kind, labels in stiff.items() if labels}
-    if stiff:
-        what = f"gives stiffness and mass to {_counts(stiff)}, which are not read"
-        content.findings.add(Verdict.COUPLING, "*SOLID SECTION", what, section.line)

@@ -1,0 +1,78 @@
+"""Linear constraints between degrees of freedom of nodes, and their elimination from a model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from slipstick.structure.constraints import Dependent, Elimination, Equation, eliminate
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz", "s")
+"""Directions by number: three displacements, three rotations, and a scalar (a point without direction)."""
+
+Pair = tuple[int, int]
+"""Node label and direction (index into ``COMPONENTS``)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodalEquation:
+    """``sum coefficient u = 0`` over terms (node label, direction 0..6, coefficient), in global directions.
+
+    ``where`` says in messages who stated it, ``dependent`` which dof becomes dependent.
+    """
+
+    terms: tuple[tuple[int, int, float], ...]
+    where: str = "an equation"
+    dependent: Dependent = Dependent.FIRST
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """Node and direction of each term."""
+        return [(node, component) for node, component, _ in self.terms]
+
+
+def resolve(
+    rows: Sequence[Pair],
+    equations: Sequence[NodalEquation],
+    held: Collection[Pair] = (),
+    earlier: Mapping[Pair, Sequence[tuple[Pair, float]]] = MappingProxyType({}),
+) -> tuple[list[Pair], Elimination]:
+    """Eliminate equations between the rows of a model, and between degrees of freedom that only equations name.
+
+    ``earlier`` has the combinations of rows that dependent ones are already. Returned with the elimination: all
+    degrees of freedom in its order, the rows first.
+    """
+    known = dict.fromkeys([*rows, *earlier, *held])
+    known |= dict.fromkeys(pair for equation in equations for pair in equation.pairs)
+    every = list(known)
+    place = {pair: i for i, pair in enumerate(every)}
+    old = (
+        NodalEquation(terms=((*pair, -1.0), *((*other, value) for other, value in terms)), where="an earlier equation")
+        for pair, terms in earlier.items()
+    )
+    stated = [_placed(equation, place) for equation in (*old, *equations)]
+    found = eliminate(len(every), stated, [place[pair] for pair in held], name=lambda i: dof_name(every[i]))
+    return every, found
+
+
+def dof_name(pair: Pair) -> str:
+    """
+    >>> dof_name((12, 4))
+    'n12ry'
+    """
+    return f"n{pair[0]}{COMPONENTS[pair[1]]}"
+
+
+def idle_notes(found: Elimination) -> tuple[str, ...]:
+    """One sentence for each source of equations that said nothing new or did not apply."""
+    return tuple(
+        f"{where}: {count} equation{'s' * (count > 1)} held already, or yielded to a support or another equation"
+        for where, count in found.idle.items()
+    )
+
+
+def _placed(equation: NodalEquation, place: Mapping[Pair, int]) -> Equation:
+    dofs = tuple(place[pair] for pair in equation.pairs)
+    values = tuple(value for _, _, value in equation.terms)
+    return Equation(dofs=dofs, coefficients=values, where=equation.where, dependent=equation.dependent)

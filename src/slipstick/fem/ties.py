@@ -1,0 +1,183 @@
+"""Nodes glued to faces: each follows the point of the face where it lies, by the shape functions.
+
+The same projection joins the two sides of a sector whose motion repeats from sector to sector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.elements import FACES
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.structure.constraints import Dependent
+from slipstick.typing import Array, IntArray
+
+_NEAREST = 32
+_STEPS = 20
+_SMALL = 1e-9
+"""Shape functions below it are what rounding leaves of a node that lies on another one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Projection:
+    """Where points lie on a surface.
+
+    ``nodes`` (n, 8) and ``weights`` (n, 8) of the face, padded by zeros; ``places`` (n, 3); ``distances`` (n,).
+    """
+
+    nodes: IntArray
+    weights: Array
+    places: Array
+    distances: Array
+
+
+def project(mesh: Mesh, surface: Surface, points: Array) -> Projection:
+    """The nearest place of a surface for each point (n, 3)."""
+    n = len(points)
+    nodes, weights = np.zeros((n, 8), dtype=np.int64), np.zeros((n, 8))
+    places, distances = np.zeros((n, 3)), np.full(n, np.inf)
+    for kind, faces in surface.faces.items():
+        if not len(faces):
+            continue
+        who, which = _candidates(mesh, faces, points)
+        values, found = _nearest(kind, mesh.nodes[faces[which]], points[who])
+        apart = np.linalg.norm(found - points[who], axis=1)
+        order = np.lexsort((apart, who))
+        best = order[np.unique(who[order], return_index=True)[1]]
+        best = best[apart[best] < distances[who[best]]]
+        at, width = who[best], faces.shape[1]
+        nodes[at], weights[at] = 0, 0.0
+        nodes[at, :width], weights[at, :width] = faces[which[best]], values[best]
+        places[at], distances[at] = found[best], apart[best]
+    return Projection(nodes=nodes, weights=weights, places=places, distances=distances)
+
+
+def _candidates(mesh: Mesh, faces: IntArray, points: Array) -> tuple[IntArray, IntArray]:
+    """Pairs of point and face that may be nearest: those with a node or a middle near the point."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.nodes[faces]
+    marks = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+    count = min(_NEAREST, marks.shape[0] * marks.shape[1])
+    _, near = cKDTree(marks.reshape(-1, 3)).query(points, k=count)
+    face = np.asarray(near).reshape(len(points), -1) // marks.shape[1]
+    pairs = np.unique(np.stack([np.repeat(np.arange(len(points)), face.shape[1]), face.ravel()], axis=1), axis=0)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _nearest(kind: str, corners: Array, points: Array) -> tuple[Array, Array]:
+    """Shape functions and place of the nearest point of each face (m, n, 3), by Gauss-Newton inside the face."""
+    basis = FACES[kind].basis
+    local = np.full((len(points), 2), 1.0 / 3.0 if kind.startswith("tri") else 0.0)
+    for _ in range(_STEPS):
+        values, gradients = basis(local)
+        gap = points - np.einsum("mn,mna->ma", values, corners)
+        across = np.einsum("mna,mnd->mad", corners, gradients)
+        normal = np.einsum("mad,mae->mde", across, across)
+        step = np.linalg.solve(normal, np.einsum("mad,ma->md", across, gap)[..., None])[..., 0]
+        moved = _inside(kind, local + step)
+        if np.abs(moved - local).max(initial=0.0) < 1e-14:
+            break
+        local = moved
+    values, _ = basis(local)
+    return values, np.einsum("mn,mna->ma", values, corners)
+
+
+def _inside(kind: str, local: Array) -> Array:
+    if kind.startswith("quad"):
+        return np.clip(local, -1.0, 1.0)
+    x, y = local.T
+    over = np.maximum(x + y - 1.0, 0.0) / 2.0
+    x, y = np.clip(x - over, 0.0, 1.0), np.clip(y - over, 0.0, 1.0)
+    return np.stack([np.minimum(x, 1.0 - y), y], axis=1)
+
+
+def face_size(mesh: Mesh, surface: Surface) -> float:
+    """Mean length of the edges of its faces."""
+    lengths = [
+        np.linalg.norm(mesh.nodes[faces[:, a]] - mesh.nodes[faces[:, b]], axis=1)
+        for kind, faces in surface.faces.items()
+        for a, b in FACES[kind].edges
+    ]
+    return float(np.concatenate(lengths).mean()) if lengths else 0.0
+
+
+def tie_equations(mesh: Mesh, nodes: IntArray, onto: Projection, where: str) -> Iterator[NodalEquation]:
+    """Each node (index) moves as the place of its projection does."""
+    for node, masters, weights in zip(nodes.tolist(), onto.nodes.tolist(), onto.weights.tolist(), strict=True):
+        parts = [(int(mesh.labels[m]), w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
+        for axis in range(3):
+            terms = ((int(mesh.labels[node]), axis, 1.0), *((label, axis, -w) for label, w in parts))
+            yield NodalEquation(terms=terms, where=where, dependent=Dependent.YIELDING)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sector:
+    """Axis of a sector model (two points, (3,) each) and the number of sectors of the whole."""
+
+    start: Array
+    end: Array
+    count: int
+
+    def rotation(self, sign: float) -> Array:
+        """Rotation (3, 3) by one sector about the axis."""
+        axis = self.end - self.start
+        x, y, z = axis / np.linalg.norm(axis)
+        angle = sign * 2.0 * np.pi / self.count
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+        return turned
+
+
+def cyclic_equations(
+    mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray, *, tolerance: float, where: str
+) -> Iterator[NodalEquation]:
+    """The two sides of a sector move alike, seen in polar coordinates: the family of 0 nodal diameters.
+
+    ``independent`` is a surface, or node indices that the dependent ones must meet one by one.
+
+    Raises
+    ------
+    InputError
+        If a node has no place on the other side within the tolerance, whichever way the sector is turned.
+    """
+    tries = []
+    for sign in (1.0, -1.0):
+        rotation = sector.rotation(sign)
+        back = (mesh.nodes[dependent] - sector.start) @ rotation + sector.start  # rows times R are R' times columns
+        found = (
+            project(mesh, independent, back) if isinstance(independent, Surface) else _matched(mesh, independent, back)
+        )
+        tries.append((float(found.distances.max(initial=0.0)), sign, rotation, found))
+    apart, _, rotation, found = min(tries, key=lambda entry: entry[0])
+    if apart > tolerance:
+        label = mesh.labels[dependent[int(np.argmax(found.distances))]]
+        raise InputError(
+            f"{where}: node {label} of one side is {apart:.3g} away from the other side turned by a sector; "
+            f"expected at most {tolerance:.3g}: check the number of sectors and the axis"
+        )
+    for node, masters, weights in zip(dependent.tolist(), found.nodes.tolist(), found.weights.tolist(), strict=True):
+        parts = [(m, w) for m, w in zip(masters, weights, strict=True) if abs(w) > _SMALL]
+        on_the_axis = any(m == node for m, _ in parts)
+        for axis in range(3):
+            terms = [(int(mesh.labels[node]), axis, 1.0)]
+            terms += [
+                (int(mesh.labels[m]), other, -w * float(rotation[axis, other])) for m, w in parts for other in range(3)
+            ]
+            which = Dependent.ANY if on_the_axis else Dependent.YIELDING
+            yield NodalEquation(terms=tuple(terms), where=where, dependent=which)
+
+
+def _matched(mesh: Mesh, nodes: IntArray, points: Array) -> Projection:
+    """The nearest of some nodes, as a projection."""
+    from scipy.spatial import cKDTree
+
+    apart, which = cKDTree(mesh.nodes[nodes]).query(points)
+    padded, weights = np.zeros((len(points), 8), dtype=np.int64), np.zeros((len(points), 8))
+    padded[:, 0], weights[:, 0] = nodes[which], 1.0
+    return Projection(nodes=padded, weights=weights, places=mesh.nodes[nodes[which]], distances=np.asarray(apart))

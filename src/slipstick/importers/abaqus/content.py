@@ -1,0 +1,132 @@
+"""What has been read of an input file (.inp), as the file says it: labels, names in capitals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.lumped import Lumped
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.rigid import Reference
+from slipstick.importers.abaqus.blocks import Block
+from slipstick.importers.findings import Findings
+from slipstick.importers.mesh_model import Stated
+from slipstick.importers.text_numbers import whole_number
+from slipstick.typing import Array, IntArray
+
+
+@dataclass(kw_only=True)
+class Section:
+    """A *SOLID SECTION or another one: which elements, which material."""
+
+    elements: str
+    material: str
+    line: int
+    shown: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Glue:
+    """A *TIE: names of its two sides; whether nodes of the first are moved onto the second; largest distance."""
+
+    name: str
+    dependent: str
+    independent: str
+    adjust: bool
+    tolerance: float | None
+    cyclic: bool
+    where: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axes:
+    """Own directions at a place: rectangular by two vectors, or about an axis from one point to the other."""
+
+    cylindrical: bool
+    a: Array
+    b: Array
+
+
+@dataclass(kw_only=True)
+class Content:
+    """What has been read so far; labels as in the file, names in capitals (they are not case sensitive)."""
+
+    path: Path
+    findings: Findings
+    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    elements: dict[str, dict[int, list[int]]] = field(default_factory=dict)
+    kinds: dict[int, str] = field(default_factory=dict)
+    variants: dict[str, dict[str, int]] = field(default_factory=dict)
+    skipped: dict[str, dict[int, list[int]]] = field(default_factory=dict)
+    read: set[int] = field(default_factory=set)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    element_sets: dict[str, list[int]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[int, list[str]]]] = field(default_factory=dict)
+    materials: dict[str, dict[str, float]] = field(default_factory=dict)
+    material_faults: dict[str, list[str]] = field(default_factory=dict)
+    sections: list[Section] = field(default_factory=list)
+    other_sections: list[Section] = field(default_factory=list)
+    held: set[tuple[int, int]] = field(default_factory=set)
+    turning: set[int] = field(default_factory=set)
+    turned: dict[int, Axes] = field(default_factory=dict)
+    orientations: dict[str, Axes] = field(default_factory=dict)
+    stated: list[Stated] = field(default_factory=list)
+    glues: list[Glue] = field(default_factory=list)
+    lumped: list[Lumped] = field(default_factory=list)
+    diameters: set[int] = field(default_factory=set)
+    coupling: Block | None = None
+    material: str = ""
+    parts: int = 0
+    instances: int = 0
+    steps: list[dict[str, str]] = field(default_factory=list)
+
+    def where(self, line: int) -> str:
+        """File and line, for messages."""
+        return self.findings.place(line)
+
+    def reference(self, node: int) -> Reference:
+        """A node with rotations of its own."""
+        self.turning.add(node)
+        return Reference.of(node, self.position(node))
+
+    def position(self, node: int) -> Array:
+        """Coordinates (3,) of a node; KeyError where the file has none."""
+        return np.array(self.nodes[node])
+
+    def one_node(self, word: str) -> int:
+        """The node of a label, or of a set that holds one."""
+        found = named(word, self.node_sets)
+        if len(set(found)) != 1:
+            raise ValueError(f"{word} has {len(set(found))} nodes; expected one")
+        if found[0] not in self.nodes:
+            raise KeyError(f"node {found[0]}")
+        return found[0]
+
+
+def named(word: str, sets: dict[str, list[int]]) -> list[int]:
+    """Labels of "12", "TIP" or "PART-1-1.TIP"; KeyError where there is no such set."""
+    word = word.strip('"').upper()
+    if word not in sets:
+        word = word.split(".")[-1]
+    return [whole_number(word)] if word.isdigit() else sets[word]
+
+
+def surface_of(mesh: Mesh, name: str, where: str) -> Surface:
+    """The faces of a surface in the mesh; InputError where it has none on solid elements."""
+    name = name.strip('"').upper()
+    if name not in mesh.surfaces:
+        raise InputError(f"{where} names the surface {name}, which has no faces of solid elements in the file")
+    return mesh.surfaces[name]
+
+
+def nodes_of(content: Content, mesh: Mesh, name: str, where: str) -> IntArray:
+    """Node indices of a surface of faces, or of a node set or nodal surface."""
+    name = name.strip('"').upper()
+    if name in content.surfaces:
+        return surface_of(mesh, name, where).nodes
+    if name not in mesh.node_sets:
+        raise InputError(f"{where} names {name}, which the file does not have")
+    return mesh.node_sets[name]

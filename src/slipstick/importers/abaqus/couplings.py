@@ -1,0 +1,322 @@
+"""Keywords that tie nodes to each other: *EQUATION, *MPC, *RIGID BODY, *COUPLING; and directions of nodes.
+
+Each leaves an entry of which the finished mesh gets its equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.frames import cylindrical, in_global, rectangular
+from slipstick.fem.loads import area_weights
+from slipstick.fem.mesh import Mesh
+from slipstick.fem.rigid import Reference, mean_equations, rigid_equations, rigid_rows
+from slipstick.importers.abaqus.blocks import Block
+from slipstick.importers.abaqus.content import Axes, Content, named, nodes_of
+from slipstick.importers.findings import Verdict
+from slipstick.importers.mesh_model import Stated
+from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.structure.constraints import Dependent
+from slipstick.typing import Array
+
+
+def on_equation(content: Content, block: Block) -> None:
+    """A number of terms, then "node or set, direction, factor" in turn."""
+    if block.parameters.keys() & {"REMOVE", "REMOVEALL"}:
+        content.findings.add(Verdict.COUPLING, block.shown, "takes equations away", block.line)
+        return
+    count, start = 0, block.line
+    words: list[str] = []
+    for line, row in zip(block.lines, block.rows, strict=True):
+        if not count:
+            count, words, start = whole_number(row[0]), [], line
+            if not 0 < count <= 3 * len(content.nodes) + 6:
+                raise ValueError(f"{count} terms")
+            continue
+        words += [word for word in row if word]
+        if len(words) >= 3 * count:
+            _one_equation(content, block, words[: 3 * count], start)
+            count = 0
+    if count:
+        raise ValueError(f"{count} terms are announced, {len(words) // 3} are there")
+
+
+def _one_equation(content: Content, block: Block, words: list[str], line: int) -> None:
+    where = f"{content.where(line)}: {block.shown}"
+    parts = [
+        (named(words[i], content.node_sets), whole_number(words[i + 1]) - 1, fortran_real(words[i + 2]))
+        for i in range(0, len(words), 3)
+    ]
+    if any(not 0 <= axis < 6 for _, axis, _ in parts):
+        if all(not 0 <= axis < 6 for _, axis, _ in parts):
+            content.findings.add(Verdict.HARMLESS, block.shown, "", line)
+            return
+        raise ValueError("directions beyond 6 together with motions")
+    length = max(len(nodes) for nodes, _, _ in parts)
+    if any(len(nodes) not in (1, length) for nodes, _, _ in parts):
+        raise ValueError("node sets of different size")
+    missing = [node for nodes, _, _ in parts for node in nodes if node not in content.nodes]
+    if missing:
+        raise KeyError(f"node {missing[0]}")
+    own = [
+        NodalEquation(terms=tuple((nodes[i % len(nodes)], axis, value) for nodes, axis, value in parts), where=where)
+        for i in range(length)
+    ]
+    content.stated.append(Stated(where=where, equations=lambda _: in_global(own, frames(content))))
+
+
+def frames(content: Content) -> dict[int, Array]:
+    """Own directions of the nodes of *TRANSFORM."""
+    return {node: axes_at(axes, content.position(node)) for node, axes in content.turned.items()}
+
+
+def axes_at(axes: Axes, position: Array) -> Array:
+    """Unit vectors (rows) of a system at a position."""
+    return cylindrical(axes.a, axes.b, position) if axes.cylindrical else rectangular(axes.a, axes.b)
+
+
+def read_axes(words: list[str], kind: str) -> Axes:
+    """Six numbers: two vectors from the origin (rectangular), or two points of an axis (cylindrical)."""
+    values = np.array([fortran_real(word) for word in words if word][:6])
+    if len(values) < 6:
+        raise ValueError(f"{len(values)} numbers; expected six")
+    system = Axes(cylindrical=kind.startswith("C"), a=values[:3], b=values[3:])
+    axes_at(system, system.a + np.array([0.3, 0.5, 0.7]))  # InputError here where they are none
+    return system
+
+
+def on_orientation(content: Content, block: Block) -> None:
+    """A system of directions by name; without effect on isotropic materials."""
+    kind = block.parameters.get("SYSTEM", "RECTANGULAR")
+    turned = any(fortran_real(word) for row in block.rows[1:] for word in row[1:2] if word)
+    plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES"
+    if kind[0] in "RC" and not turned and plain and block.rows and "NAME" in block.parameters:
+        content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
+    content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def on_mpc(content: Content, block: Block) -> None:
+    """Each line a type and its nodes; a line may go on in the next one, beginning with 0."""
+    lines: list[tuple[int, list[str]]] = []
+    for line, row in zip(block.lines, block.rows, strict=True):
+        if row[0] == "0" and lines:
+            lines[-1] = (lines[-1][0], [*lines[-1][1], *row[1:]])
+        else:
+            lines.append((line, row))
+    for line, words in lines:
+        kind = words[0].upper()
+        groups = [named(word, content.node_sets) for word in words[1:] if word]
+        where = f"{content.where(line)}: {block.shown} {kind}"
+        if kind in ("PLANE", "STRAIGHT"):
+            nodes = list(dict.fromkeys(node for group in groups for node in group))
+            make = _plane if kind == "PLANE" else _straight
+            content.stated.append(Stated(where=where, equations=partial(make, content, nodes, where)))
+        elif kind in ("BEAM", "TIE", "PIN") and len(groups) == 2:
+            references = {node: content.reference(node) for node in groups[1]} if kind == "BEAM" else {}
+            equations = partial(_joined, content, groups, references, where)
+            content.stated.append(Stated(where=where, equations=equations))
+        else:
+            what = f"of type {kind} ties degrees of freedom to each other"
+            content.findings.add(Verdict.COUPLING, block.shown, what, line)
+
+
+def _joined(
+    content: Content, groups: list[list[int]], references: dict[int, Reference], where: str, mesh: Mesh
+) -> Iterator[NodalEquation]:
+    """BEAM: the first follow the second, their references, as rigid bodies; TIE and PIN: they move alike."""
+    del mesh
+    first, second = groups
+    for i, node in enumerate(first):
+        other = second[i % len(second)]
+        if references:
+            yield from rigid_equations(references[other], {node: content.position(node)}, where, (0, 1, 2))
+        else:
+            for axis in range(3):
+                yield NodalEquation(terms=((node, axis, 1.0), (other, axis, -1.0)), where=where)
+
+
+def _plane(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+    """All nodes stay in the plane of the first three."""
+    del mesh
+    a, b, c = (content.position(node) for node in nodes[:3])
+    normal = np.cross(b - a, c - a)
+    if not np.linalg.norm(normal) > 1e-10 * np.linalg.norm(b - a) * np.linalg.norm(c - a):
+        raise InputError(f"{where}: its first three nodes lie on a line")
+    normal = normal / np.linalg.norm(normal)
+    for node in nodes[3:]:
+        (s, t), *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), content.position(node) - a, rcond=None)
+        parts = ((node, 1.0), (nodes[0], s + t - 1.0), (nodes[1], -s), (nodes[2], -t))
+        yield _along(normal, parts, where)
+
+
+def _straight(content: Content, nodes: list[int], where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+    """All nodes stay on the line of the first two."""
+    del mesh
+    a, b = (content.position(node) for node in nodes[:2])
+    line = (b - a) / np.linalg.norm(b - a)
+    side = np.cross(line, np.eye(3)[int(np.argmin(np.abs(line)))])
+    side = side / np.linalg.norm(side)
+    for node in nodes[2:]:
+        t = float((content.position(node) - a) @ line / np.linalg.norm(b - a))
+        for normal in (side, np.cross(line, side)):
+            yield _along(normal, ((node, 1.0), (nodes[0], t - 1.0), (nodes[1], -t)), where)
+
+
+def _along(normal: Array, parts: tuple[tuple[int, float], ...], where: str) -> NodalEquation:
+    axes = [(axis, value) for axis, value in enumerate(normal.tolist()) if abs(value) > 1e-14]
+    terms = tuple((node, axis, weight * value) for node, weight in parts for axis, value in axes)
+    return NodalEquation(terms=terms, where=where, dependent=Dependent.ANY)
+
+
+def on_rigid_body(content: Content, block: Block) -> None:
+    """All nodes of a set follow a reference node; its rotations are directions 4..6, or those of the ROT NODE."""
+    parameters = block.parameters
+    where = f"{content.where(block.line)}: {block.shown}"
+    if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
+        what = "makes a rigid body without REF NODE, or without NSET or ELSET"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        return
+    node = content.one_node(parameters["REFNODE"])
+    reference = content.reference(node)
+    if "ROTNODE" in parameters:
+        rotation = content.one_node(parameters["ROTNODE"])
+        x, y, z = ((rotation, axis) for axis in range(3))
+        reference = Reference(node=node, position=reference.position, rotations=(x, y, z))
+    content.stated.append(
+        Stated(where=where, equations=partial(_rigid, content, reference, parameters, where), nodewise=False)
+    )
+
+
+def _rigid(
+    content: Content, reference: Reference, parameters: dict[str, str], where: str, mesh: Mesh
+) -> Iterator[NodalEquation]:
+    if "ELSET" in parameters:
+        chosen = mesh.element_sets.get(parameters["ELSET"], {})
+        parts = [mesh.blocks[kind][members].ravel() for kind, members in chosen.items()]
+        members = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
+    else:
+        members = nodes_of(content, mesh, parameters["NSET"], where)
+    turning = {pair[0] for pair in reference.rotations}
+    nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist() if int(mesh.labels[m]) not in turning}
+    yield from rigid_equations(reference, nodes, where, (0, 1, 2))
+
+
+def on_coupling(content: Content, block: Block) -> None:
+    """A reference node and a surface; what couples them stands in the next keyword."""
+    unfinished_coupling(content)
+    content.coupling = block
+
+
+def unfinished_coupling(content: Content) -> None:
+    """A *COUPLING that is followed by nothing that is read is refused."""
+    if content.coupling is not None:
+        what = "is followed neither by *KINEMATIC nor by *DISTRIBUTING"
+        content.findings.add(Verdict.COUPLING, content.coupling.shown, what, content.coupling.line)
+
+
+def on_kind_of_coupling(content: Content, block: Block) -> None:
+    """*KINEMATIC: the surface follows the reference node; *DISTRIBUTING: the reference node follows it in the mean."""
+    if content.coupling is None:
+        raise ValueError("no *COUPLING stands before it")
+    head, content.coupling = content.coupling.parameters, None
+    where = f"{content.where(block.line)}: {block.shown}"
+    if not head.keys() >= {"REFNODE", "SURFACE"} or "CYCLICSYMMETRY" in block.parameters:
+        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+        return
+    axes = None
+    if "ORIENTATION" in head:
+        if head["ORIENTATION"] not in content.orientations:
+            what = f"couples along the directions of ORIENTATION={head['ORIENTATION']}, which are not read"
+            content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+            return
+        axes = content.orientations[head["ORIENTATION"]]
+    directions = sorted({d for row in block.rows for d in _span(row)}) or list(range(6))
+    node = content.one_node(head["REFNODE"])
+    joint = _Joint(
+        reference=content.reference(node),
+        surface=head["SURFACE"].strip('"').upper(),
+        directions=directions,
+        axes=axes,
+        where=where,
+    )
+    make = _kinematic if block.keyword == "KINEMATIC" else _distributing
+    content.stated.append(Stated(where=where, equations=partial(make, content, joint), nodewise=False))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Joint:
+    """A *COUPLING: reference node, surface, directions 0..5, along which axes."""
+
+    reference: Reference
+    surface: str
+    directions: list[int]
+    axes: Axes | None
+    where: str
+
+
+def _span(row: list[str]) -> range:
+    first = whole_number(row[0])
+    last = whole_number(row[1]) if len(row) > 1 and row[1] else first
+    if not 1 <= first <= last <= 6:
+        raise ValueError(f"directions {first} to {last}")
+    return range(first - 1, last)
+
+
+def _kinematic(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEquation]:
+    members = nodes_of(content, mesh, joint.surface, joint.where)
+    nodes = {int(mesh.labels[m]): mesh.nodes[m] for m in members.tolist()}
+    wanted = [d for d in joint.directions if d < 3]
+    if joint.axes is None or len(wanted) == 3:
+        yield from rigid_equations(joint.reference, nodes, joint.where, wanted)
+        return
+    for node, position in nodes.items():
+        rows = rigid_rows(joint.reference, position)
+        for normal in axes_at(joint.axes, position)[wanted].tolist():
+            terms = [(node, axis, normal[axis]) for axis in range(3)]
+            terms += [(n, c, -v * normal[axis]) for axis in range(3) for n, c, v in rows[axis]]
+            yield NodalEquation(terms=tuple(terms), where=joint.where, dependent=Dependent.ANY)
+
+
+def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[NodalEquation]:
+    """All three directions of the surface count, whichever way the axes of the coupling are turned."""
+    members = nodes_of(content, mesh, joint.surface, joint.where)
+    faces = joint.surface in content.surfaces
+    shares = area_weights(mesh, mesh.surfaces[joint.surface]) if faces else np.ones(mesh.n_nodes)
+    nodes = {int(mesh.labels[m]): (mesh.nodes[m], float(shares[m]), (0, 1, 2)) for m in members.tolist()}
+    nodes.pop(joint.reference.node, None)
+    yield from mean_equations(joint.reference, nodes, joint.where, joint.directions)
+
+
+def on_distributing_coupling(content: Content, block: Block) -> None:
+    """CalculiX: the node of a DCOUP3D element moves as the weighted mean of others."""
+    elements = set(content.element_sets[block.parameters["ELSET"]])
+    found = [
+        nodes
+        for kind, table in content.skipped.items()
+        if kind.startswith("DCOUP")
+        for label, nodes in table.items()
+        if label in elements
+    ]
+    if len(found) != 1:
+        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+        return
+    content.read |= elements
+    weights: dict[int, float] = {}
+    for row in block.rows:
+        for node in named(row[0], content.node_sets):
+            weights[node] = weights.get(node, 0.0) + (fortran_real(row[1]) if len(row) > 1 and row[1] else 1.0)
+    total, node = sum(weights.values()), found[0][0]
+    where = f"{content.where(block.line)}: {block.shown}"
+    if not total > 0.0:
+        raise ValueError(f"weights whose sum is {total:g}")
+    own = [
+        NodalEquation(terms=((node, axis, 1.0), *((n, axis, -w / total) for n, w in weights.items())), where=where)
+        for axis in range(3)
+    ]
+    content.stated.append(Stated(where=where, equations=lambda _: own))

@@ -1,0 +1,160 @@
+"""*TIE and *CYCLIC SYMMETRY MODEL: surfaces glued together, and the two sides of a sector."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.mesh import Mesh
+from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, tie_equations
+from slipstick.importers.abaqus.blocks import Block
+from slipstick.importers.abaqus.content import Content, Glue, nodes_of, surface_of
+from slipstick.importers.findings import Verdict
+from slipstick.importers.mesh_model import Stated
+from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.typing import Array, IntArray
+
+_DEFAULT = 0.05
+"""Largest distance of tied nodes where a file says none, over the mean edge of the faces; as Abaqus."""
+
+_SIDES = 0.05
+"""The same for the two sides of a sector."""
+
+
+def on_tie(content: Content, block: Block) -> None:
+    """A dependent and an independent surface on each line."""
+    parameters = block.parameters
+    if "MULTISTAGE" in parameters:
+        content.findings.add(
+            Verdict.COUPLING, block.shown, "joins stages with different numbers of sectors", block.line
+        )
+        return
+    tolerance = fortran_real(parameters["POSITIONTOLERANCE"]) if parameters.get("POSITIONTOLERANCE") else None
+    for line, row in zip(block.lines, block.rows, strict=True):
+        if len(row) < 2 or not row[1]:
+            raise ValueError("expected two surfaces on a line")
+        glue = Glue(
+            name=parameters.get("NAME", ""),
+            dependent=row[0].strip('"').upper(),
+            independent=row[1].strip('"').upper(),
+            adjust=parameters.get("ADJUST", "YES") != "NO" and "CYCLICSYMMETRY" not in parameters,
+            tolerance=tolerance,
+            cyclic="CYCLICSYMMETRY" in parameters,
+            where=f"{content.where(line)}: {block.shown}",
+        )
+        content.glues.append(glue)
+        if not glue.cyclic:
+            content.stated.append(Stated(where=glue.where, equations=partial(_tied, content, glue), nodewise=False))
+
+
+def moved_onto(content: Content, mesh: Mesh) -> Mesh:
+    """The mesh with nodes moved onto the surfaces to which they are tied, where the file asks for it."""
+    for glue in content.glues:
+        if not glue.adjust:
+            continue
+        nodes, found = _near(content, glue, mesh)
+        moved = found.distances > 1e-12 * face_size(mesh, surface_of(mesh, glue.independent, glue.where))
+        if moved.any():
+            places = mesh.nodes.copy()
+            places[nodes[moved]] = found.places[moved]
+            mesh = replace(mesh, nodes=places)
+            content.findings.extra.append(
+                f"{glue.where} moves {moved.sum()} nodes onto the other surface, by at most "
+                f"{found.distances.max():.3g} (ADJUST)"
+            )
+    return mesh
+
+
+def _near(content: Content, glue: Glue, mesh: Mesh) -> tuple[IntArray, Projection]:
+    """Dependent nodes that are near enough to be tied, and where they lie on the other surface."""
+    onto = surface_of(mesh, glue.independent, glue.where)
+    nodes = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
+    found = project(mesh, onto, mesh.nodes[nodes])
+    near = found.distances <= (glue.tolerance or _DEFAULT * face_size(mesh, onto))
+    chosen = {name: getattr(found, name)[near] for name in ("nodes", "weights", "places", "distances")}
+    return nodes[near], Projection(**chosen)
+
+
+def _tied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[NodalEquation]:
+    nodes, found = _near(content, glue, mesh)
+    if not len(nodes):
+        raise InputError(
+            f"{glue.where}: no node of {glue.dependent} lies near enough to {glue.independent}; "
+            "check the surfaces and POSITION TOLERANCE"
+        )
+    yield from tie_equations(mesh, nodes, found, glue.where)
+
+
+def untied(content: Content, mesh: Mesh) -> Iterator[str]:
+    """A sentence for each tie that leaves nodes out because they are too far away."""
+    for glue in content.glues:
+        if not glue.cyclic:
+            onto = surface_of(mesh, glue.independent, glue.where)
+            every = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
+            far = np.setdiff1d(every, _near(content, glue, mesh)[0])
+            if len(far):
+                yield (
+                    f"{glue.where}: {len(far)} of {len(every)} nodes ({mesh.labels[far[0]]}, ...) are too far from "
+                    f"{glue.independent} and are not tied"
+                )
+
+
+def on_cyclic(content: Content, block: Block) -> None:
+    """Number of sectors, and two points of the axis."""
+    parameters = block.parameters
+    sectors = whole_number(parameters["N"])
+    axis = [fortran_real(word) for row in block.rows for word in row if word]
+    cyclic = [glue for glue in content.glues if glue.cyclic]
+    sides = [glue for glue in cyclic if glue.name == parameters.get("TIE", glue.name)]
+    if len(axis) < 6 or sectors < 2 or len({glue.name for glue in sides}) != 1:
+        raise ValueError("expected N from 2 up, six numbers of an axis, and one *TIE with CYCLIC SYMMETRY, or its name")
+    sector = Sector(start=np.array(axis[:3]), end=np.array(axis[3:6]), count=sectors)
+    for glue in sides:
+        where = f"{content.where(block.line)}: {block.shown}"
+        content.stated.append(
+            Stated(where=where, equations=partial(_sides, content, glue, sector, where), nodewise=False)
+        )
+
+
+def _sides(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+    dependent = nodes_of(content, mesh, glue.dependent, where)
+    faces = mesh.surfaces.get(glue.independent)
+    other = nodes_of(content, mesh, glue.independent, where)
+    size = face_size(mesh, faces) if faces else _spacing(mesh.nodes[other])
+    tolerance = min(_SIDES * size, glue.tolerance or np.inf)
+    yield from cyclic_equations(mesh, sector, dependent, faces or other, tolerance=tolerance, where=where)
+
+
+def _spacing(places: Array) -> float:
+    """Median distance of points to their next one."""
+    from scipy.spatial import cKDTree
+
+    return float(np.median(cKDTree(places).query(places, k=2)[0][:, 1])) if len(places) > 1 else 0.0
+
+
+def on_diameters(content: Content, block: Block) -> None:
+    """Nodal diameters that are asked for."""
+    low, high = (whole_number(block.parameters.get(name, "0")) for name in ("NMIN", "NMAX"))
+    if not 0 <= low <= high <= 100_000:
+        raise ValueError(f"nodal diameters {low} to {high}")
+    content.diameters |= set(range(low, high + 1))
+
+
+def about_diameters(content: Content) -> None:
+    """Of the families of a sector one is real: other ones asked for are refused, none asked for is warned of."""
+    lines = [glue for glue in content.glues if glue.cyclic]
+    if not lines:
+        return
+    line = int(lines[0].where.split("line ")[1].split(":")[0])
+    others = sorted(content.diameters - {0})
+    if others and 0 not in content.diameters:
+        what = f"asks for {others[0]} to {others[-1]} nodal diameters, whose matrices are complex"
+        content.findings.add(Verdict.COUPLING, "*CYCLIC SYMMETRY MODEL", what, line)
+    elif others or not content.diameters:
+        what = "is computed for 0 nodal diameters alone: all sectors move alike"
+        content.findings.add(Verdict.APPROXIMATED, "*CYCLIC SYMMETRY MODEL", what, line)

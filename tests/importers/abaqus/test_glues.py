@@ -1,0 +1,119 @@
+"""Surfaces glued together and sectors: frequencies as CalculiX has them of the same deck."""
+
+import numpy as np
+import pytest
+from helpers.abaqus import needs_ccx, run
+from helpers.coupled import STEEL, calculix, frequencies, lines_of
+from helpers.input_file import write
+
+from slipstick.errors import InputError, SlipstickWarning
+from slipstick.fem.box import box
+from slipstick.fem.mesh import Mesh
+from slipstick.importers.read_model import read_model
+
+COUNT = 6
+
+
+def two(at: str = "2.000000000000e+01", count: int = 0) -> str:
+    """Two bodies end to end, with ``count`` of the nodes at the joint put elsewhere."""
+    one = lines_of(box((20.0, 10.0, 8.0), (2, 2, 1), "hex20"), "A")
+    other = lines_of(box((20.0, 10.0, 8.0), (2, 3, 2), "hex20"), "B", 500, (20.0, 0.0, 0.0))
+    other = other.replace(", 2.000000000000e+01,", f", {at},", count)
+    return STEEL + one + other + "*BOUNDARY\nAx0, 1, 3\n"
+
+
+TWO = two()
+TIE = "*TIE, NAME=T, POSITION TOLERANCE=0.1{more}\nSBx0, SAx1\n"
+
+
+@needs_ccx
+def test_glued_bodies_have_the_frequencies_of_calculix(tmp_path):
+    text = TWO + TIE.format(more="")
+    model = read_model(write(tmp_path, text))
+    np.testing.assert_allclose(frequencies(model, COUNT), calculix(write(tmp_path, text), COUNT), rtol=1e-6)
+    apart = read_model(write(tmp_path, TWO))
+    assert (
+        len(model.dependent)
+        == apart.n_dofs - model.n_dofs
+        == 3 * len(box((1, 1, 1), (2, 3, 2), "hex20").surfaces["x0"].nodes)
+    )
+
+
+@needs_ccx
+@pytest.mark.parametrize("adjust", [True, False])
+def test_a_gap_is_closed_unless_the_file_forbids_it(tmp_path, adjust):
+    gap = two("2.001000000000e+01", 3) + TIE.format(more="" if adjust else ", ADJUST=NO")
+    model = read_model(write(tmp_path, gap))
+    np.testing.assert_allclose(frequencies(model, COUNT), calculix(write(tmp_path, gap), COUNT), rtol=2e-6)
+    assert any("moves" in note and "(ADJUST)" in note for note in model.notes) == adjust
+
+
+def test_nodes_too_far_away_are_told(tmp_path):
+    far = two("2.050000000000e+01", 1) + TIE.format(more=", ADJUST=NO")
+    with pytest.warns(SlipstickWarning, match=r"\*TIE: 1 of \d+ nodes \(\d+, ...\) are too far from SAX1"):
+        read_model(write(tmp_path, far))
+    with pytest.raises(InputError, match=r"\*TIE: no node of SBX1 lies near enough to SAX1"):
+        read_model(write(tmp_path, TWO + "*TIE, NAME=T, POSITION TOLERANCE=0.1\nSBx1, SAx1\n"), quiet=True)
+
+
+def test_a_surface_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match=r"\*TIE names the surface NOWHERE, which has no faces"):
+        read_model(write(tmp_path, TWO + "*TIE, NAME=T\nSBx0, NOWHERE\n"))
+
+
+def sector(count: int) -> Mesh:
+    """A sector of a ring about x, thicker on one side."""
+    flat = box((2.0, 1.0, 1.0), (2, 3, 2), "hex20")
+    x, radius, angle = flat.nodes[:, 0], 10.0 + 3.0 * flat.nodes[:, 2], 2.0 * np.pi / count * flat.nodes[:, 1]
+    x = x * (1.0 + 0.2 * flat.nodes[:, 2])
+    nodes = np.stack([x, radius * np.sin(angle), radius * np.cos(angle)], axis=1)
+    return Mesh(nodes=nodes, blocks=flat.blocks, surfaces=flat.surfaces)
+
+
+RING = sector(12)
+BETWEEN = np.setdiff1d(RING.surfaces["z0"].nodes, [*RING.surfaces["y0"].nodes, *RING.surfaces["y1"].nodes]) + 1
+HELD = "*BOUNDARY\n" + "".join(f"{node}, 1\n" for node in BETWEEN.tolist())  # CalculiX takes none on the sides
+SECTOR = STEEL + lines_of(RING, "A") + HELD
+SIDES = "*SURFACE, NAME=LEFT, TYPE=NODE\nAy0\n*SURFACE, NAME=RIGHT, TYPE=NODE\nAy1\n"
+CYCLIC = "*TIE, CYCLIC SYMMETRY, POSITION TOLERANCE=0.1, NAME=T\n{}\n*CYCLIC SYMMETRY MODEL, N={}, NGRAPH=1, TIE=T\n"
+AXIS = "0., 0., 0., 1., 0., 0.\n"
+ASKED = "*STEP\n*FREQUENCY\n{}\n*SELECT CYCLIC SYMMETRY MODES, NMIN={}, NMAX={}\n*END STEP\n"
+
+
+@needs_ccx
+@pytest.mark.parametrize("sides", ["LEFT, RIGHT", "SAy0, SAy1", "SAy1, SAy0"])
+def test_a_sector_has_the_frequencies_of_calculix(tmp_path, sides):
+    text = SECTOR + SIDES + CYCLIC.format(sides, 12) + AXIS + ASKED.format(2 * COUNT, 0, 0)
+    model = read_model(write(tmp_path, text))
+    assert model.warnings == ()
+    run(tmp_path / "m.inp")
+    rows = [line.split() for line in (tmp_path / "m.dat").read_text().splitlines()]
+    theirs = np.array([float(row[2]) for row in rows if len(row) == 6 and row[0] == "0"])[::2]  # each stands twice
+    # the first is the free turning about the axis, 0
+    np.testing.assert_allclose(frequencies(model, COUNT), theirs[:COUNT], rtol=2e-6, atol=10.0)
+
+
+def test_other_nodal_diameters_are_refused_and_none_asked_for_is_told(tmp_path):
+    text = SECTOR + SIDES + CYCLIC.format("LEFT, RIGHT", 12) + AXIS
+    with pytest.raises(InputError, match="asks for 2 to 3 nodal diameters, whose matrices are complex"):
+        read_model(write(tmp_path, text + ASKED.format(4, 2, 3)))
+    for more in ("", ASKED.format(4, 0, 3)):
+        with pytest.warns(SlipstickWarning, match="is computed for 0 nodal diameters alone"):
+            read_model(write(tmp_path, text + more))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (CYCLIC.format("LEFT, RIGHT", 11) + AXIS, "check the number of sectors and the axis"),
+        (CYCLIC.format("LEFT, RIGHT", 12) + "0., 0., 0., 0., 1., 0.\n", "check the number of sectors and the axis"),
+        (CYCLIC.format("LEFT, RIGHT", 1) + AXIS, "expected N from 2 up"),
+        (CYCLIC.format("LEFT, RIGHT", 12), "expected N from 2 up"),
+        ("*CYCLIC SYMMETRY MODEL, N=12\n" + AXIS, "one .*TIE with CYCLIC SYMMETRY"),
+        ("*TIE, MULTISTAGE, NAME=T\nLEFT, RIGHT\n", "joins stages with different numbers of sectors"),
+        ("*TIE, NAME=T\nLEFT\n", "expected two surfaces on a line"),
+    ],
+)
+def test_sectors_that_cannot_be_joined(tmp_path, text, said):
+    with pytest.raises(InputError, match=said):
+        read_model(write(tmp_path, SECTOR + SIDES + text), quiet=True)
