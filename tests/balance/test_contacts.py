@@ -43,9 +43,12 @@ def test_values_by_name_come_back_changed_and_nothing_else_does():
 
 
 def test_the_counter_surface_moves_along_the_ports():
-    h, rub = Harmonics(range(5)), ss.RubbingMotion(velocity=[1.0, 2.0, 3.0], cos={1: 0.5}, normal_cos={2: 0.25})
-    velocity, motion = prescribed(pair(normal="n", rubbing=rub), h, 2)
-    np.testing.assert_array_equal(velocity, [[1.0, 2.0, 3.0], [0.0] * 3])
+    h = Harmonics(range(5))
+    rub = ss.RubbingMotion(velocity=[1.0, 2.0, 3.0], velocity_per_omega=0.5, cos={1: 0.5}, normal_cos={2: 0.25})
+    found = prescribed(pair(normal="n", rubbing=rub), h, 2)
+    motion = found["motion"]
+    np.testing.assert_array_equal(found["velocity"], [[1.0, 2.0, 3.0], [0.0] * 3])
+    np.testing.assert_array_equal(found["velocity_per_omega"], [[0.5] * 3, [0.0] * 3])
     np.testing.assert_array_equal(motion[0, :, h.index(2)], 0.5)
     np.testing.assert_array_equal(motion[1, :, h.index(4)], 0.25)
     assert np.count_nonzero(motion) == 6

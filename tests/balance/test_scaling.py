@@ -35,7 +35,7 @@ def test_linear_motions_are_those_of_springs():
     """Free: k - w^2 m + i w c; stuck: kt besides; sliding at constant load: a mean force mu N besides."""
     problem, w = oscillator(), 5.0
     balance = Balance(problem)
-    found = linear_motions(balance, problem.inputs, balance.compliance(w))
+    found = linear_motions(balance, problem.inputs, balance.compliance(w), w)
     assert set(found) == {"sliding", "stuck", "free"}
     for name, k, mean in (("free", 40.0, 0.0), ("stuck", 140.0, 0.0), ("sliding", 40.0, -240.0 / 40.0)):
         x = found[name]

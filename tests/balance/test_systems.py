@@ -27,7 +27,26 @@ def test_jacobian_and_frequency_derivative(seed: int, harmonics: list[int], rati
     assert np.abs(found.parameter_derivative - wanted).max() < 1e-6 * np.abs(wanted).max()
 
 
-@pytest.mark.parametrize("name", ["c1.velocity", "c0.mu", "c1.kt", "c2.kn", "c1.gap", "c1.normal_load", "*.mu", "load",
+@pytest.mark.parametrize("seed", range(3))
+def test_frequency_derivative_with_velocities_that_grow_with_the_frequency(seed: int) -> None:
+    """At its frequency a swept velocity is the same as a constant one; the derivative by omega is another."""
+    omega, constant = 6.0, random_problem(seed)
+    x = 0.5 * np.random.default_rng(seed).standard_normal(Balance(constant).size)
+    share = {"c0": 1.0, "c1": 0.5, "c2": 2.0}
+    swept = constant
+    for name, s in share.items():
+        v = constant.parameter(f"{name}.velocity")
+        swept = swept.with_parameter(f"{name}.velocity_per_omega", s * v / omega)
+        swept = swept.with_parameter(f"{name}.velocity", (1.0 - s) * v)
+    first, second = (FrequencySystem(Balance(p), p.inputs) for p in (constant, swept))
+    found = second.evaluate(x, omega)
+    np.testing.assert_allclose(found.residual, first.evaluate(x, omega).residual, rtol=1e-12, atol=1e-12)
+    wanted = difference(lambda w: second.evaluate(x, w).residual, omega, 1e-4)
+    assert np.abs(found.parameter_derivative - wanted).max() < 1e-6 * np.abs(wanted).max()
+    assert np.abs(found.parameter_derivative - first.evaluate(x, omega).parameter_derivative).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["c1.velocity", "c1.velocity_per_omega", "*.velocity_per_omega", "c0.mu", "c1.kt", "c2.kn", "c1.gap", "c1.normal_load", "*.mu", "load",
                                   "friction", "*.velocity", "c0.cos1", "c1.sin2", "*.normal_cos1", "c2.normal_sin2",
                                   "c1.normal_cos0", "rubbing.cos1", "rubbing.normal_cos2", "load.d0.amplitude",
                                   "load.d0.phase", "load.d4.1.phase", "load.d2.amplitude"])  # fmt: skip

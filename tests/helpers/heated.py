@@ -45,11 +45,15 @@ def model(resistance: Any = INFLUENCE) -> HeatedContacts:
 
 
 def state(seed: int) -> dict[str, Any]:
-    """A random motion with some stick, slip and separation, heating by some tens to hundreds of degrees."""
+    """A random motion with some stick, slip and separation, heating by some tens to hundreds of degrees.
+
+    ``swept`` is the velocity for each rad/s of the frequency.
+    """
     rng = np.random.default_rng(seed)
     W, Y = rng.normal(0, 1, (2, N, H.size)) * np.repeat([1.0, 1.0, 0.5, 0.25], [1, 2, 2, 2])
     return {
         "W": W, "Y": 0.5 * Y, "omega": 1.7, "velocity": rng.choice([0.0, 1.0, -3.0], N) + 0.3 * rng.normal(size=N),
+        "swept": np.linspace(0.3, -0.3, N),
         "kt": np.full(N, KT), "mu": np.full(N, MU), "kn": np.full(N, KN), "gap": rng.normal(-0.5, 0.3, N),
     }  # fmt: skip
 
@@ -59,9 +63,10 @@ LAW = FrictionContact(kt=KT, mu=MU, kn=KN, gap=-0.5)
 
 def inputs(given: dict[str, Any]) -> tuple[Motion, dict[str, Array]]:
     """Motion and parameters of a state."""
-    drift = np.array([given["velocity"], np.zeros(N)]) / given["omega"]
+    swept = np.array([given["swept"], np.zeros(N)])
+    drift = np.array([given["velocity"], np.zeros(N)]) / given["omega"] + swept
     values = {name: given[name] for name in ("kt", "mu", "kn", "gap")}
-    return Motion(H, given["omega"], (given["W"], given["Y"]), drift), values
+    return Motion(H, given["omega"], (given["W"], given["Y"]), drift, swept), values
 
 
 def forces(heated: HeatedContacts, given: dict[str, Any], start: Array | None = None) -> Heat:

@@ -48,7 +48,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     velocity = np.zeros(len(tangential))
     for batch, given in zip(batches, inputs, strict=True):
         rubbing[batch.elements], approach[batch.elements] = given.motion
-        velocity[batch.elements] = given.velocity[0]
+        velocity[batch.elements] = given.speed(omega)[0]
     moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(h.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
     kept = [0, *(i for m in orders for i in (h.index(m, "c"), h.index(m, "s")))]

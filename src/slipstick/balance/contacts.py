@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.contact import traits
 from slipstick.contact.law import Law
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.rubbing import VELOCITIES, RubbingMotion
 from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import Gathering, listed, number, one, shown, suggestion, table, text, wrong
 from slipstick.trig.harmonics import Harmonics
@@ -161,18 +161,20 @@ class ContactPair:
         return replace(self, contact=self.contact.changed(**{name: new}))
 
 
-def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> tuple[Array, Array]:
-    """Velocity (n_ports, n) and periodic motion (n_ports, n, L) of the counter surface along each port.
+def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> dict[str, Array]:
+    """Velocities (n_ports, n) and periodic motion (n_ports, n, L) of the counter surface along each port, by name.
 
     The rubbing motion goes along the first port, its normal part along the port called "normal".
     """
     ports, n = pair.contact.ports, len(pair)
-    velocity, motion = np.zeros((len(ports), n)), np.zeros((len(ports), n, harmonics.size))
-    velocity[0] = pair.rubbing.velocity
+    velocities = {name: np.zeros((len(ports), n)) for name in VELOCITIES}
+    for name, velocity in velocities.items():
+        velocity[0] = pair.rubbing.component(name)
+    motion = np.zeros((len(ports), n, harmonics.size))
     motion[0] = pair.rubbing.coefficients(harmonics, factor)
     if "normal" in ports:
         motion[ports.index("normal")] += pair.rubbing.normal_coefficients(harmonics, factor)
-    return velocity, motion
+    return {**velocities, "motion": motion}
 
 
 def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> Iterator[Fault]:

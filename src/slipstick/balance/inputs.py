@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.typing import Array
 
-_SURFACE = ("velocity", "motion")
+SURFACE = ("velocity", "velocity_per_omega", "motion")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +22,8 @@ class Given:
     """Parameters of the law, (n,) each."""
     velocity: Array
     """Constant velocity of the counter surface along each port, (n_ports, n), length/time."""
+    velocity_per_omega: Array
+    """What is added to it for each rad/s of the principal frequency, (n_ports, n), length."""
     motion: Array
     """Periodic motion of the counter surface along each port, (n_ports, n, L)."""
 
@@ -28,13 +31,25 @@ class Given:
         """``change(name, own, *others')`` of every array."""
         return Given(
             values={n: change(n, v, *(o.values[n] for o in others)) for n, v in self.values.items()},
-            velocity=change("velocity", self.velocity, *(o.velocity for o in others)),
-            motion=change("motion", self.motion, *(o.motion for o in others)),
+            **{n: change(n, getattr(self, n), *(getattr(o, n) for o in others)) for n in SURFACE},
         )
 
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """Where there is a constant velocity, (n_ports, n)."""
+        return np.asarray((self.velocity != 0) | (self.velocity_per_omega != 0))
+
+    def speed(self, omega: float | Array) -> Array:
+        """Constant velocity along each port at a principal frequency (rad/s), (n_ports, n), length/time."""
+        return self.velocity + omega * self.velocity_per_omega
+
+    def drift(self, omega: float | Array) -> Array:
+        """That velocity over omega, (n_ports, n), length per rad."""
+        return self.velocity / omega + self.velocity_per_omega
+
     def changed(self, /, **arrays: Any) -> Given:
-        """A copy with other arrays: "velocity", "motion", or parameters by name."""
-        own = {name: arrays.pop(name, getattr(self, name)) for name in _SURFACE}
+        """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
+        own = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
         return Given(values={**self.values, **arrays}, **own)
 
 
@@ -70,7 +85,7 @@ class Inputs:
         """Whether "load", "velocity", "motion" or a parameter is anywhere other than zero."""
         found = [self.P] if name == "load" else []
         for batch in self.batches:
-            found.append(getattr(batch, name) if name in _SURFACE else batch.values.get(name, np.zeros(0)))
+            found.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
         return any(bool(np.any(array)) for array in found)
 
     def with_batch(self, k: int, /, **arrays: Any) -> Inputs:

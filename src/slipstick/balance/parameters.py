@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from slipstick.balance.contacts import ContactPair, prescribed
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
 from slipstick.contact import traits
@@ -190,16 +190,17 @@ def _moved(
         start[rows] = 0.0
         slope[rows] = np.broadcast_to(factor, batch.count)[rows]
         return base.with_batch(b, **{parameter: start}), zero.with_batch(b, **{parameter: slope})
-    arrays = {"velocity": (given.velocity.copy(), np.zeros_like(given.velocity))}
-    arrays["motion"] = (given.motion.copy(), np.zeros_like(given.motion))
+    surface = {name: getattr(given, name) for name in SURFACE}
+    arrays = {name: (array.copy(), np.zeros_like(array)) for name, array in surface.items()}
     for e in rows:
         pair, k = problem.contacts[batch.members[e][0]], batch.members[e][1]
         at = [
             prescribed(pair.with_value(quantity, value, k), problem.harmonics, problem.rubbing_order)
             for value in (0.0, 1.0)
         ]
-        for name, low, high in zip(arrays, *at, strict=True):
-            arrays[name][0][:, e], arrays[name][1][:, e] = low[:, k], high[:, k] - low[:, k]
+        for name, (start, slope) in arrays.items():
+            low, high = (moved[name][:, k] for moved in at)
+            start[:, e], slope[:, e] = low, high - low
     return (
         base.with_batch(b, **{name: start for name, (start, _) in arrays.items()}),
         zero.with_batch(b, **{name: slope for name, (_, slope) in arrays.items()}),

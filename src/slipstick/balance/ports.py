@@ -132,7 +132,7 @@ class Balance:
                 if port.size:
                     Q[port.members] += X[port.rows]
                 moved.append(Q)
-        return Motion(self.harmonics, omega, tuple(moved), given.velocity / omega)
+        return Motion(self.harmonics, omega, tuple(moved), given.drift(omega), given.velocity_per_omega)
 
     def spread(self, dx: Array) -> list[dict[int, Array]]:
         """Changes of the motion (n, L) by batch and port, of changes (N,) of the unknowns."""

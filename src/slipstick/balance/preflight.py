@@ -81,7 +81,7 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     pairs = list(zip(problem.batches, problem.inputs.batches, strict=True))
     kinked = [(traits.kinked(batch.law, given.values), given) for batch, given in pairs]
     acting = any(mask.any() for mask, _ in kinked)
-    one_sided = any((mask & (given.velocity[0] != 0)).any() for mask, given in kinked)
+    one_sided = any((mask & given.slides[0]).any() for mask, given in kinked)
     if one_sided and driven and not any(m % 2 == 0 for m in multiples):
         even = f"even multiples of {base}" if base > 1 else "even harmonics"
         yield (

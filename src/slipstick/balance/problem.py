@@ -13,7 +13,7 @@ from slipstick.balance.base_motion import LoadColumns, load_columns
 from slipstick.balance.batches import Batch, batches_of
 from slipstick.balance.checks import problem_faults
 from slipstick.balance.contacts import ContactPair, prescribed
-from slipstick.balance.inputs import Given, Inputs
+from slipstick.balance.inputs import SURFACE, Given, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
@@ -202,15 +202,17 @@ class Problem:
         moving = [prescribed(pair, self.harmonics, self.rubbing_order) for pair in self.contacts]
         return Inputs(batches=tuple(self._given(batch, moving) for batch in self.batches), P=self.load_coefficients())
 
-    def _given(self, batch: Batch, moving: Sequence[tuple[Array, Array]]) -> Given:
+    def _given(self, batch: Batch, moving: Sequence[Mapping[str, Array]]) -> Given:
         factor = {parameter: getattr(self, name) for name, parameter in traits.factors(batch.law).items()}
         values = {
             name: factor.get(name, 1.0) * np.array([self.contacts[p].values(name)[k] for p, k in batch.members])
             for name in batch.law.values
         }
-        velocity = np.array([moving[p][0][:, k] for p, k in batch.members]).T
-        motion = np.array([moving[p][1][:, k] for p, k in batch.members]).transpose(1, 0, 2)
-        return Given(values=values, velocity=np.ascontiguousarray(velocity), motion=np.ascontiguousarray(motion))
+        surface = {
+            name: np.ascontiguousarray(np.stack([moving[p][name][:, k] for p, k in batch.members], axis=1))
+            for name in SURFACE
+        }
+        return Given(values=values, **surface)
 
     def contact_values(self, name: str) -> Array:
         """A parameter of every contact, (n_contacts,), with the factor on it; nan for laws that do not have it."""

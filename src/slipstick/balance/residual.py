@@ -109,7 +109,7 @@ def force_rates(balance: Balance, found: Detail, dx: Array, own: Forces, dpower:
 
 
 def by_omega(found: Detail) -> list[dict[int, Array]]:
-    """Derivatives of the forces by omega at fixed motion and constant velocity in length/time."""
+    """Derivatives of the forces by omega at fixed motion; velocities that grow with omega leave the drift alone."""
     slopes = []
     for response, given in zip(found.responses, found.inputs.batches, strict=True):
         own = dict(response.by_omega)
@@ -138,9 +138,10 @@ def _terms(response: Response, along: Given, omega: float) -> Iterator[tuple[int
         if rate.any():
             for i, tangent in response.by_parameter(name).items():
                 yield i, rate[:, None] * tangent
-    if along.velocity.any():
+    drift = along.drift(omega)
+    if drift.any():
         for (i, j), tangent in response.by_drift.items():
-            yield i, (along.velocity[j] / omega)[:, None] * tangent
+            yield i, drift[j][:, None] * tangent
     if along.motion.any():
         for (i, j), tangent in response.by_motion.items():
             yield i, np.einsum("cij,cj->ci", tangent, along.motion[j])

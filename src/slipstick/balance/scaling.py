@@ -38,7 +38,7 @@ class Scales:
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
     """Sizes at one frequency: linear responses, motion up to slip, motion of the counter surfaces."""
     compliance = balance.compliance(omega, inputs.structure)
-    sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance).values()]
+    sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance, omega).values()]
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
         sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
@@ -54,18 +54,18 @@ def _norm(x: Array) -> float:
     return float(np.linalg.norm(x))
 
 
-def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance) -> dict[str, Array]:
+def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float) -> dict[str, Array]:
     """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
     names = dict.fromkeys(name for batch in balance.batches for name in traits.linear_states(batch.law))
-    found = {name: _linear(balance, inputs, compliance, name) for name in names}
+    found = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
     return {name: x for name, x in found.items() if x is not None}
 
 
-def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, state: str) -> Array | None:
+def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float, state: str) -> Array | None:
     """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the counter surface's motion."""
     unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        held = traits.linear(batch.law, state, given.values, given.velocity)
+        held = traits.linear(batch.law, state, given.values, given.drift(omega))
         any_own = any_own or held is not None
         held = held or traits.Linear({}, {})
         tangents.append({key: k[:, None, None] * unit for key, k in held.stiffness.items()})

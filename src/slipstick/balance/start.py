@@ -15,6 +15,7 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, linear_motions, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
+from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
 from slipstick.solve.continuation import ContinuationOptions, continuation
 from slipstick.solve.newton import NewtonOptions, newton
@@ -105,7 +106,8 @@ class FirstPoint:
         guess = self.guess
         if guess is not None:
             yield "guess given", lambda: self._solve(guess)
-        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega, self.inputs.structure))
+        compliance = self.balance.compliance(self.omega, self.inputs.structure)
+        motions = linear_motions(self.balance, self.inputs, compliance, self.omega)
         linear = [(f"from the linear response, contacts {name}", x) for name, x in motions.items()]
         for name, x in linear[:1]:
             yield name, lambda x=x: self._solve(x, _QUICK)  # type: ignore[misc]
@@ -126,8 +128,9 @@ class FirstPoint:
         still = self.inputs.only("load", "motion")
         if still.any("load") or still.any("motion"):
             yield "load ramp", lambda: self._ramp(self.inputs.moved(still, -1.0), still)
-        if self.inputs.any("velocity"):
-            fast = self.inputs.only("velocity").scaled(self._slipping_factor())
+        speeds = self._speeds()
+        if speeds.size:
+            fast = self.inputs.only(*VELOCITIES).scaled(max(2.0 * self.scales.velocity / float(speeds.min()), 1.0))
             yield (
                 "velocity ramp from permanent sliding",
                 lambda: self._ramp(self.inputs.moved(fast, 1.0), fast.scaled(-1)),
@@ -180,14 +183,15 @@ class FirstPoint:
         return self._solve(last.x) if last is not None and last.parameter == 1.0 else None
 
     def _simple(self) -> Iterator[Strategy]:
-        motions = linear_motions(self.balance, self.inputs, self.balance.compliance(self.omega, self.inputs.structure))
+        compliance = self.balance.compliance(self.omega, self.inputs.structure)
+        motions = linear_motions(self.balance, self.inputs, compliance, self.omega)
         for name, x in motions.items():
             yield name, lambda x=x: self._solve(x)  # type: ignore[misc]
 
-    def _slipping_factor(self) -> float:
-        """How many times faster the rubbing has to be for permanent sliding."""
-        speeds = np.concatenate([np.abs(given.velocity).reshape(-1) for given in self.inputs.batches])
-        return max(2.0 * self.scales.velocity / float(np.min(speeds[speeds > 0])), 1.0)
+    def _speeds(self) -> Array:
+        """Rubbing velocities other than zero, of all ports, > 0, length/time."""
+        speeds = np.concatenate([np.abs(given.speed(self.omega)).reshape(-1) for given in self.inputs.batches])
+        return speeds[speeds > 0]
 
     def _fewer_harmonics(self) -> Array | None:
         """Solve with the driven harmonics and the lower half, found in the same way, then take in the others."""

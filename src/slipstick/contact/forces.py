@@ -78,7 +78,7 @@ class ContactForces:
 
     @property
     def dFx_domega(self) -> Array:
-        """By frequency at constant rubbing velocity in length/time: ``-(v / omega) dFx/dv`` [THEORY.md (6.1)]."""
+        """By frequency: ``-(v / omega) dFx/dv``, v of what does not grow with omega alone [THEORY.md (6.1)]."""
         return -(np.asarray(self._v)[..., None] / self._frequency) * self.dFx_dv
 
     @property

@@ -206,7 +206,8 @@ def contact_forces(
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)
     U, N = rubbing.coefficients(harmonics), rubbing.normal_coefficients(harmonics)
-    parts = [np.asarray(p, dtype=float) for p in (rubbing.velocity, contact.kt, contact.mu, contact.kn, contact.gap)]
+    speeds = (rubbing.velocity, rubbing.velocity_per_omega)
+    parts = [np.asarray(p, dtype=float) for p in (*speeds, contact.kt, contact.mu, contact.kn, contact.gap)]
     lead = (X.shape[:-1], Y.shape[:-1], U.shape[:-1], N.shape[:-1], *(p.shape for p in parts))
     try:
         shape = np.broadcast_shapes(*lead) if any(lead) else ()
@@ -219,10 +220,10 @@ def contact_forces(
             )
         ) from None
     many = (*(shape or (1,)), harmonics.size)
-    velocity, kt, mu, kn, gap = parts  # single numbers fit all elements
+    velocity, swept, kt, mu, kn, gap = parts  # single numbers fit all elements
     moved = (m[None] if not shape else m if m.shape == many else np.broadcast_to(m, many) for m in (X + U, Y + N))
-    f = element_forces(harmonics, *moved, v=velocity / omega, kt=kt, mu=mu, kn=kn, gap=gap)
-    f.omega = float(omega)
+    f = element_forces(harmonics, *moved, v=velocity / omega + swept, kt=kt, mu=mu, kn=kn, gap=gap)
+    f.omega, f._v = float(omega), np.broadcast_to(velocity / omega, f.work.shape)
     return f if shape else _single(f)
 
 

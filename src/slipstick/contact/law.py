@@ -38,6 +38,8 @@ class Motion(NamedTuple):
     """Coefficients (n, L) for each port, length; zero where an element does not have the port."""
     drift: Array
     """Constant velocity along each port over omega, (n_ports, n), length per rad."""
+    swept: float | Array = 0.0
+    """The part of it that stays as it is when omega changes, because the velocity grows with omega."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

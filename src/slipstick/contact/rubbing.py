@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import gcd, lcm
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import Gathering, number_or_numbers, same_length, shown, whole, wrong
 from slipstick.trig.harmonics import Harmonics
 
+VELOCITIES = (VELOCITY, SWEPT) = ("velocity", "velocity_per_omega")
 MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
 _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
@@ -29,6 +30,9 @@ class RubbingMotion:
     ----------
     velocity
         Constant part, length per time; scalar or (n_elements,).
+    velocity_per_omega
+        What is added to it for each rad/s of the principal frequency, length; scalar or (n_elements,): a rotor whose
+        speed sweeps with the frequency, ``radius / k`` at the engine order k.
     cos, sin
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
         changes no force). Values are scalars or (n_elements,).
@@ -43,6 +47,7 @@ class RubbingMotion:
     """
 
     velocity: ArrayLike = 0.0
+    velocity_per_omega: ArrayLike = 0.0
     cos: Mapping[int, ArrayLike] = field(default_factory=dict)
     sin: Mapping[int, ArrayLike] = field(default_factory=dict)
     normal_cos: Mapping[int, ArrayLike] = field(default_factory=dict)
@@ -50,13 +55,15 @@ class RubbingMotion:
 
     def __post_init__(self) -> None:
         found = Gathering()
-        values: dict[str, Any] = {"velocity": found.take(number_or_numbers, ("rubbing", "velocity"), self.velocity)}
+        values: dict[str, Any] = {
+            name: found.take(number_or_numbers, ("rubbing", name), getattr(self, name)) for name in VELOCITIES
+        }
         for part in MOTION_PARTS:
             least = int(part.endswith("sin"))
             values[part] = found.take(_amplitudes, ("rubbing", part), getattr(self, part), least=least)
         found.end()
         amplitudes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
-        same_length("rubbing", {"velocity": values["velocity"], **amplitudes})
+        same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **amplitudes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -69,7 +76,12 @@ class RubbingMotion:
     @property
     def moves(self) -> bool:
         """Whether there is any rubbing motion at all."""
-        return bool(np.any(np.asarray(self.velocity) != 0) or any(m > 0 for m in self.orders))
+        slides = any(np.any(np.asarray(getattr(self, name)) != 0) for name in VELOCITIES)
+        return bool(slides or any(m > 0 for m in self.orders))
+
+    def speed(self, omega: ArrayLike) -> NDArray[np.float64]:
+        """Constant velocity at a principal frequency (rad/s), length per time."""
+        return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
 
     def coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
         """Coefficients ``U`` of the periodic part, (L,) or (n_elements, L).
@@ -85,7 +97,8 @@ class RubbingMotion:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the components that are there: "velocity", "cos1", "normal_sin2", ..."""
-        return ("velocity", *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
+        swept = (SWEPT,) if np.any(np.asarray(self.velocity_per_omega) != 0) else ()
+        return ("velocity", *swept, *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
 
     def components(self) -> Iterator[tuple[str, ArrayLike]]:
         """Names and values."""
@@ -94,20 +107,20 @@ class RubbingMotion:
     @staticmethod
     def is_component(name: str) -> bool:
         """Whether a name is that of a component, there or not."""
-        return name == "velocity" or _COMPONENT.fullmatch(name) is not None
+        return name in VELOCITIES or _COMPONENT.fullmatch(name) is not None
 
     def component(self, name: str) -> ArrayLike:
         """Value of a component; 0 where it is not there."""
-        if name == "velocity":
-            return self.velocity
+        if name in VELOCITIES:
+            return cast(ArrayLike, getattr(self, name))
         part, order = _split(name)
         found: ArrayLike = getattr(self, part).get(order, 0.0)
         return found
 
     def with_component(self, name: str, value: ArrayLike) -> RubbingMotion:
         """A copy with another value of a component."""
-        if name == "velocity":
-            return replace(self, velocity=value)
+        if name in VELOCITIES:
+            return replace(self, **cast(Any, {name: value}))
         part, order = _split(name)
         change: dict[str, Any] = {part: {**getattr(self, part), order: value}}
         return replace(self, **change)

@@ -196,7 +196,7 @@ class Branch:
         Q = tuple(
             d[f"contact_{port}"].to_numpy()[batch.elements] + given.motion[i] for i, port in enumerate(batch.law.ports)
         )
-        motion = Motion(self.harmonics, omega, Q, given.velocity / omega)
+        motion = Motion(self.harmonics, omega, Q, given.drift(omega), given.velocity_per_omega)
         return heated.all_equilibria(batch.law, motion, given.values)
 
     @property

@@ -209,7 +209,9 @@ class Recorder:
             found[f"contact_{batch.law.ports[i]}"][:, at] = moved
         omega = np.array([p.omega for p in points])[:, None]
         found["dissipated_power"][:, at] = omega * _stack([r.work for r in responses], shape[:1])
-        found["rubbing_velocity"][:, at] = _stack([g.velocity[0] for g in given], shape[:1])
+        found["rubbing_velocity"][:, at] = _stack(
+            [g.speed(p.omega)[0] for g, p in zip(given, points, strict=True)], shape[:1]
+        )
         found["rubbing_motion"][:, at] = _stack([g.motion[0] for g in given], shape)
         normal = batch.law.ports.index("normal") if "normal" in batch.law.ports else None
         found["normal_motion"][:, at] = 0.0 if normal is None else _stack([g.motion[normal] for g in given], shape)

@@ -82,7 +82,7 @@ def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wid
         spread = np.zeros(shape)
         spread[..., at] = own
         Q.append(spread.reshape(-1, wide.size))
-    drift = np.concatenate([g.velocity for g in given], axis=1) / np.repeat(omega, batch.count)
+    drift = np.concatenate([g.drift(w) for g, w in zip(given, omega, strict=True)], axis=1)
     responses = [p.detail.responses[k] for p in points]
     values = {name: np.concatenate([r.values[name] for r in responses]) for name in batch.law.values}
     found = batch.law.respond(Motion(wide, np.repeat(omega, batch.count), tuple(Q), drift), values)

@@ -16,8 +16,8 @@ from slipstick.typing import Array
 class Power:
     """Power ``Edot = omega sum_i [drift_i F_i0 + (1/2) (L Q_i)^T F_i]`` dissipated, and derivatives [THEORY.md (7.2)].
 
-    Each derivative is at fixed other arguments; those by omega are at constant velocity in length/time. The sum goes
-    over the ports whose force does work.
+    Each derivative is at fixed other arguments; those by omega are at constant velocity in length/time but for its
+    part that grows with omega. The sum goes over the ports whose force does work.
     """
 
     def __init__(self, law: Law, motion: Motion, response: Response) -> None:
@@ -70,7 +70,7 @@ class Power:
     @property
     def omega(self) -> Array:
         """By omega, (n,)."""
-        moved = np.einsum("pn,pn->n", self.motion.drift, self.by_velocity)
+        moved = np.einsum("pn,pn->n", self.motion.drift - self.motion.swept, self.by_velocity)
         return self.response.work - moved + self.along(self.response.by_omega)
 
     def by_parameter(self, name: str) -> Array:

@@ -17,6 +17,7 @@ from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.app.verbs.references import linear_references
 from slipstick.contact import traits
+from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import SlipstickWarning
 
 if TYPE_CHECKING:
@@ -130,8 +131,10 @@ def _motion(pair: ContactPair, k: int, units: Units) -> str:
         _some(sorted({m for part in parts for m in getattr(pair.rubbing, part) if pair.values(f"{part}{m}")[k] != 0.0}))
         for parts in (("cos", "sin"), ("normal_cos", "normal_sin"))
     )
-    velocity = float(pair.values("velocity")[k])
-    words = [f"rubbing at {velocity:g}{units.after('length/time')}" if velocity or along else "no rubbing"]
+    velocity, swept = (float(pair.values(name)[k]) for name in VELOCITIES)
+    speed = [f"{velocity:g}{units.after('length/time')}"] if velocity or not swept else []
+    speed += [f"{swept:g}{units.after('length')} x omega"] if swept else []
+    words = [f"rubbing at {' + '.join(speed)}" if velocity or swept or along else "no rubbing"]
     words += [f"periodic part of order {along}"] if along else []
     words += [f"moving along the normal with order {across}"] if across else []
     return " and ".join(words)
