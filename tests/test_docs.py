@@ -67,6 +67,7 @@ def given_reports(session: Session) -> None:
 
 GIVEN = {
     "importing.md": given_mesh,
+    "lobed-casing.md": given_mesh,
     "results.md": given_results,
     "figures.md": given_results,
     "report.md": given_reports,
@@ -83,6 +84,7 @@ SLOW = {
     "studies.md",
     "damper-load.md",
     "importing.md",
+    "lobed-casing.md",
     "notebook-damper.ipynb",
 }
 """Pages of more than a few seconds, run by `make verify`."""

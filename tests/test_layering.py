@@ -48,6 +48,7 @@ FACADE = {
     "importers/import_model.py": {"import_model"},
     "models/blade.py": {"reduced_blade"},
     "models/reduced_body.py": {"reduced_body", "_wanted"},
+    "models/surface_contacts.py": {"surface_contacts"},
     "solve/continuation/follow.py": {"continuation"},
     "solve/continuation/path.py": {"__init__"},
     "structure/modal.py": {"__init__"},

@@ -118,7 +118,8 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     ),
     "FrictionContact by load": (lambda: ss.FrictionContact, {"kt": 1.0, "mu": 0.3, "kn": 1.0, "normal_load": 1.0}),
     "RubbingMotion": (lambda: ss.RubbingMotion, {
-        "velocity": 1.0, "cos": {1: 1.0}, "sin": {1: 1.0}, "normal_cos": {1: 1.0}, "normal_sin": {1: 1.0}
+        "velocity": 1.0, "velocity_per_omega": 1.0, "cos": {1: 1.0}, "sin": {1: 1.0}, "normal_cos": {1: 1.0},
+        "normal_sin": {1: 1.0},
     }),
     "SampledLaw": (
         lambda: ss.SampledLaw,
@@ -129,8 +130,12 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.casing_motion,
         {
             "profile": [[0.0, 0.0], [2.0, 1e-4], [4.0, 0.0]], "angles": [0.0, 1.0], "radius": 0.4, "speed": 700.0,
-            "orders": 10, "lobes": 1,
+            "orders": 10, "lobes": 1, "backward": False,
         },
+    ),
+    "casing_motion that sweeps": (
+        lambda: ss.casing_motion,
+        {"profile": {"cos": {2: 1e-4}, "sin": {}}, "angles": 0.0, "radius": 0.4, "speed": None, "backward": True},
     ),
     "common_period": (lambda: ss.common_period, {"j1": 2, "j2": 3}),
     "contact_forces": (
@@ -264,7 +269,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.surface_contacts,
         {
             "body": BODY, "name": "pad", "contact": CONTACT, "direction": [1.0, 0.0, 0.0], "points": [1],
-            "normal": True, "shared": True, "rubbing": RUB,
+            "normal": True, "shared": True, "rubbing": RUB, "axis": {"direction": (0, 0, 1), "point": (0, -1, 0)},
         },
     ),
     "Case.from_text": (lambda: ss.Case.from_text, {"text": CASE, "path": "case.toml", "tell": print}),

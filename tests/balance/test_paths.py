@@ -10,7 +10,10 @@ BASE = random_problem(0).inputs
 
 
 def flat(inputs):
-    parts = [inputs.P, *(v for b in inputs.batches for v in (*b.values.values(), b.velocity, b.velocity_per_omega, b.motion))]
+    parts = [
+        inputs.P,
+        *(v for b in inputs.batches for v in (*b.values.values(), b.velocity, b.velocity_per_omega, b.motion)),
+    ]
     return np.concatenate([np.ravel(part) for part in parts] + [np.array(list(inputs.structure.values()))])
 
 

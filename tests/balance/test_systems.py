@@ -46,7 +46,8 @@ def test_frequency_derivative_with_velocities_that_grow_with_the_frequency(seed:
     assert np.abs(found.parameter_derivative - first.evaluate(x, omega).parameter_derivative).max() > 1e-3
 
 
-@pytest.mark.parametrize("name", ["c1.velocity", "c1.velocity_per_omega", "*.velocity_per_omega", "c0.mu", "c1.kt", "c2.kn", "c1.gap", "c1.normal_load", "*.mu", "load",
+@pytest.mark.parametrize("name", ["c1.velocity", "c1.velocity_per_omega", "*.velocity_per_omega",
+                                  "c0.mu", "c1.kt", "c2.kn", "c1.gap", "c1.normal_load", "*.mu", "load",
                                   "friction", "*.velocity", "c0.cos1", "c1.sin2", "*.normal_cos1", "c2.normal_sin2",
                                   "c1.normal_cos0", "rubbing.cos1", "rubbing.normal_cos2", "load.d0.amplitude",
                                   "load.d0.phase", "load.d4.1.phase", "load.d2.amplitude"])  # fmt: skip

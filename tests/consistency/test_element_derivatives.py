@@ -131,3 +131,23 @@ def test_tangent_of_a_stuck_contact_is_the_midpoint_convention():
     for k in range(h.size):
         assert compare(h, state, g, "X", k, [("Fx", g.dFx_dX[:, :, k])]) < TOLERANCE
         assert compare(h, state, g, "Y", k, [("Fx", g.dFx_dY[:, :, k])]) < TOLERANCE
+
+
+def test_the_frequency_derivative_of_a_velocity_that_grows_with_it():
+    """Half of the velocity is constant: at the same speed the same force, and half of the derivative."""
+    h, rng = Harmonics(range(4)), np.random.default_rng(2)
+    X, Y = rng.normal(size=(2, h.size))
+    contact = FrictionContact(kt=5.0, mu=0.4, kn=2.0, gap=-1.0)
+
+    def force(omega, velocity, swept):
+        return contact_forces(
+            contact, h, X, Y, omega=omega, rubbing=RubbingMotion(velocity=velocity, velocity_per_omega=swept)
+        )
+
+    constant, both, swept = (force(2.0, *v) for v in ((0.9, 0.0), (0.45, 0.225), (0.0, 0.45)))
+    np.testing.assert_allclose(both.Fx, constant.Fx, atol=1e-14)
+    np.testing.assert_allclose(both.dFx_domega, 0.5 * constant.dFx_domega, atol=1e-14)
+    np.testing.assert_array_equal(swept.dFx_domega, 0.0)
+    d = 1e-6
+    difference = (force(2.0 + d, 0.45, 0.225).Fx - force(2.0 - d, 0.45, 0.225).Fx) / (2 * d)
+    np.testing.assert_allclose(both.dFx_domega, difference, atol=1e-8)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import slipstick as ss
 from slipstick.contact.casing import profile_series
+from slipstick.errors import InputError
 
 Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
@@ -159,3 +160,41 @@ def test_the_page_on_casings() -> None:
     assert names["rub"].normal_cos[1] == pytest.approx([3e-4, -3e-4])
     (line,) = re.findall(r"```toml\n(.*?)```", page, re.S)
     assert tomllib.loads(line)["rubbing"] == {"velocity": names["rub"].velocity[0], "normal_cos": {"1": 3e-4}}
+
+
+def test_a_speed_that_sweeps_is_the_same_at_each_frequency():
+    profile, places = {"cos": {2: 3e-4, 4: 1e-5}, "sin": {6: -2e-5}}, {"angles": [0.1, 2.0], "radius": [0.4, 0.5]}
+    swept = ss.casing_motion(profile, **places, lobes=2)
+    for speed in (300.0, 700.0):
+        fixed = ss.casing_motion(profile, **places, speed=speed, lobes=2)
+        np.testing.assert_allclose(swept.speed(2.0 * speed), fixed.speed(2.0 * speed), rtol=1e-14)
+        assert swept.normal_cos.keys() == fixed.normal_cos.keys() == {1, 2, 3}
+        for part in ("normal_cos", "normal_sin"):
+            for order, value in getattr(fixed, part).items():
+                np.testing.assert_array_equal(getattr(swept, part)[order], value)
+    back, turned = (
+        ss.casing_motion(profile, **places, lobes=2, backward=True),
+        ss.casing_motion(profile, **places, speed=-1.0, lobes=2),
+    )
+    np.testing.assert_array_equal(back.velocity_per_omega, 0.5 * turned.velocity)
+    np.testing.assert_array_equal(back.normal_sin[1], turned.normal_sin[1])
+    with pytest.raises(InputError, match="backward is given with a speed"):
+        ss.casing_motion(profile, **places, speed=3.0, backward=True)
+
+
+def test_a_profile_may_be_its_series_or_round():
+    series, function = (
+        ss.casing_motion(p, angles=0.3, radius=0.4, speed=1.0)
+        for p in (
+            {"cos": {0: 1e-4, 2: 3e-4}, "sin": {3: 2e-5}},
+            lambda a: 1e-4 + 3e-4 * np.cos(2 * a) + 2e-5 * np.sin(3 * a),
+        )
+    )
+    for part in ("normal_cos", "normal_sin"):
+        own, other = getattr(series, part), getattr(function, part)
+        assert own.keys() == other.keys()
+        np.testing.assert_allclose([own[m] for m in own], [other[m] for m in own], atol=1e-17)
+    assert ss.casing_motion({}, angles=0.3, radius=0.4).orders == ()
+    for wrong in ({"cosine": {2: 1.0}}, {"cos": {2: "high"}}, {"cos": {-2: 1.0}}, {"cos": {2: [1.0, 2.0]}}):
+        with pytest.raises(InputError, match="profile"):
+            ss.casing_motion(wrong, angles=0.3, radius=0.4)

@@ -72,3 +72,15 @@ def test_what_is_zero_does_not_move():
     assert still.orders == (0,)
     assert RubbingMotion(velocity=[0.0, 1.0]).moves
     assert RubbingMotion(normal_cos={2: 1e-9}).moves
+
+
+def test_a_velocity_that_grows_with_the_frequency():
+    rub = RubbingMotion(velocity=1.0, velocity_per_omega=[0.2, 0.4])
+    np.testing.assert_allclose(rub.speed(10.0), [3.0, 5.0])
+    assert rub.moves
+    assert rub.names == ("velocity", "velocity_per_omega")
+    assert RubbingMotion.is_component("velocity_per_omega")
+    assert rub.with_component("velocity_per_omega", 0.0).names == ("velocity",)
+    assert not RubbingMotion(velocity_per_omega=0.0).moves
+    with pytest.raises(InputError, match="velocity_per_omega"):
+        RubbingMotion(velocity_per_omega="fast")

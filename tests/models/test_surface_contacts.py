@@ -90,3 +90,60 @@ def test_points_need_a_surface(body: ReducedBody) -> None:
     assert [fault.where for fault in raised.value.faults] == [("radius",), ("pressure",), ("films",)]
     with pytest.raises(InputError, match="no influence matrix"):
         body.points.resistance()
+
+
+AXIS = {"point": (0.0, -0.3, -0.1), "direction": (1.0, 0.0, 0.0), "zero": (0.0, 1.0, 0.0)}
+
+
+def test_directions_about_an_axis_are_those_of_each_contact(body: ReducedBody) -> None:
+    """The axis runs along x below the beam: at (y, z) from it radial is (y, z) and circumferential (-z, y) over r."""
+    found = ss.surface_contacts(
+        body, "tip", contact=LAW, direction="circumferential", normal="radial", points=[2, 3], axis=AXIS
+    )
+    for pair, k in zip(found, (1, 2), strict=True):
+        arm = body.points.positions[k][1:] - AXIS["point"][1:]
+        radius = np.hypot(*arm)
+        assert pair.tangential == pytest.approx({f"c{k + 1}y": -arm[1] / radius, f"c{k + 1}z": arm[0] / radius})
+        assert pair.normal == pytest.approx({f"c{k + 1}y": arm[0] / radius, f"c{k + 1}z": arm[1] / radius})
+    along = ss.surface_contacts(body, "tip", contact=LAW, direction="axial", axis=AXIS)
+    assert along[0].tangential == pytest.approx({"c1x": 1.0})
+    inside = {**AXIS, "point": (0.0, 0.5, 0.0)}  # the surface looks at the axis: out of the body is towards it
+    (pair, *_) = ss.surface_contacts(body, "tip", contact=LAW, direction="axial", normal="radial", axis=inside)
+    assert pair.normal["c1y"] > 0.99
+
+
+def test_each_contact_rubs_at_its_own_radius_and_angle(body: ReducedBody) -> None:
+    profile = {"cos": {2: 3e-4}}
+    found = ss.surface_contacts(
+        body, "tip", contact=LAW, direction="circumferential", normal=True, axis=AXIS,
+        rubbing=lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2),
+    )  # fmt: skip
+    for pair, at in zip(found, body.points.positions, strict=True):
+        radius, angle = np.hypot(at[1] + 0.3, at[2] + 0.1), np.arctan2(at[2] + 0.1, at[1] + 0.3)
+        assert float(pair.rubbing.speed(1440.0)) == pytest.approx(720.0 * radius)
+        assert float(pair.rubbing.normal_cos[1]) == pytest.approx(3e-4 * np.cos(2 * angle))
+        assert float(pair.rubbing.normal_sin[1]) == pytest.approx(-3e-4 * np.sin(2 * angle))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"direction": "circumferential"}, "circumferential needs the axis of the rotor; give axis"),
+        (
+            {"direction": "tangential", "axis": AXIS},
+            "found 'tangential'; expected one of radial, circumferential, axial",
+        ),
+        ({"normal": "radial"}, "radial needs the axis of the rotor"),
+        ({"normal": "outward", "axis": AXIS}, "found 'outward'; expected true, false, or with an axis one of"),
+        ({"direction": "radial", "normal": "radial", "axis": AXIS}, "radial is normal to the surface"),
+        ({"normal": "axial", "axis": AXIS}, "axial runs along the surface at point 1, not across it"),
+        ({"axis": {"point": (0, 0, 0)}}, "axis: found"),
+        ({"rubbing": lambda r, a: None}, "a function of radius and angle needs an axis"),
+        ({"rubbing": lambda r, a: None, "axis": AXIS}, "expected a function that gives an ss.RubbingMotion"),
+        ({"rubbing": lambda r: None, "axis": AXIS}, "cannot be called with radius and angles"),
+    ],
+)
+def test_faults_about_an_axis(body: ReducedBody, options: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as raised:
+        ss.surface_contacts(body, **{"contact": LAW, "direction": (1, 0, 0), **options})
+    assert said in str(raised.value)

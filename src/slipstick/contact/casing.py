@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.rubbing import RubbingMotion, amplitudes
 from slipstick.errors import Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, number, number_or_numbers, numbers, same_length, warn, whole, wrong
+from slipstick.faults import (
+    SMALLEST,
+    Gathering,
+    number,
+    number_or_numbers,
+    numbers,
+    same_length,
+    truth,
+    warn,
+    whole,
+    wrong,
+)
 from slipstick.trig.harmonics import HIGHEST, Harmonics
 from slipstick.typing import Array
 
-Profile = Callable[[Any], Any] | ArrayLike
+Profile = Callable[[Any], Any] | Mapping[str, Mapping[int, float]] | ArrayLike
 
 WARNED_PROFILE = 1e-2
 """Truncation error of a profile over its range, above which it is warned of."""
@@ -23,7 +34,10 @@ WARNED_PROFILE = 1e-2
 _FEWEST_SAMPLES = 8192
 _ZERO = 1e-13
 """Coefficients below it, over the largest height, are rounding."""
-_EXPECTED = "a function of the angle (rad) with period 2 pi, or a table of rows (angle, height) over one turn"
+_EXPECTED = (
+    "a function of the angle (rad) with period 2 pi, a table of rows (angle, height) over one turn, or a series "
+    'such as {"cos": {2: 3e-4}} by orders per turn'
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +85,7 @@ def profile_series(profile: Profile, orders: Iterable[int]) -> ProfileSeries:
         For a function without the period 2 pi, a table that is none, heights that are not finite.
     """
     m = np.array(sorted({whole("orders", order) for order in orders}), dtype=np.int64)
+    profile = _summed(profile) if isinstance(profile, Mapping) else profile
     samples = max(_FEWEST_SAMPLES, 1 << int(16 * m.max(initial=1)).bit_length())
     angle = np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False)
     if callable(profile):
@@ -94,20 +109,23 @@ def casing_motion(
     *,
     angles: ArrayLike,
     radius: ArrayLike,
-    speed: float,
+    speed: float | None = None,
     orders: Harmonics | Iterable[int] | int = 10,
     lobes: int = 1,
+    backward: bool = False,
 ) -> RubbingMotion:
     """Motion of a lobed, oval or eccentric counter surface as the contacts of a rotor feel it.
 
     A contact at ``angle`` runs along the profile with ``speed``: it meets the height ``h(angle + speed t)``, which
-    moves the surface towards it, and slides with ``radius * speed``. The principal frequency is ``lobes * abs(speed)``.
+    moves the surface towards it, and slides with ``radius * speed``. The principal frequency ``omega`` is ``lobes *
+    abs(speed)``; without a speed this is ``omega / lobes`` at every frequency, and the velocity grows with it.
 
     Parameters
     ----------
     profile
         Height towards the axis over the angle, length, positive where it closes the gap: a function of the angle in
-        rad, of period 2 pi; or a table of rows (angle, height) within one turn, straight in between.
+        rad, of period 2 pi; a table of rows (angle, height) within one turn, straight in between; or a Fourier series
+        ``{"cos": {2: 3e-4}, "sin": {}}`` by orders per turn. ``{}`` is a round one.
     angles
         Angular places of the contacts at t = 0 on the profile, rad; one, or (n_contacts,).
     radius
@@ -115,11 +133,14 @@ def casing_motion(
     speed
         Of the contacts relative to the profile, rad/s, positive towards growing angles, not 0. The tangential
         directions of the contacts point towards growing angles too. A disc that turns under contacts at rest: its own
-        speed with the opposite sign.
+        speed with the opposite sign. None: it sweeps with the frequency.
     orders
         Orders of the principal frequency that are kept, as in ``Harmonics``.
     lobes
-        Number of equal lobes: with 2 the principal frequency is twice the speed, and order 1 is the oval itself.
+        Number of equal lobes, or the engine order of the principal frequency: with 2 that is twice the speed, and order
+        1 is the oval itself.
+    backward
+        Of a speed that sweeps: the contacts move towards falling angles.
 
     Returns
     -------
@@ -142,29 +163,40 @@ def casing_motion(
     >>> rub = casing_motion(lambda a: 3e-4 * cos(2 * a), angles=[0.0, pi / 2], radius=0.4, speed=700.0, lobes=2)
     >>> rub.velocity, rub.normal_cos[1]
     (array([280., 280.]), array([ 0.0003, -0.0003]))
+    >>> swept = casing_motion({"cos": {2: 3e-4}}, angles=0.0, radius=0.4, lobes=2)
+    >>> float(swept.velocity_per_omega)
+    0.2
     """
-    at, arm, turning, kept, count = _checked(angles, radius, speed, orders, lobes)
+    at, arm, turning, kept, count = _checked(angles, radius, speed, orders, lobes, backward)
     series = profile_series(profile, (count * order for order in kept.orders))
     _tell(series, count, kept)
     cos, sin = _met(series, at, float(np.sign(turning)))
     places = {int(m) // count: i for i, m in enumerate(series.orders) if series.cos[i] or series.sin[i]}
+    slid = np.broadcast_to(arm * turning, np.broadcast_shapes(at.shape, arm.shape))
     return RubbingMotion(
-        velocity=np.broadcast_to(arm * turning, np.broadcast_shapes(at.shape, arm.shape)),
+        velocity=0.0 if speed is None else slid,
+        velocity_per_omega=slid if speed is None else 0.0,
         normal_cos={order: cos[..., i] for order, i in places.items()},
         normal_sin={order: sin[..., i] for order, i in places.items() if order},
     )
 
 
 def _checked(
-    angles: Any, radius: Any, speed: Any, orders: Any, lobes: Any
+    angles: Any, radius: Any, speed: Any, orders: Any, lobes: Any, backward: Any
 ) -> tuple[Array, Array, float, Harmonics, int]:
-    """The arguments in the form that is computed with; InputError with all faults."""
+    """The arguments as they are computed with, a speed that sweeps for each rad/s; InputError with all faults."""
     found = Gathering()
     at = found.take(number_or_numbers, "angles", angles, "an angle in rad, or one for each contact")
     arm = found.take(number_or_numbers, "radius", radius, "a length > 0, or one for each contact")
-    turning = found.take(number, "speed", speed, "a speed in rad/s other than 0")
     kept = found.take(Harmonics.of, orders)
     count = found.take(whole, "lobes", lobes, 1, HIGHEST)
+    turned = found.take(truth, "backward", backward)
+    if speed is None:
+        turning: float | None = (-1.0 if turned else 1.0) / (count or 1)
+    else:
+        turning = found.take(number, "speed", speed, "a speed in rad/s other than 0, or None")
+        if turned:
+            found.faults.append(Fault("backward", "is given with a speed", remedy="give a negative speed"))
     if arm is not None and np.any(np.asarray(arm) < SMALLEST):
         found.faults.append(Fault("radius", found=f"{np.min(arm):g}", expected="a length > 0"))
     if turning is not None and abs(turning) < SMALLEST:
@@ -192,6 +224,21 @@ def _tell(series: ProfileSeries, lobes: int, kept: Harmonics) -> None:
         "its edges"
     )
     warn([sentence])
+
+
+def _summed(series: Mapping[Any, Any]) -> Callable[[Any], Any]:
+    """The heights of a profile given by its Fourier series."""
+    if set(series) - {"cos", "sin"}:
+        raise wrong("profile", dict(series), _EXPECTED)
+    found = Gathering()
+    parts = [(getattr(np, name), found.take(amplitudes, ("profile", name), series.get(name, {}), 0))
+             for name in ("cos", "sin")]  # fmt: skip
+    found.end()
+    waves = [(wave, m, height) for wave, heights in parts for m, height in (heights or {}).items()]
+    for _, m, height in waves:
+        if m > HIGHEST or np.ndim(height):
+            raise wrong("profile", dict(series), _EXPECTED)
+    return lambda angle: sum((height * wave(m * np.asarray(angle)) for wave, m, height in waves), 0.0 * angle)
 
 
 def _sampled(profile: Callable[[Any], Any], angle: Array) -> Array:

@@ -60,10 +60,10 @@ class RubbingMotion:
         }
         for part in MOTION_PARTS:
             least = int(part.endswith("sin"))
-            values[part] = found.take(_amplitudes, ("rubbing", part), getattr(self, part), least=least)
+            values[part] = found.take(amplitudes, ("rubbing", part), getattr(self, part), least=least)
         found.end()
-        amplitudes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
-        same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **amplitudes})
+        sizes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
+        same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **sizes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -147,18 +147,18 @@ def _coefficients(
     return out
 
 
-def _amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
+def amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
     """Amplitudes by whole order >= ``least``."""
     if not isinstance(given, Mapping):
         raise wrong(name, given, "amplitudes by harmonic such as {1: 2.0}")
-    found, amplitudes = Gathering(), {}
+    found, by_order = Gathering(), {}
     for order, value in given.items():
         at = found.take(whole, (*name, "harmonic"), order, least)
         amplitude = found.take(number_or_numbers, (*name, shown(order)), value)
         if at is not None and amplitude is not None:
-            amplitudes[at] = amplitude
+            by_order[at] = amplitude
     found.end()
-    return amplitudes
+    return by_order
 
 
 def common_period(j1: int, j2: int) -> tuple[int, int]:

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, listed, numbers, shown, whole, wrong
+from slipstick.fem.axis import DIRECTIONS, Axis
 from slipstick.typing import Array
+
+_EDGE_ON = 0.1
+"""Cosine between a normal direction and the surface's own normal below which the surface does not look that way."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,29 +56,68 @@ class ContactPoints:
         """Names of the degrees of freedom, point by point, x y z."""
         return tuple(f"{name}{axis}" for name in self.names for axis in "xyz")
 
-    def tangents(self, direction: ArrayLike) -> Array:
-        """Unit vectors (n, 3): a direction (3,), as of rubbing, projected on the surface at each point.
+    def tangents(self, direction: ArrayLike | str, *, axis: Axis | None = None, across: Array | None = None) -> Array:
+        """Unit vectors (n, 3): a direction, as of rubbing, projected on the surface at each point.
+
+        Parameters
+        ----------
+        direction
+            (3,), or with an ``axis`` "radial", "circumferential" or "axial".
+        across
+            Unit vectors (n, 3) that stand for the normals of the surface; None: these.
 
         Raises
         ------
         InputError
             If the direction is zero or normal to the surface at a point.
         """
+        normals = self.normals if across is None else across
+        wanted = np.broadcast_to(self._wanted(direction, axis), normals.shape)
+        flat = wanted - np.sum(normals * wanted, axis=1)[:, None] * normals
+        size = np.linalg.norm(flat, axis=1)
+        if not np.all(size > np.maximum(1e-3 * np.linalg.norm(wanted, axis=1), SMALLEST)):
+            given = direction if isinstance(direction, str) else np.asarray(direction).tolist()
+            raise InputError(Fault("direction", f"{given} is normal to the surface", remedy="give one along it"))
+        return np.asarray(flat / size[:, None])
+
+    def _wanted(self, direction: Any, axis: Axis | None) -> Array:
+        """A direction (3,), or one of the axis at each point, (n, 3)."""
+        if isinstance(direction, str):
+            return self.about(axis, direction, "direction")
         expected = "a vector of three finite numbers"
         wanted = numbers("direction", direction, expected)
         if wanted.shape != (3,):
             raise wrong("direction", direction, expected)
-        flat = wanted - (self.normals @ wanted)[:, None] * self.normals
-        size = np.linalg.norm(flat, axis=1)
-        if not np.all(size > max(1e-3 * np.linalg.norm(wanted), SMALLEST)):
-            raise InputError(
-                Fault("direction", f"{wanted.tolist()} is normal to the surface", remedy="give one along it")
-            )
-        return np.asarray(flat / size[:, None])
+        return wanted
 
-    def tangential(self, direction: ArrayLike) -> list[dict[str, float]]:
+    def about(self, axis: Axis | None, word: str, name: str = "normal") -> Array:
+        """Unit vectors "radial", "circumferential" or "axial" at the points, (n, 3)."""
+        if word not in DIRECTIONS:
+            raise InputError(Fault(name, found=shown(word), expected=f"one of {', '.join(DIRECTIONS)}"))
+        if axis is None:
+            remedy = 'give axis, such as {"point": (0, 0, 0), "direction": (0, 0, 1)}'
+            raise InputError(Fault(name, f"{word} needs the axis of the rotor", remedy=remedy))
+        return axis.frame(self.positions)[word]
+
+    def outward(self, axis: Axis | None, word: str) -> Array:
+        """The same, each turned so that it looks out of the body, (n, 3).
+
+        Raises
+        ------
+        InputError
+            If the surface does not look that way at a point.
+        """
+        across = self.about(axis, word)
+        side = np.sum(across * self.normals, axis=1)
+        if np.any(np.abs(side) < _EDGE_ON):
+            at = int(np.argmin(np.abs(side)))
+            statement = f"{word} runs along the surface at point {at + 1}, not across it"
+            raise InputError(Fault("normal", statement, remedy="give another direction, or the axis of the rotor"))
+        return np.asarray(across * np.sign(side)[:, None])
+
+    def tangential(self, direction: ArrayLike | str, **options: Any) -> list[dict[str, float]]:
         """A direction projected on the surface, as direction cosines by dof, one dict a point; see ``tangents``."""
-        return self.cosines(self.tangents(direction))
+        return self.cosines(self.tangents(direction, **options))
 
     @property
     def normal(self) -> list[dict[str, float]]:

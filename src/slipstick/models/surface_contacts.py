@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from slipstick.contact.law import Law
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
+from slipstick.fem.axis import DIRECTIONS, Axis
 from slipstick.models.reduced_body import ReducedBody
 from slipstick.typing import Array
 
@@ -23,11 +24,12 @@ def surface_contacts(
     name: str = "contact",
     *,
     contact: Law,
-    direction: ArrayLike,
+    direction: ArrayLike | str,
     points: str | Iterable[int] = "all",
-    normal: bool = False,
+    normal: bool | str = False,
     shared: bool = False,
-    rubbing: RubbingMotion | None = None,
+    rubbing: RubbingMotion | Callable[[Array, Array], RubbingMotion] | None = None,
+    axis: Axis | Mapping[str, ArrayLike] | None = None,
 ) -> list[ContactPair]:
     """Contacts "NAME 1", "NAME 2", ... at the contact points of a body, each with the number of its point.
 
@@ -39,33 +41,45 @@ def surface_contacts(
         The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
         order.
     direction
-        Rubbing direction (3,), projected on the surface at every point.
+        Rubbing direction (3,), projected on the surface at every point; with an ``axis`` also "circumferential"
+        (towards growing angles), "axial" or "radial".
     points
         Numbers of the points, counted from 1; "all" of them by default.
     normal
-        Whether the normal load varies with the motion across the surface, with stiffness ``kn``.
+        Whether the normal load varies with the motion across the surface, with stiffness ``kn``; with an ``axis`` also
+        "radial", "axial" or "circumferential" instead of the surface's own normal, turned to look out of the body.
     shared
         Whether the normal load of ``contact`` is that of all these contacts together, shared by area; otherwise each
         carries it.
     rubbing
         Motion of the counter surface along ``direction`` (and against the normal); numbers or arrays (n,) as above.
+        With an ``axis`` also a function of the radius and angle of the points, (n,) each, that gives it, such as
+        ``lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2)``.
+    axis
+        Of the rotor: ``{"point": (0, 0, 0), "direction": (0, 0, 1)}``, with "zero" for the direction in which the angle
+        is 0 (x; y where the axis is along x).
 
     Raises
     ------
     InputError
         If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
-        there is not one value for each point, or a gap is to be shared.
+        there is not one value for each point, a gap is to be shared, a point lies on the axis, or there is no axis
+        where one is needed.
     """
-    _refuse(body, name, contact, normal, shared, rubbing)
-    if body.points is None:
+    about = _checked(body, name, contact, normal, shared, rubbing, axis)
+    places = body.points
+    if places is None:
         raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
     found = Gathering()
-    chosen, directions = found.take(body.points.chosen, points), found.take(body.points.tangential, direction)
+    chosen = found.take(places.chosen, points)
+    turned = found.take(places.outward, about, normal) if isinstance(normal, str) else None
+    directions = found.take(places.tangential, direction, axis=about, across=turned)
     found.end()
-    at, along, across = chosen or [], directions or [], body.points.normal
+    at, along = chosen or [], directions or []
+    across = places.normal if turned is None else places.cosines(turned)
     if shared:
-        contact = _sharing(contact, body.points.share(1.0, [k + 1 for k in at]))
-    motion = rubbing or RubbingMotion()
+        contact = _sharing(contact, places.share(1.0, [k + 1 for k in at]))
+    motion = _motion(rubbing, about, places.positions[at])
     _require_sizes(len(at), {**contact.values, **dict(motion.components())})
     return [
         ContactPair(
@@ -79,18 +93,40 @@ def surface_contacts(
     ]
 
 
-def _refuse(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any) -> None:
-    """Everything that is of another kind."""
+def _checked(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any, axis: Any) -> Axis | None:
+    """The axis, if there is one; InputError with everything that is of another kind."""
     found = Gathering()
     found.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
     found.take(text, "name", name)
     if not isinstance(contact, Law):
         found.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
-    found.take(truth, "normal", normal)
+    if not isinstance(normal, str):
+        found.take(truth, "normal", normal)
+    elif normal not in DIRECTIONS:
+        expected = f"true, false, or with an axis one of {', '.join(DIRECTIONS)}"
+        found.faults.append(Fault("normal", found=shown(normal), expected=expected))
     found.take(truth, "shared", shared)
-    if rubbing is not None:
-        found.take(one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, or None")
+    about = None if axis is None else found.take(Axis.of, axis)
+    if rubbing is not None and not callable(rubbing):
+        found.take(one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, a function that gives one, or None")
+    elif callable(rubbing) and axis is None:
+        found.faults.append(Fault("rubbing", "a function of radius and angle needs an axis", remedy="give axis"))
     found.end()
+    return about
+
+
+def _motion(rubbing: Any, axis: Axis | None, positions: Array) -> RubbingMotion:
+    """The motion of the counter surface at the chosen points."""
+    if not callable(rubbing) or axis is None:
+        return rubbing or RubbingMotion()
+    try:
+        made = rubbing(axis.radius(positions), axis.angle(positions))
+    except InputError:
+        raise
+    except Exception as error:
+        failed = f"cannot be called with radius and angles: {error}"
+        raise InputError(Fault("rubbing", failed, remedy="give a function of two arrays (n,)")) from error
+    return one("rubbing", made, RubbingMotion, "a function that gives an ss.RubbingMotion")
 
 
 def _sharing(contact: Law, shares: Array) -> Law:

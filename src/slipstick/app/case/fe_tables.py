@@ -7,8 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
+from slipstick.app.case.rotor import WORDS, AxisTable, RotorTable, rotor_faults, vector
 from slipstick.app.case.sentences import toml, unexpected
-from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table
+from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table, is_number
 from slipstick.errors import Fault, InputError
 
 MOST_POINTS = 1000
@@ -17,18 +18,8 @@ MOST_POINTS = 1000
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
-
-
 def _whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _vector(value: Any) -> tuple[float, ...]:
-    if not (isinstance(value, list) and len(value) == 3 and all(map(_number, value)) and any(value)):
-        raise unexpected("three numbers such as [0, 1, 0], not all 0")
-    return tuple(map(float, value))
 
 
 def _surface(value: Any) -> Any:
@@ -38,9 +29,9 @@ def _surface(value: Any) -> Any:
     if not isinstance(value, dict) or "direction" not in value or set(value) - {"direction", "angle", "depth"}:
         raise unexpected(f"{_DIRECTION}")
     for name in ("angle", "depth"):
-        if name in value and not (_number(value[name]) and value[name] > 0):
+        if name in value and not (is_number(value[name]) and value[name] > 0):
             raise InputError(Fault(name, found=toml(value[name]), expected="a number > 0"))
-    return {**value, "direction": _vector(value["direction"])}
+    return {**value, "direction": vector(value["direction"])}
 
 
 def _contacts(value: Any) -> Any:
@@ -52,7 +43,7 @@ def _contacts(value: Any) -> Any:
     if isinstance(value, list) and value and all(map(_whole, value)):
         return value
     triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
-    if triples and all(_number(x) for p in value for x in p):
+    if triples and all(is_number(x) for p in value for x in p):
         return [[float(x) for x in p] for p in value]
     raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
 
@@ -67,7 +58,7 @@ def _shapes(value: Any) -> dict[str, str]:
 
 
 def _films(value: Any) -> dict[str, float]:
-    if not (isinstance(value, dict) and value and all(_number(h) and h >= 0 for h in value.values())):
+    if not (isinstance(value, dict) and value and all(is_number(h) and h >= 0 for h in value.values())):
         raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
     return {name: float(h) for name, h in value.items()}
 
@@ -79,12 +70,23 @@ def _points(value: Any) -> Any:
 
 
 def _from_surface(value: Any) -> str:
-    if value != "surface":
-        raise unexpected('"surface": contacts on a surface take their normals from it')
-    return "surface"
+    if value not in ("surface", *WORDS):
+        raise unexpected(
+            '"surface": contacts on a surface take their normals from it; or with an axis "radial", "axial"'
+        )
+    return str(value)
 
 
-Vector = Annotated[tuple[float, float, float], PlainValidator(_vector)]
+def _along(value: Any) -> Any:
+    """A vector, or a word."""
+    if isinstance(value, str) and value in WORDS:
+        return value
+    try:
+        return vector(value)
+    except InputError:
+        raise unexpected('three numbers such as [0, 1, 0], not all 0, or with an axis "circumferential"') from None
+
+
 SurfaceName = Annotated[Any, PlainValidator(_surface)]
 Contacts = Annotated[Any, PlainValidator(_contacts)]
 Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
@@ -199,11 +201,15 @@ class SurfaceContactTable(ContactTable):
     points: Annotated[Any, PlainValidator(_points)] = Field(
         default="all", description='"all", or a list of contact points such as [1, 3]'
     )
-    direction: Vector = Field(description="the rubbing direction such as [0, 1, 0], projected on the surface")
+    direction: Annotated[Any, PlainValidator(_along)] = Field(
+        description='the rubbing direction such as [0, 1, 0], projected on the surface; with an axis "circumferential"'
+    )
     tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
     normal: Annotated[Any, PlainValidator(_from_surface)] = Field(
-        default=None, description='"surface", for a normal load that varies with the motion'
+        default=None, description='"surface", for a normal load that varies with the motion; with an axis "radial"'
     )
+    axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
+    rotor: RotorTable | None = Field(default=None, description="a table such as { engine_order = 2 }")
     normal_load_total: NotNegative | None = Field(
         default=None, description="a number >= 0, the normal load of all points, shared by area"
     )
@@ -211,7 +217,7 @@ class SurfaceContactTable(ContactTable):
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """The normal load and the direction are said in one way."""
-        faults = []
+        faults = rotor_faults(raw)
         if "tangential" in raw:
             remedy = "contacts on a surface slide along direction"
             faults.append(Fault("tangential", "is given together with points", remedy=remedy))
@@ -228,5 +234,7 @@ class SurfaceContactTable(ContactTable):
 
 def contact_table(raw: Mapping[str, Any]) -> type[Table]:
     """Which table a ``[[contact]]`` block is."""
-    on_surface = "points" in raw or ("tangential" not in raw and {"direction", "normal_load_total"} & set(raw))
+    on_surface = "points" in raw or (
+        "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
+    )
     return SurfaceContactTable if on_surface else ContactTable

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.fe_tables import SurfaceContactTable
 from slipstick.app.case.heating import background_of, cold_value
+from slipstick.app.case.rotor import WORDS, axis_arguments, rotor_motion
 from slipstick.app.case.tables import LoadTable
 from slipstick.app.case.validation import ReadTable
 from slipstick.errors import Fault, InputError, Where
@@ -111,17 +112,19 @@ def _on_surface(row: ReadTable, thermal: ReadTable | None, body: ReducedBody | N
     if body is None or body.points is None:
         remedy = 'give [structure] kind = "blade", or kind = "fe" with surface'
         raise InputError(Fault("points", "the structure has no contact surface", remedy=remedy))
-    table = row.table
+    table, axis = row.table, axis_arguments(row.get("axis"))
     points = table.points if row.right("points") else "all"
+    direction = table.direction if row.right("direction") and row.right("axis") else _any_direction(body)
     pairs = surface_contacts(
         body,
         table.name,
         contact=_law(row, thermal, found),
-        direction=table.direction if row.right("direction") else _any_direction(body),
+        direction=direction,
         points=points,
-        normal=table.normal is not None,
+        normal=table.normal if axis is not None and table.normal in WORDS else table.normal is not None,
         shared=row.complete and table.normal_load_total is not None,
-        rubbing=_rubbing(row, found),
+        rubbing=_rubbing(row, found) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
+        axis=axis,
     )
     if not row.right("points"):
         return []

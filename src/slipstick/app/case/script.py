@@ -15,6 +15,7 @@ from typing import Any
 from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable, SurfaceContactTable, contact_table
 from slipstick.app.case.heating import background_of, cold_value
 from slipstick.app.case.reducing import CACHE
+from slipstick.app.case.rotor import WORDS, axis_arguments, motion_arguments
 from slipstick.app.case.script_heat import heat_lines
 from slipstick.app.case.script_text import GivenText, call, file_code, here, listed_text, literal, quantity_text
 from slipstick.app.case.source import parse
@@ -309,10 +310,17 @@ def _pair_call(given: GivenText, law: str) -> str:
 
 
 def _surface_call(given: GivenText, table: SurfaceContactTable, law: str) -> str:
-    arguments = {"contact": law, "direction": literal(list(given.take("direction")))}
-    points, _ = given.take("points"), given.take("tangential")
+    direction = given.take("direction")
+    arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
+    points, _, normal = given.take("points"), given.take("tangential"), given.take("normal")
     arguments |= {} if points in (None, "all") else {"points": literal(points)}
-    arguments |= {} if given.take("normal") is None else {"normal": "True"}
+    arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
+    axis, rotor = axis_arguments(given.take("axis")), given.take("rotor")
+    arguments |= {} if axis is None else {"axis": literal(axis)}
+    if rotor is not None:
+        own = {key: literal(value) for key, value in motion_arguments(rotor).items()}
+        motion = call("ss.casing_motion", own.pop("profile"), radius="radius", angles="angles", **own)
+        arguments["rubbing"] = f"lambda radius, angles: {motion}"
     arguments |= {} if table.normal_load_total is None else {"shared": "True"}
     return call("ss.surface_contacts", "body", literal(given.take("name")), **arguments, **_rubbing(given))
 

@@ -29,7 +29,7 @@ def _cosines(value: Any) -> dict[str, float]:
     """``"x"`` or ``{x = 1.0, y2 = -1.0}``."""
     if isinstance(value, str) and value:
         return {value: 1.0}
-    numbers = isinstance(value, dict) and value and all(_is_number(c) for c in value.values())
+    numbers = isinstance(value, dict) and value and all(is_number(c) for c in value.values())
     if not numbers:
         raise unexpected('the name of a dof such as "x", or a table of cosines such as { x = 1.0, x2 = -1.0 }')
     if not any(value.values()):
@@ -46,21 +46,22 @@ def _base(value: Any) -> str | dict[str, float]:
 def _orders_to_numbers(value: Any) -> dict[int, float]:
     """``{ "1" = 2.0 }``: harmonic of the rubbing motion -> amplitude."""
     right = isinstance(value, dict) and all(
-        k.isdecimal() and len(k) < 7 and _is_number(v) for k, v in value.items() if isinstance(k, str)
+        k.isdecimal() and len(k) < 7 and is_number(v) for k, v in value.items() if isinstance(k, str)
     )
     if not right:
         raise unexpected('a table of harmonic = amplitude such as { "1" = 2.0 }, amplitudes finite lengths')
     return {int(order): float(amplitude) for order, amplitude in value.items()}
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether it is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
 def _number_or_table(value: Any) -> Any:
     """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
     if not isinstance(value, dict):
-        if not _is_number(value):
+        if not is_number(value):
             raise unexpected("a number >= 0, or { table = [[temperature, value], ...] }")
         if value < 0:
             raise unexpected("a number >= 0")
@@ -101,7 +102,7 @@ def _list_or_file(value: Any) -> Any:
             rows = f"row {i + 1} has {len(row)} entries but there are {len(value)} rows"
             raise InputError(Fault(statement=rows, expected="a square"))
         for j, entry in enumerate(row):
-            if not _is_number(entry):
+            if not is_number(entry):
                 wrong = f"row {i + 1}, column {j + 1} is {toml(entry)}"
                 raise InputError(Fault(found=toml(value), statement=wrong, expected="a finite number"))
     return value
@@ -223,6 +224,7 @@ class RubbingTable(Table):
     """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``."""
 
     velocity: float = Field(default=0.0, description="a finite number, length/time")
+    velocity_per_omega: float = Field(default=0.0, description="a finite number, length: added for each rad/s of omega")
     cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
     sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
     normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
@@ -276,7 +278,7 @@ class ContactTable(Table):
             remedy = "give normal_load = 800.0, or normal, kn and gap"
             faults.append(Fault(statement="the normal load is missing", remedy=remedy))
         if "kn" not in raw and (_moves_along_normal(raw) or ("gap" in raw and "normal_load" not in raw)):
-            remedy = "give the normal contact stiffness, needed with normal, gap, normal_cos and normal_sin"
+            remedy = "give the normal contact stiffness, needed with normal, gap, normal_cos, normal_sin and profile"
             faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
@@ -287,7 +289,9 @@ def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
     """Whether a contact, or its counter surface, is said to move along the normal."""
     rubbing = contact.get("rubbing")
     across = ("normal_cos", "normal_sin")
-    return "normal" in contact or (isinstance(rubbing, Mapping) and any(rubbing.get(key) for key in across))
+    rotor = contact.get("rotor")
+    along_casing = isinstance(rotor, Mapping) and bool(rotor.get("profile"))
+    return "normal" in contact or along_casing or (isinstance(rubbing, Mapping) and any(rubbing.get(k) for k in across))
 
 
 class ResponseTable(Table):
@@ -349,7 +353,7 @@ def swept_value(value: Any, parameter: bool) -> float:
     """A value of the swept quantity: rad/s, or the plain number of a parameter."""
     if not parameter:
         return _positive_frequency(value)
-    if not _is_number(value):
+    if not is_number(value):
         raise unexpected("a finite number")
     return float(value)
 
