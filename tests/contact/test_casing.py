@@ -154,7 +154,7 @@ def test_wrong_arguments_are_refused(profile, change, words: str) -> None:
 
 def test_the_page_on_casings() -> None:
     page = (Path(__file__).parents[2] / "docs" / "lobed-casing.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    block, *_ = re.findall(r"```python\n(.*?)```", page, re.S)
     names: dict[str, Any] = {}
     exec(compile(block, "lobed-casing.md", "exec"), names)
     assert names["rub"].normal_cos[1] == pytest.approx([3e-4, -3e-4])

@@ -96,8 +96,8 @@ def test_motion_of_the_counter_surface_along_the_normal() -> None:
     rub = 'cos = { "1" = 2.0 }, normal_cos = { "2" = 3.7e-4 }, normal_sin = { "1" = 1e-4 }'
     unfit = replaced(('cos = { "1" = 2.0 }', rub))
     assert faults(unfit) == [
-        "[[contact]] 'damper' kn is missing; give the normal contact stiffness, needed with normal, gap, normal_cos "
-        "and normal_sin"
+        "[[contact]] 'damper' kn is missing; give the normal contact stiffness, needed with normal, gap, normal_cos, "
+        "normal_sin and profile"
     ]
     lobed = unfit.replace("normal_load = 800.0", "normal_load = 800.0\nkn = 50.0")
     (pair,) = Case.from_text(lobed).problem().contacts
