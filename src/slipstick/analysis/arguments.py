@@ -93,6 +93,8 @@ def _options(given: Any) -> ContinuationOptions:
 
 def _option(name: str, value: Any) -> Any:
     default, where = getattr(response_options(), name), f"options, {name}"
+    if name == "adapt_harmonics":
+        return _accuracy(where, value)
     if name == "jacobian":
         return _jacobian(where, value)
     if isinstance(default, NewtonOptions):
@@ -100,6 +102,14 @@ def _option(name: str, value: Any) -> Any:
     if isinstance(default, bool):
         return one(where, value, bool, "True or False")
     return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
+
+
+def _accuracy(name: str, value: Any) -> float | None:
+    expected = "a number between 0 and 1 such as 1e-3, or None"
+    found = None if value is None else number(name, value, expected)
+    if found is not None and not 0.0 < found < 1.0:
+        raise wrong(name, value, expected)
+    return found
 
 
 def _jacobian(name: str, value: Any) -> Kind | str:

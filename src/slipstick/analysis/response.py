@@ -11,13 +11,13 @@ from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.events import Listener
 from slipstick.analysis.linear import linear_response
 from slipstick.analysis.stability.verdict import StabilityRequest
-from slipstick.analysis.task import Task, response_options
+from slipstick.analysis.task import Task, adapted_to, response_options
 from slipstick.analysis.walking import collect, walk
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.faults import Gathering, frequency, text
 from slipstick.results.branch import Branch
@@ -158,7 +158,7 @@ def parameter_task(
     problem, span, omega = _right(checked), _right(ends), _right(at)
     balance, path = common["balance"], parameter_path(problem, parameter)
     return Task(
-        problem=problem, system=ParameterSystem(balance, path, omega),
+        problem=problem, system=_harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter),
         inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
         warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
         **common,
@@ -175,10 +175,21 @@ def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any 
     balance, inputs = common["balance"], problem.inputs
     balance.anchor_if_undamped(start)
     return Task(
-        problem=problem, system=FrequencySystem(balance, inputs), inputs=inputs, omega=start,
+        problem=problem, system=_harmonics_by_need(FrequencySystem(balance, inputs), common["options"]),
+        inputs=inputs, omega=start,
         start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
         **common,
     )  # fmt: skip
+
+
+def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
+    """The system as it is, or with harmonics by need where that is asked for."""
+    tolerance = adapted_to(options)
+    if tolerance is None:
+        return system
+    from slipstick.analysis.adapting import adapted
+
+    return adapted(system, tolerance, parameter)
 
 
 def _range(

@@ -28,17 +28,26 @@ class ResponseOptions(ContinuationOptions):
         In which form Jacobians are made: "dense", all entries, factorised; "iterative", products alone, for hundreds of
         contacts on a structure known by its modes; "auto", which of the two costs less. Or a kind of one's own, see
         ``slipstick.balance.kinds``.
+    adapt_harmonics
+        Relative accuracy, such as 1e-3: each point is computed with as few of the problem's harmonics as that asks for;
+        ``harmonics_in_use`` in the results says how many. None: all of them at every point.
     """
 
     first_step: float = 1 / 300
     max_step: float = 1 / 120
     event_tolerance: float = 1e-9
     jacobian: Kind | str = "auto"
+    adapt_harmonics: float | None = None
 
 
 def response_options(**given: Any) -> ResponseOptions:
     """``ResponseOptions`` with the fields given: steps of at most 1/120 of the range by default."""
     return ResponseOptions(**given)
+
+
+def adapted_to(options: ContinuationOptions) -> float | None:
+    """The accuracy to which harmonics are adapted; None where all are in use."""
+    return options.adapt_harmonics if isinstance(options, ResponseOptions) else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
-from slipstick.analysis.task import Task
+from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.ports import Balance
@@ -67,12 +67,17 @@ def walk(task: Task, limit: Limit = one_thread) -> Generator[Point, None, tuple[
         attributes = attributes_of(
             task.problem, outcome, message, task.warnings, parameter=task.parameter, parts=len(course.parts),
             evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
-            jacobian=task.balance.kind.name,
+            jacobian=task.balance.kind.name, **_accuracy(task),
         )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
             attributes=attributes,
         ))  # fmt: skip
+
+
+def _accuracy(task: Task) -> dict[str, float]:
+    asked = adapted_to(task.options)
+    return {} if asked is None else {"adapt_harmonics": asked}
 
 
 def _follow_part(
@@ -208,7 +213,8 @@ def collect(task: Task) -> Branch:
     attributes = dict(end.attributes)
     values = {name: np.concatenate([part[name] for part in slices]) for name in recorder.layout.variables}
     problem, followed = task.problem, task.parameter or "omega"
-    if sentences := result_warnings(followed, values, problem.elements, problem.units.angular):
+    asked = adapted_to(task.options)
+    if sentences := result_warnings(followed, values, problem.elements, problem.units.angular, asked):
         warn(sentences)
         attributes["warnings"] = "\n".join([*task.warnings, *sentences])
     return Branch(make_table(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

@@ -8,6 +8,8 @@ with a real, static compliance.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.thermal.model import Heat
+from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
 
 Forces = Sequence[Mapping[int, Array]]
@@ -66,6 +69,18 @@ class Balance:
         self.springs: Array | None = None
         self.heated = problem.heated
         self._columns: dict[tuple[int, tuple[tuple[int, int], ...]], tuple[Column, ...]] = {}
+
+    def narrowed(self, harmonics: Harmonics) -> Balance:
+        """The same with some of the harmonics; the structure is not projected again."""
+        own = copy(self)
+        own.problem = replace(self.problem, harmonics=harmonics, told=None)
+        own.harmonics, own.orders, own.L = harmonics, harmonics.m.astype(float), harmonics.size
+        own.batches, own.heated = own.problem.batches, own.problem.heated
+        own.size = own.n_ports * own.L
+        own._columns = {}
+        if self.springs is None:
+            own.kind = kind_of(self._asked, self.receptance, own.size)
+        return own
 
     @property
     def heated_names(self) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -18,6 +19,20 @@ from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 
+class Adapted(Protocol):
+    """What is known of a solution with some of the harmonics."""
+
+    @property
+    def in_use(self) -> int:
+        """How many, 0 included."""
+        ...
+
+    @property
+    def truncation(self) -> float:
+        """What those left out would add, relative to the largest amplitude."""
+        ...
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Detail:
     """What a solution keeps of its evaluation."""
@@ -27,6 +42,8 @@ class Detail:
     inputs: Inputs
     omega: float
     heat: Heat | None = None
+    adapted: Adapted | None = None
+    """Which harmonics are in use; None: all."""
 
     @property
     def forces(self) -> Forces:

@@ -197,7 +197,7 @@ class FirstPoint:
         """Solve with the driven harmonics and the lower half, found in the same way, then take in the others."""
         kept = self._essential()
         places = [self.balance.harmonics.labels.index(label) for label in kept.labels]
-        balance = Balance(replace(self.balance.problem, harmonics=kept, told=None), kind=self.balance.kind)
+        balance = self.balance.narrowed(kept)
         inputs = self.inputs.map(lambda name, own: own[..., places] if name in ("load", "motion") else own)
         x = FirstPoint(balance, inputs, self.omega).find()
         if x is None:

@@ -109,5 +109,8 @@ class ParameterSystem:
         return self.balance.compliance(self.omega, inputs.structure, direction.structure)
 
 
+AnySystem = FrequencySystem | ParameterSystem
+
+
 def _warm(found: Detail, direction: Inputs) -> Inputs:
     return direction if found.heat is None else warm_direction(found.heat, direction)

@@ -12,15 +12,19 @@ from slipstick.typing import Array
 
 
 def result_warnings(
-    followed: str, values: Mapping[str, Array], contacts: Sequence[str], unit: str = "rad/s"
+    followed: str,
+    values: Mapping[str, Array],
+    contacts: Sequence[str],
+    unit: str = "rad/s",
+    asked: float | None = None,
 ) -> list[str]:
     """Contacts that never acted, harmonics that are missing, and stability that is in doubt.
 
     ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit`` that of
-    frequencies.
+    frequencies, ``asked`` the accuracy to which harmonics were adapted.
     """
     at = values["parameter" if "parameter" in values else "omega"]
-    missing = truncation_sentence(followed, at, values["truncation"], unit)
+    missing = truncation_sentence(followed, at, values["truncation"], unit, asked)
     doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
     return [*_open(values, contacts), *([missing] if missing else []), *doubts]
 

@@ -180,7 +180,8 @@ class Recorder:
             "displacement": motion,
             "amplitude": amplitude(b.harmonics, motion).value,
             "mean": motion[:, :, 0],
-            "truncation": truncation(self.outputs, points, x, motion, omega),
+            "truncation": self._truncation(points, x, motion, omega),
+            "harmonics_in_use": np.array([_in_use(b, p) for p in points], dtype=np.int32),
             "residual": np.array([p.residual for p in points], dtype=float),
             "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
             "kind": np.array([p.kind for p in points], dtype=np.str_),
@@ -192,6 +193,17 @@ class Recorder:
         if self.stability:
             found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
         return {name: found[name] for name in layout.variables}
+
+    def _truncation(self, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
+        """What the harmonics left out would add (n_points,); points with some of the harmonics know it themselves."""
+        out, others = np.empty(len(points)), []
+        for i, point in enumerate(points):
+            if point.detail.adapted is None:
+                others.append(i)
+            else:
+                out[i] = point.detail.adapted.truncation
+        out[others] = truncation(self.outputs, [points[i] for i in others], x[others], motion[others], omega[others])
+        return out
 
     def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, AnyArray], force: Array) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
@@ -229,6 +241,11 @@ class Recorder:
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
         return {name: value[0] for name, value in self.values([point]).items()}
+
+
+def _in_use(balance: Balance, point: Point) -> int:
+    adapted = point.detail.adapted
+    return len(balance.harmonics.orders) if adapted is None else adapted.in_use
 
 
 def _stack(arrays: Sequence[Array], shape: tuple[int, ...]) -> Array:

@@ -72,6 +72,7 @@ VARIABLES: dict[str, Declared] = {
     "truncation": Declared(
         (), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"
     ),
+    "harmonics_in_use": Declared((), "1", "number of harmonics in use, 0 included; the others are zero", whole=True),
     "residual": Declared(
         (), "1",
         "residual of the balance over the sizes of its terms: of the motion and of the contact springs' part in it",

@@ -89,15 +89,18 @@ def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wid
     return [F.reshape(shape) for F in found.force]
 
 
-def truncation_sentence(name: str, values: Array, estimate: Array, unit: str = "rad/s") -> str | None:
+def truncation_sentence(
+    name: str, values: Array, estimate: Array, unit: str = "rad/s", asked: float | None = None
+) -> str | None:
     """A warning where harmonics are missing, None where they are not.
 
-    ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies.
+    ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies; ``asked`` the accuracy that was asked for.
     """
-    if not estimate.size or not np.nanmax(estimate) > WARNED_TRUNCATION:
+    limit = min(WARNED_TRUNCATION, asked or WARNED_TRUNCATION)
+    if not estimate.size or not np.nanmax(estimate) > limit:
         return None
     worst = int(np.nanargmax(estimate))
-    above, least = int(np.sum(estimate > WARNED_TRUNCATION)), 100.0 * WARNED_TRUNCATION
+    above, least = int(np.sum(estimate > limit)), 100.0 * limit
     where = f"{name} = {values[worst]:.6g}" + (f" {unit}" if name == "omega" else "")
     return (
         f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "

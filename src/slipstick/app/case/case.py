@@ -170,7 +170,7 @@ class Case:
         """Continuation options given in ``[response]``, over the defaults."""
         from slipstick.analysis.response import response_options
 
-        names = ("first_step", "max_step", "min_step", "max_points")
+        names = ("first_step", "max_step", "min_step", "max_points", "adapt_harmonics")
         given = {name: value for name in names if (value := getattr(self.response, name)) is not None}
         return response_options(**given)
 

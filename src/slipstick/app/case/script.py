@@ -280,7 +280,7 @@ class _Script:
             given.take(key)
         more = {"requested": _requested(at, ends)} if at else {}
         more |= given.rest("peaks_of", "stability")
-        options = given.rest("first_step", "max_step", "min_step", "max_points")
+        options = given.rest("first_step", "max_step", "min_step", "max_points", "adapt_harmonics")
         if options:
             more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"
         given.end("[response]")

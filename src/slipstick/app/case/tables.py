@@ -317,6 +317,9 @@ class ResponseTable(Table):
     first_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
     max_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
     min_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
+    adapt_harmonics: Annotated[float, Field(gt=0, lt=1)] | None = Field(
+        default=None, description="a number between 0 and 1 such as 1e-3, the relative accuracy"
+    )
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:

@@ -179,7 +179,8 @@ class Run:
 
         values = self.store.layout.unpack(self.store.rows())
         problem = self.case.problem()
-        return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular)
+        asked = self.case.options().adapt_harmonics
+        return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular, asked)
 
     @property
     def answer(self) -> Answer:
@@ -338,7 +339,8 @@ def warnings_of(data: ResultTable) -> list[str]:
     names = ("parameter", "omega", "truncation", "separation_fraction", "stable", "hill_pw_difference")
     values = {name: data[name].to_numpy() for name in names if name in data}
     contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
-    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit)
+    asked = data.attrs.get("adapt_harmonics")
+    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit, asked)
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

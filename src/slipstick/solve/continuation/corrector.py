@@ -32,10 +32,11 @@ class Corrector:
         self.evaluations = self.solves = 0
         self.context: Any = None
 
-    def _evaluate(self, x: Array, parameter: float) -> Any:
-        if self.context is None:
+    def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
+        context = self.context if context is None else context
+        if context is None:
             return self._system.evaluate(x, parameter)
-        return self._system.evaluate(x, parameter, self.context)  # type: ignore[call-arg]
+        return self._system.evaluate(x, parameter, context)  # type: ignore[call-arg]
 
     def take_up(self, place: Place) -> Step:
         """The step of a place with its evaluation; counters and context are as they were when it was found."""
@@ -58,6 +59,9 @@ class Corrector:
             row = normal * weights * weights
             row /= np.abs(row).max()
         result = self._solve(guess, row)
+        while result.converged and (finer := _again(result.evaluation)) is not None:
+            guess[:] = result.x
+            result = self._solve(guess, row, finer)
         if not result.converged:
             return None, result
         if normal is None:
@@ -69,12 +73,12 @@ class Corrector:
             step.reverse()
         return step, result
 
-    def _solve(self, guess: Array, row: Array) -> NewtonResult:
+    def _solve(self, guess: Array, row: Array, context: Any = None) -> NewtonResult:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
         def bordered(z: Array) -> tuple[Array, Jacobian, Any]:
-            value = evaluate(z[:size], float(z[size]))
+            value = evaluate(z[:size], float(z[size]), context)
             residual = np.empty(size + 1)
             residual[:size] = value.residual
             residual[size] = row.dot(z) - level
@@ -141,6 +145,12 @@ class Corrector:
             return False
         rest = chord * (1.0 - g * g) - before * a - after * b
         return norm(rest) <= _CORNER_FIT * (1.0 - g * g) * norm(chord)
+
+
+def _again(value: Any) -> Any:
+    """With which context a solution has to be sought once more; None where it is good as it is."""
+    again = getattr(value, "again", None)
+    return None if again is None else again()
 
 
 def angle_of(cosine: float) -> float:

@@ -15,7 +15,8 @@ class Evaluation(NamedTuple):
     ``detail`` is handed through untouched: whatever the system wants to find again at a converged point. ``terms``
     gives the sizes (N,) of the largest terms each residual is the sum of, which says what its rounding is; without it
     they are taken from the Jacobian. ``context`` is what the next points of a branch are to be told where this one is
-    accepted (None: nothing).
+    accepted (None: nothing). ``again`` says with which context a solution found has to be sought once more, of a system
+    that makes itself finer where it must; None where it is good as it is.
     """
 
     residual: Array
@@ -24,6 +25,7 @@ class Evaluation(NamedTuple):
     detail: Any = None
     terms: Callable[[], Array] | None = None
     context: Any = None
+    again: Callable[[], Any] | None = None
 
 
 class System(Protocol):
