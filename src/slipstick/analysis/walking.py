@@ -14,6 +14,7 @@ from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
+from slipstick.analysis.stability.special_points import SpecialPoints
 from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
@@ -85,8 +86,9 @@ def _follow_part(
 ) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
+    special = SpecialPoints(task.stability, task.system) if task.stability else None
     with limit():
-        run = _run(task, course, recorder, sought)
+        run = _run(task, course, recorder, sought, special)
     if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
@@ -97,7 +99,7 @@ def _follow_part(
             if step is None:
                 part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
                 return
-            point = _point(step, task, part, run.residual)
+            point = _point(step, task, part, run.residual, special)
             part.add(step.parameter, step.x)
             if task.listeners:
                 checkpoint = course.checkpoint(step, run, time.perf_counter() - clock)
@@ -111,19 +113,24 @@ def _follow_part(
         course.done = course.done.plus(run.work)
 
 
-def _run(task: Task, course: Course, recorder: Recorder, sought: tuple[float, Array] | None) -> WarmContinuation | None:
+def _run(
+    task: Task, course: Course, recorder: Recorder, sought: tuple[float, Array] | None, special: SpecialPoints | None
+) -> WarmContinuation | None:
     """The continuation of a part, from its first point or from where it was interrupted; None without a first point."""
     places, course.places = course.places, ()
     earlier, course.earlier = course.earlier, NO_WORK
     x = places[-1].state[:-1] if places else _first(task)
     if x is None:
         return None
-    return WarmContinuation(
+    run = WarmContinuation(
         task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
-        events=peak_events(recorder.outputs, task.peaks_of, task.system),
+        events=(*peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),
     )  # fmt: skip
+    if special is not None and run.standing is not None:
+        special.take_up(run.standing, places[-1].values[-1])
+    return run
 
 
 def _from_other_end(task: Task) -> Task:
@@ -178,15 +185,17 @@ def _settled_in_time(task: Task) -> Array | None:
     return -task.balance.moved_by(forces, task.inputs.P, compliance)
 
 
-def _point(step: Step, task: Task, part: Part, residual: float) -> Point:
+def _point(step: Step, task: Task, part: Part, residual: float, special: SpecialPoints | None) -> Point:
     value, kind = step.evaluation, step.kind
     if kind == "requested" and step.parameter not in task.requested:
+        kind = "regular"
+    if special is not None and not special.confirmed(step):
         kind = "regular"
     return Point.at(
         value.detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
-        stability=task.stability.at(step.x, value.detail, compare=kind != "regular") if task.stability else None,
+        stability=special.judged(step, compare=kind != "regular") if special else None,
     )  # fmt: skip
 
 

@@ -140,6 +140,11 @@ class WarmContinuation(Iterator[Step]):
         return self._run.place
 
     @property
+    def standing(self) -> Step | None:
+        """The step it goes on from where it was given ``places``."""
+        return self._run.standing
+
+    @property
     def work(self) -> Work:
         """Work of all runs so far."""
         run = self._run

@@ -18,7 +18,7 @@ from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
 from slipstick.errors import InputError, Outcome
-from slipstick.results.stability import PARTS, STABILITY_METHODS, ranks
+from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, ranks
 from slipstick.results.table import ResultColumn, ResultTable
 from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
-POINT_KINDS = ("start", "regular", "peak", "turning point", "requested", "end")
+POINT_KINDS = ("start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS)
 
 RELATIVE = "relative to the moving support"
 """Said of the motion of a structure whose support moves."""

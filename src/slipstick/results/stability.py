@@ -19,6 +19,11 @@ STABILITY_METHODS = ("PW", "count")
 WARNED_DIFFERENCE = 0.02
 """From here on results are warned of."""
 
+PERIOD_DOUBLING, NEIMARK_SACKER = "period doubling", "Neimark-Sacker"
+BRANCH_POINT, STATE_CHANGE = "symmetry breaking", "state change"
+SPECIAL_KINDS = (PERIOD_DOUBLING, NEIMARK_SACKER, BRANCH_POINT, STATE_CHANGE)
+"""Kinds of points at which the kind of motion changes, but for folds, which are turning points."""
+
 MOST_MULTIPLIERS = 64
 PARTS = ("real", "imaginary")
 UNKNOWN = -1

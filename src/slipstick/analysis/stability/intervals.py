@@ -6,7 +6,7 @@ state, with what begins between them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ from slipstick.analysis.stability.laws import Combinations, FrictionPorts, State
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.trig.basis import TWO_PI
+from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
 
 Word = tuple[tuple[int, ...], ...]
@@ -51,7 +52,6 @@ class Timeline:
     intervals: tuple[StateInterval, ...]
     neutral: tuple[int, ...]
     """FrictionPorts stuck all period."""
-    word: Word
 
     @property
     def cut(self) -> StateCodes:
@@ -63,18 +63,17 @@ def timeline(motion: SmoothMotion) -> Timeline:
     """The states of a motion's contacts over one period."""
     found = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.given)
     totals, at, code = found.totals.tolist(), found.at, found.code
-    changes, first, words = [], [], []
+    changes, first = [], []
     for i, n in enumerate(totals):
         own = code[i, :n].tolist()
         first.append(own[-1][0])
-        words.append(_rotated([state for state, _ in own]))
         if n > 1:
             starts = at[i, :n, 0].tolist()
             changes += [Change(t % TWO_PI, i, *codes) for t, codes in zip(starts, own, strict=True)]
     changes.sort(key=lambda change: change.time)
     sticky = motion.given["kt"] > 0
     neutral = tuple(i for i, n in enumerate(totals) if n == 1 and first[i] == STICK and sticky[i])
-    return Timeline(_intervals(changes, first), neutral, tuple(words))
+    return Timeline(_intervals(changes, first), neutral)
 
 
 def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInterval, ...]:
@@ -96,6 +95,23 @@ def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInter
         out.append(StateInterval(tuple(states), gap, after))
     states[changes[-1].contact] = changes[-1].state
     return (*out, StateInterval(tuple(states), 0.5 * gaps[-1], None))
+
+
+_SHORT = 1e-6
+"""States that last less (rad) are none: equal contacts change at the same time but for rounding."""
+
+
+def word_of(harmonics: Harmonics, X: Array, Y: Array, given: Mapping[str, Array]) -> Word:
+    """The order of the states of every contact at a motion (n, L)."""
+    found = element_intervals(harmonics, X, Y, **given)
+    words = []
+    for total, at, code in zip(found.totals.tolist(), found.at, found.code, strict=True):
+        lasting = [
+            c for (a, b), c in zip(at[:total, :2].tolist(), code[:total, 0].tolist(), strict=True) if b - a > _SHORT
+        ]
+        kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
+        words.append(_rotated(kept or lasting[:1]))
+    return tuple(words)
 
 
 def _rotated(states: list[int]) -> tuple[int, ...]:

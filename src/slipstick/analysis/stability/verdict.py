@@ -60,11 +60,11 @@ class StabilityWatch:
     def __init__(self, balance: Balance, *, full: bool = False) -> None:
         if faults := [_foreign(name) for name in _foreign_contacts(balance)]:
             raise InputError(faults)
-        self._balance, self._iterate = balance, Iteration(balance)
+        self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full)
 
-    def at(self, x: Array, detail: Detail, *, compare: bool = False) -> PointStability:
-        """Stability at a solution (N,); ``compare``: with the difference of both methods."""
+    def at(self, x: Array, detail: Detail) -> PointStability:
+        """Stability at a solution (N,)."""
         if not self.systems.in_time:
             return self._counted(x, detail)
         motion = self._iterate(x, detail)
@@ -76,12 +76,11 @@ class StabilityWatch:
             unstable=_verdict(found, multipliers),
             method="" if found is None else "PW",
             neutral=len(line.neutral),
-            difference=self._difference(x, detail, multipliers) if compare else np.nan,
         )
 
     def form(self, x: Array, detail: Detail) -> HarmonicForm:
         """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
-        balance, inputs = self._balance, detail.inputs
+        balance, inputs = self.balance, detail.inputs
         orders = np.arange(-balance.harmonics.highest, balance.harmonics.highest + 1, dtype=float)
         contacts = self.systems.contacts(detail)
         if self.systems.in_time:
@@ -95,7 +94,7 @@ class StabilityWatch:
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         form = self.form(x, detail)
-        near = folded(self._balance.problem.structure.natural_frequencies, detail.omega)
+        near = folded(self.balance.problem.structure.natural_frequencies, detail.omega)
         count = count_unstable(lambda nu: form.sign(1j * nu), detail.omega, near)
         return PointStability(
             multipliers=np.zeros(0, dtype=complex),
@@ -104,8 +103,9 @@ class StabilityWatch:
             neutral=form.neutral,
         )
 
-    def _difference(self, x: Array, detail: Detail, multipliers: ComplexArray) -> float:
+    def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
+        multipliers = found.multipliers
         if not multipliers.size or abs(multipliers[0]) < _DEAD:
             return np.nan
         period = 2.0 * np.pi / detail.omega

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
+from slipstick.solve.continuation.arc import Arc
 from slipstick.typing import Array
 
 
@@ -49,6 +50,9 @@ class BranchEvent:
         -1: only from positive to negative along the branch; +1: only the other way; 0: both.
     terminal
         Whether the continuation ends there.
+    place
+        For a function that jumps: where on the arc between two steps it does, ``u`` from 0 to 1. It is solved for there
+        once, instead of until the jump is known to the tolerance.
     """
 
     name: str
@@ -56,6 +60,7 @@ class BranchEvent:
     function: Callable[..., float]
     direction: int = 0
     terminal: bool = False
+    place: Callable[[Any, Any, Arc], float] | None = None
 
     def crossed(self, before: float, after: float) -> bool:
         """Whether the values at two neighbouring points enclose such a sign change."""

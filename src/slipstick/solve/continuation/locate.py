@@ -50,7 +50,12 @@ class Locator:
         for event, before, after in zip(self._events, self.values, values, strict=True):
             if event.crossed(before, after):
                 arc = arc or self._corrector.arc(first, second)
-                located = self._event(event, arc, (0.0, before), (1.0, after))
+                jump = event.place
+                located = (
+                    self._event(event, arc, (0.0, before), (1.0, after))
+                    if jump is None
+                    else self._jump(event, arc, jump(first, second, arc))
+                )
                 if located is not None:
                     found.append(located)
         self.values = values
@@ -100,6 +105,14 @@ class Locator:
         if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * length:
             return None
         return step
+
+    def _jump(self, event: BranchEvent, arc: Arc, u: float) -> tuple[float, Step] | None:
+        """The solution at a place on the arc."""
+        guess = arc.point(u)
+        step, _ = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name)
+        if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * arc.length:
+            return None
+        return u, step
 
     def _event(
         self, event: BranchEvent, arc: Arc, low: tuple[float, float], high: tuple[float, float]

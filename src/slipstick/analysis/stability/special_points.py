@@ -1,0 +1,138 @@
+"""Where the kind of motion changes along a branch: test functions for the continuation [STABILITY section 8].
+
+Folds are turning points, which the continuation knows. Here are the others: a multiplier passes -1 (the period
+doubles), a pair leaves the unit circle (Neimark-Sacker: a second frequency appears), one passes +1 without a fold
+(symmetry breaks, or branches cross), and contacts change the order of their states (touch or stick begins or ends).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.stability.intervals import Word, word_of
+from slipstick.analysis.stability.verdict import StabilityWatch
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.results.stability import BRANCH_POINT, NEIMARK_SACKER, PERIOD_DOUBLING, STATE_CHANGE, PointStability
+from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.typing import ComplexArray
+
+_HALVINGS = 10
+"""Halvings of an arc between two points on which contacts have different states."""
+
+_REAL = 1e-7
+"""Imaginary part beside the magnitude below which a multiplier is real."""
+
+_NEAR = 1e-3
+"""Distance from the unit circle within which a located multiplier stands on it."""
+
+
+class SpecialPoints:
+    """Test functions of a branch, remembered for the last steps: each step is asked more than once."""
+
+    def __init__(self, watch: StabilityWatch, system: FrequencySystem | ParameterSystem) -> None:
+        self._watch, self._system = watch, system
+        self._known: list[tuple[Any, PointStability]] = []
+        self._last: tuple[Word, float] | None = None
+
+    @property
+    def events(self) -> tuple[BranchEvent, ...]:
+        """What the continuation is to look for."""
+        changes = BranchEvent(
+            name=STATE_CHANGE, kind=STATE_CHANGE, function=lambda step: self._state(step), place=self._change
+        )
+        if not self._watch.systems.in_time:
+            return (changes,)
+        tests = {PERIOD_DOUBLING: doubling, NEIMARK_SACKER: torus}
+        found = [
+            BranchEvent(name=kind, kind=kind, function=lambda step, test=test: test(self.at(step).multipliers))
+            for kind, test in tests.items()
+        ]
+        crossing = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._crossing)
+        return (*found, crossing, changes)
+
+    def take_up(self, step: Any, value: float) -> None:
+        """Go on from an accepted step at which the last of the test functions had a value."""
+        self._last = self._word_at(step), value
+
+    def judged(self, step: Any, *, compare: bool) -> PointStability:
+        """Stability of a step for the record; ``compare``: with the difference of both methods."""
+        found, known = self.at(step), step.evaluation.detail
+        return replace(found, difference=self._watch.difference(step.x, known, found)) if compare else found
+
+    def at(self, step: Any) -> PointStability:
+        """Stability of a step."""
+        for known, found in self._known:
+            if known is step:
+                return found
+        found = self._watch.at(step.x, step.evaluation.detail)
+        self._known = [*self._known[-2:], (step, found)]
+        return found
+
+    def confirmed(self, step: Any) -> bool:
+        """Whether a located step is what it was located as: a jump of multipliers is none."""
+        test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
+        return test is None or abs(test(self.at(step).multipliers)) < _NEAR
+
+    def _crossing(self, step: Any) -> float:
+        """Changes its sign where a multiplier passes 1 and the branch does not turn."""
+        real = _real(self.at(step).multipliers)
+        return float(np.prod(1.0 - real) * (1.0 if step.tangent_parameter >= 0 else -1.0))
+
+    def _state(self, step: Any) -> float:
+        """Changes its sign with the states of the contacts, whatever they are; asked of one step after the other."""
+        word = self._word_at(step)
+        if self._last is None or word != self._last[0]:
+            self._last = word, 1.0 if self._last is None else -self._last[1]
+        return self._last[1]
+
+    def _change(self, first: Any, second: Any, arc: Arc) -> float:
+        """Where on the arc the states are those of its end, by the arc alone."""
+        before = self._word_at(first)
+        low, high = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            state = arc.point(middle)
+            if self._word(state[:-1], float(state[-1]), first.evaluation.detail) == before:
+                low = middle
+            else:
+                high = middle
+        return high
+
+    def _word_at(self, step: Any) -> Word:
+        return self._word(step.x, step.parameter, step.evaluation.detail)
+
+    def _word(self, x: Any, parameter: float, near: Any) -> Word:
+        inputs, omega = self._system.at(parameter)
+        values = near.responses[0].values
+        motion = self._watch.balance.motion(0, x, omega, inputs.batches[0])
+        own = inputs.batches[0].values if near.heat is None else values
+        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
+
+
+def doubling(multipliers: ComplexArray) -> float:
+    """``prod (1 + m)`` [STABILITY section 8]."""
+    return float(np.prod(1.0 + multipliers).real)
+
+
+def torus(multipliers: ComplexArray) -> float:
+    """Largest magnitude of a pair, less 1; -1 without a pair."""
+    pairs = multipliers[np.abs(multipliers.imag) > _REAL * np.abs(multipliers)]
+    return float(np.abs(pairs).max(initial=0.0)) - 1.0
+
+
+def beside_minus_one(multipliers: ComplexArray) -> float:
+    """Distance of the nearest real multiplier from -1."""
+    return float(np.abs(1.0 + _real(multipliers)).min(initial=np.inf))
+
+
+def beside_one(multipliers: ComplexArray) -> float:
+    """Distance of the nearest real multiplier from 1."""
+    return float(np.abs(1.0 - _real(multipliers)).min(initial=np.inf))
+
+
+def _real(multipliers: ComplexArray) -> Any:
+    return multipliers.real[np.abs(multipliers.imag) <= _REAL * np.abs(multipliers)]
