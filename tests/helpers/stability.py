@@ -1,5 +1,7 @@
 """Points whose stability is looked at, by the names of their systems."""
 
+import warnings
+
 import numpy as np
 
 import slipstick as ss
@@ -53,3 +55,29 @@ def contact_motion(problem, point):
     for own, port in zip(out, batch.ports, strict=True):
         own[port.members] = X[port.rows]
     return out
+
+
+def flutter(*, mu=0.56, force=10.0, harmonics=11, velocity=1.0):
+    """Mode coupling under a pad pressed on by 50, shaken along its normal."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=200.0, mu=mu, kn=40.0, gap=0.0)
+    rubbing = ss.RubbingMotion(velocity=velocity)
+    pair = ss.ContactPair(name="pad", tangential="x", normal="y", contact=contact, rubbing=rubbing)
+    loads = [ss.Load(dof="y", harmonic=0, cos=50.0), ss.Load(dof="y", sin=force)]
+    return ss.Problem(structure, contacts=[pair], loads=loads, harmonics=range(harmonics))
+
+
+def stops(*, kn=10.0, gap=1.0, force=1.0, both=False, harmonics=13):
+    """An oscillator between elastic stops without friction."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.1 * np.eye(2), K=np.eye(2), dofs=["t", "y"])
+    contact = ss.FrictionContact(kt=1.0, mu=0.0, kn=kn, gap=gap)
+    sides = {"up": 1.0, "down": -1.0} if both else {"up": 1.0}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # there is no friction
+        pairs = [
+            ss.ContactPair(name=name, tangential="t", normal={"y": cosine}, contact=contact)
+            for name, cosine in sides.items()
+        ]
+        return ss.Problem(
+            structure, contacts=pairs, loads=[ss.Load(dof="y", sin=force)], harmonics=range(harmonics), outputs=["y"]
+        )

@@ -18,6 +18,7 @@ _PUBLIC = {
     "states": "slipstick.plots.points",
     "history": "slipstick.plots.points",
     "spectrum": "slipstick.plots.points",
+    "stability": "slipstick.plots.multipliers",
     "tolerance_band": "slipstick.plots.tolerances",
     "tornado": "slipstick.plots.tolerances",
     "compare": "slipstick.plots.comparison",

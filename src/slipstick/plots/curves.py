@@ -22,6 +22,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import truth, whole
+from slipstick.plots.multipliers import mark_special
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, quantity, values_of
 from slipstick.plots.style import GREY, PEAK, over_decades
@@ -45,6 +46,8 @@ def response(
     frequency: str | None = None,
 ) -> Axes:
     """Amplitude (0-to-peak, without the zero harmonic) over frequency or the followed parameter.
+
+    Where stability is known, unstable motion is dashed, and folds, period doublings and the like are marked.
 
     Parameters
     ----------
@@ -72,6 +75,8 @@ def response(
     if truth("peaks", peaks):
         for _, dataset in curves.found:
             _mark_peaks(ax, curves, dataset, dof)
+    for _, dataset in curves.found:
+        mark_special(ax, curves, dataset, dof)
     drawn = [np.asarray(line.get_ydata()) for line in ax.lines]
     limits = _amplitude_scale(ax, drawn, log or (log is None and curves.new and over_decades(drawn)))
     for (name, dataset), dashes in zip(_references(references), _THIN * 20, strict=False):

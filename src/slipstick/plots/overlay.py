@@ -58,9 +58,9 @@ class Curves:
         ax = styled(self.ax, self.abscissa.label, y_label)
         for own, dataset in self.found:
             for name, series in values[id(dataset)].items():
-                x, y = parted(dataset, self.abscissa.values(dataset), series)
-                label, marker = self._label(own, name, len(values[id(dataset)])), "o" if len(x) == 1 else None
-                ax.plot(x, y, linewidth=1.6, marker=marker, label=label)
+                label = self._label(own, name, len(values[id(dataset)]))
+                x, y, unstable = parted(dataset, self.abscissa.values(dataset), series, _unstable(dataset))
+                _line(ax, x, y, unstable > 0, label)
         every = np.concatenate([series for own in values.values() for series in own.values()])
         if self.new:
             _limits(ax, every)
@@ -86,6 +86,22 @@ class Curves:
         x = [self.abscissa.values(dataset) for _, dataset in self.found]
         if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
             ax.set_xscale("log")
+
+
+def _unstable(dataset: xarray.Dataset) -> np.ndarray:
+    """1.0 at every point known to be unstable, (point,)."""
+    if "stable" not in dataset:
+        return np.zeros(dataset.sizes["point"])
+    return np.asarray(dataset["stable"].to_numpy() == 0, dtype=float)
+
+
+def _line(ax: Axes, x: np.ndarray, y: np.ndarray, off: np.ndarray, label: str) -> None:
+    """A curve, dashed where an end of a stretch is ``off``: unstable."""
+    alone = "o" if len(x) == 1 else None
+    (line,) = ax.plot(x, np.where(off & (len(x) > 1), np.nan, y), linewidth=1.6, marker=alone, label=label)
+    if off.any():
+        beside = np.convolve(off, np.ones(3), "same") > 0
+        ax.plot(x, np.where(beside, y, np.nan), linewidth=1.2, linestyle=(0, (4, 3)), color=line.get_color(), label="_")
 
 
 def _limits(ax: Axes, values: np.ndarray) -> None:

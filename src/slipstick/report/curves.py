@@ -57,7 +57,7 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
 
 
 def _of_points(dataset: ResultTable) -> Iterator[dict[str, Any]]:
-    for name in ("truncation", "newton_iterations"):
+    for name in ("multiplier_max", "truncation", "newton_iterations"):
         if name in dataset and dataset[name].dims == ("point",):
             yield _curve(dataset, name, "", dataset[name].to_numpy().astype(float))
 

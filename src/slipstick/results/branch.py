@@ -13,6 +13,7 @@ from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import LARGEST, MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
+from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.measures import friction_force
 from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
@@ -132,6 +133,13 @@ class Branch:
         else:
             at = _largest_nearby(where, size)
         return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
+
+    def bifurcations(self) -> list[Bifurcation]:
+        """Points at which the kind of motion changes, in their order along the branch.
+
+        Raises InputError where stability was not asked for.
+        """
+        return bifurcations_of(self)
 
     def at(self, value: float) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one."""

@@ -112,6 +112,10 @@ class BranchPlots:
         """Amplitude over the followed quantity."""
         return _plots().response(self._branch, dof, **options)
 
+    def stability(self, **options: Any) -> Axes:
+        """Largest magnitude of a Floquet multiplier, where stability was asked for."""
+        return _plots().stability(self._branch, **options)
+
     def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> Axes:
         """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
         return _plots().tolerance_band(self._branch, tolerances, dof, **options)

@@ -106,9 +106,7 @@ def word_of(harmonics: Harmonics, X: Array, Y: Array, given: Mapping[str, Array]
     found = element_intervals(harmonics, X, Y, **given)
     words = []
     for total, at, code in zip(found.totals.tolist(), found.at, found.code, strict=True):
-        lasting = [
-            c for (a, b), c in zip(at[:total, :2].tolist(), code[:total, 0].tolist(), strict=True) if b - a > _SHORT
-        ]
+        lasting = code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORT].tolist()
         kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
         words.append(_rotated(kept or lasting[:1]))
     return tuple(words)

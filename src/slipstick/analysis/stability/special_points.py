@@ -26,7 +26,7 @@ _HALVINGS = 10
 _REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
 
-_NEAR = 1e-3
+_NEAR = {PERIOD_DOUBLING: 1e-3, NEIMARK_SACKER: 1e-3, BRANCH_POINT: 5e-2}
 """Distance from the unit circle within which a located multiplier stands on it."""
 
 
@@ -35,6 +35,8 @@ class SpecialPoints:
 
     def __init__(self, watch: StabilityWatch, system: FrequencySystem | ParameterSystem) -> None:
         self._watch, self._system = watch, system
+        h = watch.balance.harmonics
+        self._complete = h.highest == h.n
         self._known: list[tuple[Any, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
@@ -75,12 +77,18 @@ class SpecialPoints:
     def confirmed(self, step: Any) -> bool:
         """Whether a located step is what it was located as: a jump of multipliers is none."""
         test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
-        return test is None or abs(test(self.at(step).multipliers)) < _NEAR
+        return test is None or abs(test(self.at(step).multipliers)) < _NEAR[step.kind]
 
     def _crossing(self, step: Any) -> float:
-        """Changes its sign where a multiplier passes 1 and the branch does not turn."""
-        real = _real(self.at(step).multipliers)
-        return float(np.prod(1.0 - real) * (1.0 if step.tangent_parameter >= 0 else -1.0))
+        """Changes its sign where a multiplier passes 1 and the branch does not turn.
+
+        Where all harmonics are kept the sign is that of the Jacobian bordered by the tangent: a fold leaves it alone,
+        however far off its multiplier is.
+        """
+        value = float(np.prod(1.0 - _real(self.at(step).multipliers)))
+        if step.orientation and self._complete:
+            return abs(value) * step.orientation
+        return value * (1.0 if step.tangent_parameter >= 0 else -1.0)
 
     def _state(self, step: Any) -> float:
         """Changes its sign with the states of the contacts, whatever they are; asked of one step after the other."""

@@ -1,0 +1,45 @@
+"""Unstable stretches are dashed, bifurcations marked, multipliers drawn."""
+
+import numpy as np
+import pytest
+from helpers.figures import dataset, drawn, named
+
+import slipstick as ss
+from slipstick import plots
+
+
+def with_stability():
+    data = dataset()
+    stable = np.ones(40, dtype=int)
+    stable[10:15] = 0
+    data["stable"] = ("point", stable)
+    meaning = {"units": "1", "long_name": "largest magnitude"}
+    data["multiplier_max"] = ("point", np.where(stable == 1, 0.9, 1.1), meaning)
+    kinds = data["kind"].values.astype("<U20")
+    kinds[[9, 15]] = "turning point", "period doubling"
+    data["kind"] = ("point", kinds)
+    return data
+
+
+def test_unstable_motion_is_dashed_in_the_colour_of_its_curve() -> None:
+    data = with_stability()
+    ax = plots.response(data, "x", peaks=False)
+    solid, dashed, *marks = ax.lines
+    assert solid.get_color() == dashed.get_color()
+    assert dashed.get_linestyle() == "--"
+    assert np.flatnonzero(np.isnan(drawn(solid)[1])).tolist() == list(range(10, 15))
+    assert np.flatnonzero(np.isfinite(drawn(dashed)[1])).tolist() == list(range(9, 16))
+    assert [line.get_xdata().tolist() for line in marks] == [[data.omega.values[9]], [data.omega.values[15]]]
+    assert named(ax) == ["x", "fold", "period doubling"]
+
+
+def test_the_largest_multiplier_is_drawn_with_the_limit() -> None:
+    ax = plots.stability(with_stability())
+    assert any((np.asarray(line.get_ydata()) == 1.0).all() for line in ax.lines)
+    assert ax.get_ylabel() == "Largest magnitude"
+
+
+def test_without_stability_curves_are_solid_and_multipliers_are_refused() -> None:
+    assert len(plots.response(dataset(), "x", peaks=False).lines) == 1
+    with pytest.raises(ss.InputError, match="follow the branch with stability=True"):
+        plots.stability(dataset())
