@@ -4,6 +4,7 @@ import numpy as np
 from helpers.stability import contact_motion, point_at, two_dofs
 
 import slipstick as ss
+from slipstick.analysis.response import follow
 from slipstick.analysis.stability.iterate import Iteration
 from slipstick.balance.ports import Balance
 
@@ -29,3 +30,13 @@ def test_orders_that_were_left_out_between_are_added_too() -> None:
     point = point_at(odd, 6.0)
     motion = Iteration(Balance(odd))(point.x, point.detail)
     assert np.all(motion.X[:, 5:9] != 0.0)
+
+
+def test_harmonics_that_are_not_in_use_at_a_point_are_added_there() -> None:
+    """Multipliers of a curve with harmonics by need are those of all harmonics, to the accuracy asked for."""
+    problem = two_dofs(ss.RubbingMotion(velocity=1.0))
+    adapt = {"adapt_harmonics": 0.02, "max_step": 0.5}
+    point = list(follow(problem, omega=(5.5, 6.0), stability=True, options=adapt))[-1]
+    assert point.detail.adapted.in_use < problem.harmonics.n
+    whole = point_at(problem, point.omega, stability=True).stability
+    assert np.abs(point.stability.multipliers - whole.multipliers).max() < 2e-3

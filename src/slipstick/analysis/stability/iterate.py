@@ -6,10 +6,12 @@ smoother, and the times at which contacts change their states become accurate.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.results.truncation import moved
@@ -45,10 +47,7 @@ class Iteration:
     def __init__(self, balance: Balance) -> None:
         self._balance, h = balance, balance.harmonics
         self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
-        further = sorted(set(self.wide.orders) - set(h.orders))
-        self._further = np.array(further, dtype=float)
-        self._kept = [0, *(self.wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]
-        self._added = np.array([self.wide.index(m, part) for m in further for part in ("c", "s")], dtype=int)
+        self._kept = self._columns(h.orders)
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
@@ -57,16 +56,31 @@ class Iteration:
         given = {**detail.responses[0].values, "v": motion.drift[0]}
         X, Y, *own = (self._spread(part) for part in (*motion.Q, *inputs.motion))
         found: ContactForces = element_forces(self.wide, X, Y, **given)
-        force = np.zeros((balance.n_ports + balance.n_loads, len(self._added)))
+        further = self._further(x, detail)
+        columns = self._columns((0, *further))[1:]
+        force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
         for port, coefficients in zip(batch.ports, (found.Fx, found.Fy), strict=True):
-            force[port.rows] = coefficients[port.members][:, self._added]
-        omega = np.array([detail.omega])
-        added = moved(balance.receptance, self._further, force[None], omega, [detail.inputs.structure])[0]
+            force[port.rows] = coefficients[port.members][:, columns]
+        omega, orders = np.array([detail.omega]), np.array(further, dtype=float)
+        added = moved(balance.receptance, orders, force[None], omega, [detail.inputs.structure])[0]
         for port, coefficients in zip(batch.ports, (X, Y), strict=True):
-            coefficients[np.ix_(np.arange(batch.count)[port.members], self._added)] += added[port.rows, 1:]
+            coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
         return SmoothMotion(
             harmonics=self.wide, X=X, Y=Y, own=(own[0], own[1]), force=(found.Fx, found.Fy), given=given
         )
+
+    def _further(self, x: Array, detail: Detail) -> list[int]:
+        """Orders whose motion is not known: those left out, and kept ones that are not in use at this point."""
+        known = set(self._balance.harmonics.orders)
+        if detail.adapted is not None:
+            used = np.any(x.reshape(self._balance.n_ports, -1) != 0.0, axis=0)
+            known = {0, *self._balance.harmonics.m[used[1::2] | used[2::2]].tolist()}
+        return sorted(set(self.wide.orders) - known)
+
+    def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
+        """Places of the coefficients of some orders, 0 the first of them."""
+        above = (m for m in orders if m)
+        return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
 
     def _spread(self, own: Array) -> Array:
         out = np.zeros((len(own), self.wide.size))

@@ -20,10 +20,9 @@ from slipstick.app.case.script_heat import heat_lines
 from slipstick.app.case.script_text import GivenText, call, file_code, here, listed_text, literal, quantity_text
 from slipstick.app.case.source import parse
 from slipstick.app.case.spacing import Spacing
+from slipstick.app.case.structure_tables import MatricesTable, ModalTable
 from slipstick.app.case.tables import (
     LoadTable,
-    MatricesTable,
-    ModalTable,
     OutputTable,
     ResponseTable,
     Table,

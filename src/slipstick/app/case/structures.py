@@ -12,7 +12,8 @@ from slipstick.app.case.body import Body, Tell, silent
 from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable
 from slipstick.app.case.paths import inside
 from slipstick.app.case.sentences import toml
-from slipstick.app.case.tables import MatricesTable, ModalTable, Table
+from slipstick.app.case.structure_tables import MatricesTable, ModalTable
+from slipstick.app.case.tables import Table
 from slipstick.app.case.validation import ReadTable, read_table
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering, suggestion
