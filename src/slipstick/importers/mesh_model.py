@@ -13,6 +13,7 @@ from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
 from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import NodalEquation
+from slipstick.fem.frames import NodeAxes
 from slipstick.fem.imported import ImportedModel, names_dofs
 from slipstick.fem.lumped import Lumped, with_lumped
 from slipstick.fem.materials import Material
@@ -56,8 +57,8 @@ class MeshModel:
         Why the file's own materials cannot be used: refused where no other is given.
     variants
         Foreign element types that integrate otherwise than ours, with their counts, by our element.
-    rotated
-        Labels of the nodes whose directions are their own, not the global ones.
+    axes
+        Own directions (rows) of the nodes that have some, by label: those of the rows of matrices beside the mesh.
     """
 
     mesh: Mesh
@@ -71,7 +72,7 @@ class MeshModel:
     lumped: tuple[Lumped, ...] = ()
     material_faults: tuple[str, ...] = ()
     variants: Variants = field(default_factory=dict)
-    rotated: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    axes: NodeAxes = field(default_factory=dict)
 
     @property
     def applied(self) -> tuple[Coupling, ...]:

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -18,6 +16,7 @@ from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
+from slipstick.importers.turned import to_global
 from slipstick.io.model_file import load_model
 
 
@@ -58,13 +57,27 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     if not roles.matrices:
         return _without_matrices(paths[0], source, options)
     raw, mesh = _with_positions(_read(roles, options), roles)
+    if mesh and mesh.axes:
+        raw = _along_global(raw, mesh, paths, source)
     model = build_model(raw, source=source, units=options.units or (mesh.units if mesh else "not stated"))
     model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
-        if not any(path.suffix.lower() == ".sti" for path in paths):  # CalculiX writes global directions
-            _refuse_rotated(model, mesh)
         model = _with_mesh(model, mesh, options.material)
     return model.fix(list(options.fixed)) if options.fixed else model
+
+
+def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source: str) -> RawModel:
+    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; of others nobody knows."""
+    suffixes = {path.suffix.lower() for path in paths}
+    if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
+        return to_global(raw, {node: axes.T for node, axes in mesh.axes.items()}, source)
+    rotated = sorted(set(mesh.axes) & set([] if raw.dof_map is None else raw.dof_map.nodes.tolist()))
+    if rotated and ".sti" not in suffixes:
+        raise InputError(
+            f"{source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the rows of the "
+            "matrices; rotate the nodes to the global directions and export again"
+        )
+    return raw
 
 
 def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | None) -> ImportedModel:
@@ -78,16 +91,6 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
     assembled = (f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
     notes = (*model.notes, *imported.notes, *assembled)
     return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
-
-
-def _refuse_rotated(model: ImportedModel, imported: MeshModel) -> None:
-    """A row named n12x must be along x."""
-    rotated = np.intersect1d(model.dof_nodes, imported.rotated)
-    if len(rotated):
-        raise InputError(
-            f"{model.source}: {len(rotated)} nodes ({rotated[0]}, ...) have rotated directions, and so have the "
-            "rows of the matrices; rotate the nodes to the global directions and export again"
-        )
 
 
 def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:

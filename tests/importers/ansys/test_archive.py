@@ -127,8 +127,9 @@ def test_real_turbine_blade_quadratic():
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ("CE,R5.0,DEFI,    3,    1,  0.0\nCE,R5.0,NODE,    5,UX  ,  1.0\n", "and 1 more: CE ties degrees of freedom"),
-        ("CP,    1,UX  ,    5,    6\n", "CP ties degrees of freedom to each other"),
+        ("CERIG,1,2,ALL\n", "CERIG ties degrees of freedom to each other"),
+        ("CPINTF,ALL\n", "CPINTF ties degrees of freedom to each other"),
+        ("NROTAT,5\n", "NROTAT rotates the directions of nodes"),
         ("ET,2,21\nR,2,1000\nTYPE,2\nREAL,2\nEN,100,6\n", "EN adds an element outside of the element blocks"),
         ("MPCHG,2,ALL\n", "MPCHG changes the materials"),
         ("EDELE,1\n", "EDELE changes the mesh"),
@@ -157,7 +158,7 @@ def test_what_couples_or_holds_otherwise_is_refused_by_name(tmp_path, more, said
     assert str(caught.value).startswith("cube.cdb")
 
 
-@pytest.mark.parametrize(("kind", "name"), [(21, "MASS21"), (14, "COMBIN14"), (174, "CONTA174"), (999, "999")])
+@pytest.mark.parametrize(("kind", "name"), [(27, "MATRIX27"), (181, "SHELL181"), (174, "CONTA174"), (999, "999")])
 def test_other_elements_are_refused_by_name(tmp_path, kind, name):
     """A second brick of a type that adds stiffness, mass or contact."""
     pytest.importorskip("mapdl_archive")
@@ -191,17 +192,28 @@ def test_what_is_approximated_is_warned_of(tmp_path, more, said):
 
 
 def test_rotated_nodes(tmp_path, shipped):
-    """Free or wholly held they do not matter; held in part they do, and beside matrices always."""
+    """Held in part they are held along their own directions; beside matrices of Ansys the rows are turned."""
     pytest.importorskip("mapdl_archive")
     rows = {node: "".join(f"{v:21.13E}" for v in CUBE[node - 1]) + "\n" for node in (1, 4, 7)}
     turned = {node: row[:-1] + f"{30.0:21.13E}{0.0:21.13E}\n" for node, row in rows.items()}
     for node in (4, 7):
         assert read_model(cube(tmp_path, old=rows[node], new=turned[node]), quiet=True).n_dofs == 24 - 8
-    with pytest.raises(InputError, match=r"1 nodes \(1, ...\) are held along rotated directions"):
-        read_model(cube(tmp_path, old=rows[1], new=turned[1]))
+    path = cube(tmp_path, old=rows[1], new=turned[1])
+    path.write_text(path.read_text().replace("D,1,UY,0.\n", ""))
+    model = read_model(path, quiet=True)
+    assert model.n_dofs == 24 - 7
+    angle = np.radians(30.0)  # node 1 may move along its own y and z alone: x = -tan y
+    x, y = (model.directions([name]).toarray()[:, 0] for name in ("n1x", "n1y"))
+    np.testing.assert_allclose(np.cos(angle) * x + np.sin(angle) * y, 0.0, atol=1e-12)
     lines = (shipped / "HexBeam.cdb").read_text().splitlines()
     number = next(i for i, line in enumerate(lines) if line.startswith(f"{50:9d}{0:9d}{0:9d}"))
     lines[number] = lines[number].ljust(27 + 63) + f"{45.0:21.13E}"
     (tmp_path / "turned.cdb").write_text("\n".join(lines) + "\n")
-    with pytest.raises(InputError, match=r"1 nodes \(50, ...\) have rotated directions"):
-        read_model([shipped / "file.full", tmp_path / "turned.cdb"], ImportOptions(material=BEAM))
+    options = ImportOptions(material=BEAM)
+    own = read_model([shipped / "file.full", shipped / "HexBeam.cdb"], options, quiet=True)
+    turned_rows = read_model([shipped / "file.full", tmp_path / "turned.cdb"], options, quiet=True)
+    at = [own.index(f"n50{axis}") for axis in "xyz"]
+    c = np.sqrt(0.5)
+    R = np.array([[c, -c, 0.0], [c, c, 0.0], [0.0, 0.0, 1.0]])  # columns: the directions of the rows in the file
+    K, found = own.K.toarray()[np.ix_(at, at)], turned_rows.K.toarray()[np.ix_(at, at)]
+    np.testing.assert_allclose(found, R @ K @ R.T, atol=1e-9 * np.abs(K).max())

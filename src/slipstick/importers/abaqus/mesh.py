@@ -62,7 +62,7 @@ def read_input(path: Path) -> MeshModel:
         lumped=tuple(content.lumped),
         material_faults=faults,
         variants=content.variants,
-        rotated=np.array(sorted(content.turned), dtype=np.int64),
+        axes=frames(content),
     )
 
 

@@ -7,22 +7,29 @@ with K = L and O = P, a pyramid with M = N = O = P, a tetrahedron with both.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.frames import in_global, supports
 from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.ansys.commands import classify_commands
+from slipstick.importers.ansys.equations import read_equations
+from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
 from slipstick.importers.ansys.materials import read_materials
+from slipstick.importers.ansys.midsides import Edges, middle_equations, placed, whole_row, with_middles
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, Stated, with_surfaces
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
-from slipstick.typing import IntArray
+from slipstick.typing import Array, IntArray
 
 _HEAD = 10
 """Numbers of an EBLOCK row before its nodes: material, type, ..., element number, one more."""
@@ -42,6 +49,7 @@ _SHAPES = {
 }
 _TETRAHEDRA = {4: "tet4", 10: "tet10"}
 _SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
+_QUADRATIC = {95, 186}
 _MESH200_SOLID = {8, 9, 10, 11}
 _KINDS = {
     45: "SOLID45", 64: "SOLID64", 65: "SOLID65", 73: "SOLID73", 92: "SOLID92", 95: "SOLID95", 185: "SOLID185",
@@ -72,37 +80,65 @@ def read_archive(path: Path) -> MeshModel:
     text = read_bytes(path).decode("latin-1")
     _check_counts(text, path)
     archive = _parse(reader, path)
-    nodes = np.asarray(archive.nodes, dtype=float).reshape(-1, 3)
-    labels = np.asarray(archive.nnum, dtype=np.int64)
-    blocks, numbers, sets, skipped, variants = _elements(archive, labels, path)
+    made: Edges = {}
+    own = np.asarray(archive.nnum, dtype=np.int64)
+    parts = _elements(archive, made, own, path)
+    labels, nodes = placed(made, own, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
+    blocks = {k: node_indices(labels, part, f"{path.name}: an element") for k, part in parts.blocks.items()}
     groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
     mesh = Mesh(
         nodes=nodes,
         blocks=blocks,
         node_sets={n: node_indices(labels, part, f"{path.name}: component {n}") for n, part in groups.items()},
-        element_sets={**sets, **_element_components(archive, numbers)},
+        element_sets={**parts.sets, **_element_components(archive, parts.numbers)},
         node_labels=labels,
-        element_labels=numbers,
+        element_labels=parts.numbers,
     )
     findings = Findings(source=path.name)
-    held = np.array(sorted(classify_commands(findings, text)), dtype=np.int64).reshape(-1, 2)
+    supported = classify_commands(findings, text)
     found = read_materials(findings, text)
     findings.refuse_incomplete()
-    used = {name: int(name.split()[1]) for name in sets}
+    used = {name: int(name.split()[1]) for name in parts.sets}
     materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
-    rotated = _rotated_nodes(text, path)
+    axes = _turned_nodes(text, path)
+    lumps = Lumps(findings, archive, text, dict(zip(labels.tolist(), nodes, strict=True)), axes)
+    added = tuple(lumps)
+    tied = read_equations(findings, text)
+    turning = lumps.turning() | {node for equation in tied for node, axis in equation.pairs if axis > 2}
+    held, along = supports({(n, c) for n, c in supported if c < 3 or n in turning}, axes, f"{path.name}: D")
     return MeshModel(
         mesh=with_surfaces(mesh, groups),
-        materials=materials if len(materials) == len(sets) else {},
-        held=held,
+        materials=materials if len(materials) == len(parts.sets) else {},
+        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=_units(text) or likely_units(materials),
-        notes=(*_left_out(skipped, path), *findings.notes, *unit_notes(mesh, materials)),
+        notes=(*_left_out(parts.skipped, path), *findings.notes, *_straight(made, path), *unit_notes(mesh, materials)),
         warnings=findings.warnings,
-        couplings=(*findings.couplings, *_elements_that_matter(skipped, path), *_turned_supports(held, rotated, path)),
+        couplings=(*findings.couplings, *_elements_that_matter(parts.skipped, path)),
+        constraints=tuple(stated_each([*in_global(tied, axes), *along, *middle_equations(made, path.name)])),
+        lumped=added,
         material_faults=tuple(fault for number in used.values() for fault in found.faults.get(number, ())),
-        variants=variants,
-        rotated=rotated,
+        variants=parts.variants,
+        axes=axes,
     )
+
+
+def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
+    """Equations by the place that states them."""
+    places: dict[str, list[NodalEquation]] = {}
+    for equation in equations:
+        places.setdefault(equation.where, []).append(equation)
+    for where, own in places.items():
+        yield Stated(where=where, equations=partial(_same, own))
+
+
+def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
+    del mesh
+    return equations
+
+
+def _straight(made: Edges, path: Path) -> Iterator[str]:
+    if made:
+        yield f"{path.name}: {len(made)} edges have no middle node: they stay straight, as in Ansys"
 
 
 def _left_out(skipped: dict[int, int], path: Path) -> Iterator[str]:
@@ -119,18 +155,9 @@ def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupl
             yield Coupling(where=f"{path.name}: {count} elements of type {name}", what=what)
 
 
-def _turned_supports(held: IntArray, rotated: IntArray, path: Path) -> Iterator[Coupling]:
-    """Nodes held along some of their own rotated directions; where all three are held, rotation does not matter."""
-    nodes, counts = np.unique(held[:, 0], return_counts=True)
-    turned = np.intersect1d(nodes[counts < 3], rotated)
-    if len(turned):
-        where = f"{path.name}: {len(turned)} nodes ({turned[0]}, ...)"
-        yield Coupling(where=where, what="are held along rotated directions")
-
-
-def _rotated_nodes(text: str, path: Path) -> IntArray:
-    """Labels of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
-    rotated: list[int] = []
+def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
+    """Own axes (rows) of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
+    turned: dict[int, Array] = {}
     for block in re.finditer(
         r"^NBLOCK[^\r\n]*\r?\n\((\d+)i(\d+),\s*\d+[eEgG](\d+)[^\r\n]*\r?\n((?:[ \t]*\d[^\r\n]*\r?\n)*)",
         text,
@@ -139,13 +166,26 @@ def _rotated_nodes(text: str, path: Path) -> IntArray:
         integers, width, real = (int(block.group(i)) for i in (1, 2, 3))
         start = integers * width + 3 * real
         for line in block.group(4).splitlines():
-            angles = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
+            words = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
             try:
-                if any(fortran_real(angle) for angle in angles if angle.strip()):
-                    rotated.append(whole_number(line[:width]))
+                angles = [fortran_real(word) if word.strip() else 0.0 for word in words]
+                if any(angles):
+                    turned[whole_number(line[:width])] = _axes_of([*angles, 0.0, 0.0][:3])
             except ValueError as error:
                 raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
-    return np.array(sorted(rotated), dtype=np.int64)
+    return turned
+
+
+def _axes_of(angles: Sequence[float]) -> Array:
+    """Axes (rows) of a node: turned by its angles (degrees) about z, then about the new x, then about the new y."""
+    (a, b, c), (u, v, w) = np.cos(np.radians(angles)), np.sin(np.radians(angles))
+    return np.array(
+        [
+            [a * c - u * v * w, u * c + a * v * w, -w * b],
+            [-u * b, a * b, v],
+            [a * w + u * v * c, u * w - a * v * c, b * c],
+        ]
+    )
 
 
 def _parse(reader: Any, path: Path) -> Any:
@@ -185,34 +225,48 @@ def _check_counts(text: str, path: Path) -> None:
             )
 
 
-def _elements(archive: Any, labels: IntArray, path: Path) -> tuple[dict, dict, dict, dict, dict]:
-    """Blocks, numbers and sets "material <number>" by element type; how many of other types; types unlike ours."""
+@dataclass(kw_only=True)
+class _Parts:
+    """Node labels, numbers and sets "material <number>" by element type; how many of others; types unlike ours."""
+
+    blocks: dict[str, IntArray]
+    numbers: dict[str, IntArray]
+    sets: dict[str, dict[str, IntArray]]
+    skipped: dict[int, int]
+    variants: dict[str, dict[str, int]]
+
+
+def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts:
     solid = dict(_solid_types(archive))
     parts: dict[str, list[tuple[IntArray, int, int]]] = {}
     skipped: dict[int, int] = {}
     variants: dict[str, dict[str, int]] = {}
     types = {int(number): int(kind) for number, kind in np.asarray(archive.ekey)}
+    first = int(labels.max(initial=0)) + 1
     for row in archive.elem:
         row = np.asarray(row, dtype=np.int64)
+        kind = types.get(int(row[1]), 0)
         if int(row[1]) not in solid:
-            kind = types.get(int(row[1]), 0)
-            skipped[kind] = skipped.get(kind, 0) + 1
+            if kind not in LUMP_TYPES:
+                skipped[kind] = skipped.get(kind, 0) + 1
             continue
-        name, nodes = _shape(row[_HEAD:], int(row[8]), path)
+        given = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
+        name, nodes = _shape(given, int(row[8]), path)
+        nodes = with_middles(name, nodes, int(row[8]), made, first, path.name)
         parts.setdefault(name, []).append((nodes, int(row[8]), int(row[0])))
         if (full := solid[int(row[1])]) not in _SAME:
             variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
     if not parts:
         raise InputError(f"{path.name}: has no solid element (types {sorted(_SOLID)} or MESH200 solids)")
-    what = f"{path.name}: an element"
-    blocks = {k: node_indices(labels, np.array([n for n, _, _ in p]), what) for k, p in parts.items()}
-    numbers = {kind: np.array([number for _, number, _ in part]) for kind, part in parts.items()}
     material = {kind: np.array([number for _, _, number in part]) for kind, part in parts.items()}
-    sets = {
-        f"material {number}": {kind: np.flatnonzero(part == number) for kind, part in material.items()}
-        for number in np.unique(np.concatenate(list(material.values()))).tolist()
-    }
-    return blocks, numbers, sets, skipped, variants
+    every = np.unique(np.concatenate(list(material.values()))).tolist()
+    return _Parts(
+        blocks={k: np.array([n for n, _, _ in p]) for k, p in parts.items()},
+        numbers={kind: np.array([number for _, number, _ in part]) for kind, part in parts.items()},
+        sets={f"material {m}": {kind: np.flatnonzero(part == m) for kind, part in material.items()} for m in every},
+        skipped=skipped,
+        variants=variants,
+    )
 
 
 def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
@@ -241,10 +295,6 @@ def _shape(nodes: IntArray, number: int, path: Path) -> tuple[str, IntArray]:
         nodes = nodes[local]
     else:
         raise InputError(f"{path.name}: element {number} has {len(nodes)} nodes; expected a solid with 4, 8, 10 or 20")
-    if (nodes <= 0).any():
-        raise InputError(
-            f"{path.name}: element {number} lacks middle nodes; make its order whole (EMID) and export again"
-        )
     return name, nodes
 
 

@@ -15,8 +15,8 @@ _ROTATES = "rotates the structure: its stiffening and softening are left out"
 _DAMPING = "is not read; give the structure's loss_factor or damping_ratio"
 
 COMMAND_VERDICTS: dict[str, VerdictRow] = {
-    **rows("CE CEQN CEINTF CERIG CESGEN CECYC CYCLIC", Verdict.COUPLING, _TIES),
-    **rows("CP CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
+    **rows("CEQN CEINTF CERIG CESGEN CECYC CYCLIC", Verdict.COUPLING, _TIES),
+    **rows("CPLGEN CPINTF CPNGEN CPSGEN CPCYC RBE3", Verdict.COUPLING, _TIES),
     "NROTAT": (Verdict.COUPLING, "rotates the directions of nodes"),
     "NANG": (Verdict.COUPLING, "rotates the directions of nodes"),
     "EKILL": (Verdict.COUPLING, "takes elements out"),
@@ -45,7 +45,7 @@ _ZERO: dict[str, VerdictRow] = {
 }
 """Commands that matter with numbers other than 0 only."""
 
-_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB /UNITS"
+_COMMANDS = "NBLOCK EBLOCK CMBLOCK N ET KEYOP KEYOPT MP MPDATA MPTEMP D TB CE CP R RMORE RMODIF RLBLOCK /UNITS"
 _READ = set(_COMMANDS.split())
 _HARMLESS_WORDS = """
     /COM /PREP7 /NOPR /GOPR /GO /TITLE /AUX15 /SOLU /POST1 /POST26 /BATCH /CONFIG /NERR /WB /DELETE /EOF
@@ -56,8 +56,8 @@ _HARMLESS_WORDS = """
     AUTOTS NSUBST DELTIM KBC NROPT EQSLV LNSRCH PRED RESCONTROL CUTCONTROL STABILIZE MONITOR ARCLEN OPNCONTROL
     ANTYPE MODOPT MODCONTROL QRDOPT MXPAND HROPT HROUT HARFRQ TRNOPT BUCOPT NLGEOM MPCOPY DMPOPTION F FBLOCK
     FCUM FJ SF SFE SFEBLOCK SFBEAM SFGRAD SFCUM BF BFE BFBLOCK BFEBLOCK BFCUM DCUM ICUM IC LDREAD LSWRITE
-    LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP R RMORE
-    RMODIF RLBLOCK SECTYPE SECDATA SECBLOCK SECOFFSET SECCONTROL SECREAD SECLOCK SECMODIF SECJOINT SECPLOT
+    LSSOLVE SOLVE LOCAL CS CSYS CSKP CLOCAL DSYS ESYS WPLANE WPCSYS WPSTYL TYPE MAT REAL SECNUM TSHAP SECTYPE SECDATA
+    SECBLOCK SECOFFSET SECCONTROL SECREAD SECLOCK SECMODIF SECJOINT SECPLOT
     SECSTOP TBDATA TBTEMP TBFIELD TBPT TBLIST TBDELE TBCOPY TBIN MPLIB UIMP KEYW PARSAV PARRES ESHAPE
     MSHAPE MSHKEY KEYPTS STARSET NUMCMP ETCONTROL"""
 _HARMLESS = set(_HARMLESS_WORDS.split())
@@ -80,7 +80,7 @@ def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
 
 
 def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
-    """Give each command its verdict; the supports (node, direction 0..2) are returned."""
+    """Give each command its verdict; the supports (node, direction 0..5) are returned."""
     held: set[tuple[int, int]] = set()
     for line, name, words in commands(text):
         if name == "D":
@@ -122,7 +122,9 @@ def _support(findings: Findings, line: int, words: list[str]) -> set[tuple[int, 
     if not node.isdigit() or last not in ("", "0", node):
         findings.add(Verdict.COUPLING, "D", "names its nodes otherwise than one on a line, which is not read", line)
         return set()
-    return {(whole_number(node), axis) for name in labels for axis in _AXES.get(name, ())}
+    axes = [axis for name in labels for axis in (range(6) if name == "ALL" else [LABELS.get(name, -1)]) if axis >= 0]
+    return {(whole_number(node), axis) for axis in axes}
 
 
-_AXES: Mapping[str, tuple[int, ...]] = {"UX": (0,), "UY": (1,), "UZ": (2,), "ALL": (0, 1, 2)}
+LABELS: Mapping[str, int] = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
+"""Directions by their labels."""

@@ -1,0 +1,109 @@
+"""Constraint equations and coupled dofs of an Ansys archive (.cdb): CE and CP, as CDWRITE or a person writes them.
+
+CDWRITE: ``CE,R5.0,DEFI,terms,number,constant`` and then ``CE,R5.0,NODE,node,label,factor,node,label,factor``; ``CP``
+likewise with one label and a list of nodes. By hand: ``CE,number,constant,node,label,factor,...`` and
+``CP,number,label,node,node,...``, where a number given again goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
+from slipstick.importers.ansys.commands import LABELS, commands
+from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.structure.constraints import Dependent
+
+_CONSTANT = "has a constant that is not 0"
+
+
+@dataclass(kw_only=True)
+class _Set:
+    """One equation, or one set of coupled dofs, as far as it was read."""
+
+    line: int
+    label: str = ""
+    constant: float = 0.0
+    announced: tuple[int, ...] = ()
+    terms: list[tuple[int, str, float]] = field(default_factory=list)
+
+
+def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
+    """Equations between nodes along their own directions, those between displacements and rotations.
+
+    Raises
+    ------
+    InputError
+        For a line that cannot be read, or an equation that has fewer terms than it announces.
+    """
+    sets: dict[tuple[str, str], _Set] = {}
+    last: dict[str, _Set] = {}
+    for line, name, words in commands(text):
+        if name in ("CE", "CP"):
+            try:
+                _read(sets, last, line, name, words)
+            except (ValueError, IndexError) as error:
+                raise InputError(f"{findings.source}, line {line}: {name} cannot be read ({error})") from None
+    found: list[NodalEquation] = []
+    for (name, _), entry in sets.items():
+        found += _equations(findings, name, entry)
+    return found
+
+
+def _read(sets: dict[tuple[str, str], _Set], last: dict[str, _Set], line: int, name: str, words: list[str]) -> None:
+    written = words[0][:1].upper() == "R" and words[1].upper() in ("DEFI", "NODE")
+    if written and words[1].upper() == "NODE":
+        _add(last[name], name, words[2:])
+        return
+    if written:
+        numbers = tuple(whole_number(word) for word in words[2:] if word.lstrip("-").isdigit())
+        label = next((word.upper() for word in words[2:] if word[:1].isalpha()), "")
+        constant = fortran_real(words[4]) if name == "CE" and len(words) > 4 and words[4] else 0.0
+        last[name] = _Set(line=line, label=label, announced=numbers, constant=constant)
+        sets[name, f"{numbers} {label} {line}"] = last[name]
+        return
+    key = words[0].upper()
+    known = sets.get((name, key)) if key.isdigit() else (last.get(name) if key == "HIGH" else None)
+    if known is None:
+        known = sets[name, key if key.isdigit() else f"next {line}"] = _Set(line=line)
+    last[name] = known
+    if name == "CP":
+        known.label = words[1].upper() or known.label
+    else:
+        known.constant += fortran_real(words[1]) if words[1] else 0.0
+    _add(known, name, words[2:])
+
+
+def _add(entry: _Set, name: str, words: list[str]) -> None:
+    if name == "CP":
+        entry.terms += [(whole_number(word), entry.label, 1.0) for word in words if word]
+        return
+    for node, label, factor in zip(words[::3], words[1::3], words[2::3], strict=False):
+        if node:
+            entry.terms.append((whole_number(node), label.upper(), fortran_real(factor)))
+
+
+def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation]:
+    where = f"{findings.source}, line {entry.line}: {name}"
+    if entry.announced and len(entry.terms) not in entry.announced:
+        raise InputError(f"{where} announces {entry.announced[0]} terms, {len(entry.terms)} are there; it is truncated")
+    labels = {label for _, label, _ in entry.terms}
+    if entry.constant:
+        findings.add(Verdict.COUPLING, name, _CONSTANT, entry.line)
+        return []
+    if labels.isdisjoint(LABELS):
+        findings.add(Verdict.HARMLESS, name, "", entry.line)
+        return []
+    if not labels <= LABELS.keys():
+        what = f"ties {', '.join(sorted(labels - LABELS.keys()))} to displacements"
+        findings.add(Verdict.COUPLING, name, what, entry.line)
+        return []
+    terms = [(node, LABELS[label], factor) for node, label, factor in entry.terms]
+    if name == "CE":
+        return [NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY)]
+    first, *others = dict.fromkeys((node, axis) for node, axis, _ in terms)
+    return [
+        NodalEquation(terms=((*other, 1.0), (*first, -1.0)), where=where, dependent=Dependent.ANY) for other in others
+    ]
