@@ -11,7 +11,7 @@ SCRIPTS = bin
 endif
 BIN = $(VENV)/$(SCRIPTS)
 
-.PHONY: demo test verify docs package lowest lint bench clean
+.PHONY: demo test verify docs package lowest lint bench bench-all clean
 
 $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -63,8 +63,13 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# a few minutes, kept in benchmarks/results; with PYHARM_PYTHON=... beside pyHarm (see benchmarks/against_pyharm.py)
 bench: $(VENV)/.ready
 	$(BIN)/python benchmarks/run.py
+
+# and the large models: about half an hour and 8 GB
+bench-all: $(VENV)/.ready
+	$(BIN)/python benchmarks/run.py --all
 
 clean:
 	$(PYTHON) -c "import shutil; [shutil.rmtree(d, ignore_errors=True) for d in ('$(VENV)', '$(LOWEST)', 'demo-results', 'build', 'dist')]"

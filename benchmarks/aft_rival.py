@@ -1,4 +1,4 @@
-"""The usual way: a compiled, sampled alternating frequency-time evaluation of the same element, 1024 samples a period.
+"""The usual way: a compiled, sampled alternating frequency-time evaluation of the same element.
 
 The motion is sampled by matrix products with tabulated harmonics; the friction force is marched for two periods, the
 first started from the limit the rubbing velocity drives it to. Two versions, both numba, one thread, float64:
@@ -9,6 +9,8 @@ first started from the limit the rubbing velocity drives it to. Two versions, bo
 ``tuned``
     as far as sampling can be driven: within a stick the derivatives are rebuilt from the sample at which the stick
     began, so nothing is propagated in the first period, and everything is projected by one BLAS product a matrix.
+
+``aft_runs.py`` goes further still. All three give the same numbers.
 """
 
 import numba
@@ -17,13 +19,13 @@ import numpy as np
 SAMPLES = 1024
 
 
-def tables(orders):
+def tables(orders, samples=SAMPLES):
     """Sampled ``H_-`` (samples, L) and the projection on coefficients (L, samples)."""
-    tau = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
-    H = np.ones((SAMPLES, 2 * len(orders) - 1))
+    tau = 2 * np.pi * np.arange(samples) / samples
+    H = np.ones((samples, 2 * len(orders) - 1))
     H[:, 1::2] = np.cos(tau[:, None] * np.array(orders[1:]))
     H[:, 2::2] = np.sin(tau[:, None] * np.array(orders[1:]))
-    P = 2 * H.T / SAMPLES
+    P = 2 * H.T / samples
     P[0] /= 2
     return np.ascontiguousarray(H), np.ascontiguousarray(P)
 

@@ -1,12 +1,21 @@
-"""Seconds and work of response curves after warm-up: oscillator (150 points) and reduced blade (200 points)."""
+"""Seconds and work of response curves after warm-up: oscillator (150 points) and reduced blade (200 points).
 
-import time
+OMP_NUM_THREADS=1 python benchmarks/curves.py
+"""
+
+from __future__ import annotations
+
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from clocks import interleaved, one_thread
 
 import slipstick as ss
 from slipstick.verify.cases import oscillator
+
+Row = dict[str, Any]
 
 BLADE = Path(__file__).parents[1] / "examples" / "blade_reduced" / "blade_reduced.npz"
 STIFFNESS, LOAD = 27450.33, 3.96918
@@ -37,32 +46,26 @@ CURVES = {
 }
 
 
-def measure(repeats=3):
-    """Name, best seconds, milliseconds a point, points, evaluations, peak, outcome of each curve."""
-    for name, (build, span) in CURVES.items():
-        seconds, branch = [], None
-        for _ in range(repeats):
-            problem = build()
-            start = time.perf_counter()
-            branch = ss.forced_response(problem, omega=span)
-            seconds.append(time.perf_counter() - start)
-        attributes = branch.dataset.attrs
-        peak = max(branch.peaks(), key=lambda p: p[1], default=(float("nan"), float("nan")))
-        yield {
-            "curve": name,
-            "seconds": min(seconds),
-            "ms_a_point": 1e3 * min(seconds) / len(branch),
-            "points": len(branch),
-            "evaluations": attributes.get("evaluations", ""),
-            "peak": f"{peak[1]:.4g} at {peak[0]:.4g}",
-            "outcome": branch.outcome.name,
-        }
+def measure(repeats: int = 5) -> list[Row]:
+    """Seconds of processor time, work, peak and outcome of each curve."""
+    problems = [(build(), span) for build, span in CURVES.values()]
+    calls = [partial(ss.forced_response, problem, omega=span) for problem, span in problems]
+    with one_thread():
+        times = interleaved(calls, repeats)
+        branches = [call() for call in calls]
+    return [_row(*found) for found in zip(CURVES, times.T, branches, strict=True)]
+
+
+def _row(name: str, t: np.ndarray, branch: ss.Branch) -> Row:
+    peak = max(branch.peaks(), key=lambda p: p[1], default=(float("nan"), float("nan")))
+    points, counters = len(branch), branch.dataset.attrs
+    return {
+        "curve": name, "s": float(t.min()), "s, median": float(np.median(t)), "points": points,
+        "ms a point": float(1e3 * t.min() / points), "evaluations": int(counters["evaluations"]),
+        "peak": float(peak[1]), "at, rad/s": float(peak[0]), "outcome": branch.outcome.name,
+    }  # fmt: skip
 
 
 if __name__ == "__main__":
     for row in measure():
-        print(
-            "  ".join(
-                f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
-            )
-        )
+        print("  ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in row.items()))

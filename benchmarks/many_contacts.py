@@ -1,4 +1,4 @@
-"""A plate on its side, pressed on friction contacts all over its face: seconds and memory a point, by their number.
+"""A plate on its side, pressed on friction contacts all over its face: seconds and memory a point, by number.
 
     OMP_NUM_THREADS=1 python benchmarks/many_contacts.py [10 50 100 1000] [--whole]
 
@@ -9,8 +9,10 @@ its resonance and slips on others. Without ``--whole`` eight points are followed
 from __future__ import annotations
 
 import argparse
+import json
 import resource
-from time import perf_counter, process_time
+from time import process_time
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -55,11 +57,11 @@ def problem(structure: ss.ModalStructure, n: int) -> ss.Problem:
     return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(6), outputs=[f"{n}n"])
 
 
-def measure(n: int, whole: bool) -> None:
-    """One line of the table."""
-    began = perf_counter()
+def measure(n: int, whole: bool) -> dict[str, Any]:
+    """One row of the table; memory is the largest of the process so far, reduction included."""
+    began = process_time()
     structure, n = plate(*GRIDS[n])
-    built, given = perf_counter() - began, problem(structure, n)
+    built, given = process_time() - began, problem(structure, n)
     times: list[float] = []
 
     def listen(event: object) -> None:
@@ -69,16 +71,15 @@ def measure(n: int, whole: bool) -> None:
     first = process_time()
     options = {} if whole else {"max_points": 8, "max_step": 1 / 8, "first_step": 1 / 8}
     branch = ss.forced_response(given, omega=RANGE if whole else FLANK, options=options, listeners=listen)
-    attributes, dataset = branch.dataset.attrs, branch.dataset
-    a_point = (times[-1] - times[0]) / max(1, len(times) - 1)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(
-        f"{n:5d} {22 * n:6d} {built:8.1f} {times[0] - first:9.2f} {a_point:9.3f} {len(times):7d} "
-        f"{attributes['evaluations']:6d} {memory:6.2f}  {branch.outcome.name.lower()}, "
-        f"peak {float(dataset.amplitude.max()):.4g} m, stick {float(dataset.stick_fraction[-1].mean()):.2f}, "
-        f"slip {float(dataset.slip_fraction[-1].mean()):.2f}, truncation {float(dataset.truncation.max()):.1e}",
-        flush=True,
-    )
+    dataset, steps = branch.dataset, np.diff(times)
+    return {
+        "contacts": n, "unknowns": 22 * n, "reduction, s": built, "first point, s": times[0] - first,
+        "s a point": float(steps.mean()), "s a point, median": float(np.median(steps)), "points": len(times),
+        "evaluations": int(dataset.attrs["evaluations"]), "jacobian": str(dataset.attrs["jacobian"]),
+        "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6, "peak": float(dataset.amplitude.max()),
+        "stick, last point": float(dataset.stick_fraction[-1].mean()),
+        "slip, last point": float(dataset.slip_fraction[-1].mean()), "outcome": branch.outcome.name,
+    }  # fmt: skip
 
 
 def main() -> None:
@@ -86,9 +87,8 @@ def main() -> None:
     parser.add_argument("counts", nargs="*", type=int, default=list(GRIDS), help=f"any of {', '.join(map(str, GRIDS))}")
     parser.add_argument("--whole", action="store_true", help="the whole curve through the resonance")
     options = parser.parse_args()
-    print("    n      N  build s   first s   s/point  points  evals  GB    (CPU seconds)")
     for n in options.counts:
-        measure(n, options.whole)
+        print(json.dumps(measure(n, options.whole)), flush=True)
 
 
 if __name__ == "__main__":

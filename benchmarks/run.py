@@ -1,34 +1,149 @@
-"""All benchmarks in one table: ``make bench``. Figures belong to the machine they were taken on; none is a test."""
+"""All benchmarks in one run, kept as one table in ``benchmarks/results``: ``make bench``, and ``make bench-all``.
 
+    OMP_NUM_THREADS=1 python benchmarks/run.py [SECTION ...] [--all]
+
+Without a section those of some minutes are measured, with ``--all`` the long ones too. A section that is not measured
+keeps what was found before. Everything in a section is measured in turn, in one run, on the same inputs; seconds are
+of processor time. Figures belong to the machine they were taken on; none is a test.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
 import os
 import platform
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import against_pyharm
 import curves
 import element
 import numba
 import numpy as np
+import scipy
 import startup
+import table
 from rich.console import Console
-from rich.table import Table
+
+from slipstick.errors import SlipstickWarning
+
+HERE = Path(__file__).parent
+Rows = list[dict[str, Any]]
 
 
-def table(title, rows):
-    """A table of dictionaries with equal keys."""
-    out = Table(title=title, title_justify="left")
-    for key in rows[0]:
-        out.add_column(key)
-    for row in rows:
-        out.add_row(*(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()))
-    return out
+class Section(NamedTuple):
+    """A table: what it is called, and what makes its rows; ``long`` ones take more than a minute or two."""
+
+    title: str
+    measure: Callable[[], Rows]
+    long: bool = False
 
 
-def main():
-    console = Console(width=150)
-    versions = f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
-    console.print(f"{platform.machine()}, {os.cpu_count()} cores, {versions}")
-    for title, measured in (("element, one core", element.measure()), ("start", startup.measure())):
-        console.print(table(title, [{"what": key, "value": value} for key, value in measured.items()]))
-    console.print(table("curves, after warm-up", list(curves.measure())))
+def apart(script: str, *calls: tuple[str, ...]) -> Rows:
+    """Rows of a script, each call in a process of its own: their memory is told."""
+    rows = []
+    for call in calls:
+        command = [sys.executable, "-W", "ignore", str(HERE / script), *call]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        rows += [json.loads(line) for line in done.stdout.splitlines()]
+    return rows
+
+
+def elements() -> Rows:
+    """Exact and sampled, at every number of harmonics."""
+    return [row for n in element.HARMONICS for row in element.measure(n)]
+
+
+def pyharm(measure: Callable[[against_pyharm.Side], Rows]) -> Rows:
+    """Nothing where pyHarm is absent."""
+    python = against_pyharm.python()
+    if python is None:
+        return []
+    with against_pyharm.Side(python) as side:
+        return measure(side)
+
+
+def contacts(*numbers: int, whole: bool = False) -> Rows:
+    """A process for each number of contacts."""
+    return apart("many_contacts.py", *((str(n), *(["--whole"] if whole else [])) for n in numbers))
+
+
+def blades(*sizes: str) -> Rows:
+    """128 modes, then as many as the accuracy asks for."""
+    return apart("fe_pipeline.py", *(("--size", size, "--modes", n) for size in sizes for n in ("128", "0")))
+
+
+SECTIONS = {
+    "element": Section("The contact element, exact and sampled", elements),
+    "regimes": Section("The exact element by what it does", element.by_regime),
+    "pyharm-element": Section("An element with constant load, beside pyHarm", lambda: pyharm(against_pyharm.element)),
+    "pyharm-curve": Section("The oscillator's curve, beside pyHarm", lambda: pyharm(against_pyharm.curve)),
+    "curves": Section("Curves, after warm-up", curves.measure),
+    "contacts": Section("Many contacts, eight points on a flank", lambda: contacts(10, 50, 100, 200)),
+    "contacts-whole": Section("Many contacts, whole curves", lambda: contacts(100, 1000, whole=True), long=True),
+    "blade": Section("From nothing to a reduced blade", lambda: blades("medium")),
+    "blade-large": Section("From nothing to a large reduced blade", lambda: blades("large", "1.39e-3"), long=True),
+    "start": Section("Start", startup.measure),
+}  # fmt: skip
+
+
+def machine() -> dict[str, str]:
+    """What the figures belong to."""
+    return {
+        "processor": processor(),
+        "cores": str(os.cpu_count()),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "numba": numba.__version__,
+    }
+
+
+def processor() -> str:
+    """Its name, or its kind where the system does not tell."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def commit() -> str:
+    """Of the sources that were measured."""
+    done = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False
+    )
+    return done.stdout.strip() or "unknown"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
+    parser.add_argument("--all", action="store_true", help="the long sections too")
+    options = parser.parse_args()
+    unknown = set(options.sections) - set(SECTIONS)
+    if unknown:
+        parser.error(f"there is no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
+    warnings.simplefilter("ignore", SlipstickWarning)
+    chosen = options.sections or [name for name, section in SECTIONS.items() if options.all or not section.long]
+    console, stored = Console(width=200), table.Stored.open(machine())
+    for name in chosen:
+        rows = SECTIONS[name].measure()
+        if not rows:
+            console.print(f"{SECTIONS[name].title}: {against_pyharm.ABSENT}")
+            continue
+        stored.put(name, SECTIONS[name].title, rows, f"{datetime.now(UTC):%Y-%m-%d}", commit())
+        if name == "element":
+            title = "Samples that the best sampled form needs, and its cost there over the exact element"
+            stored.put("equal-accuracy", title, element.equal_accuracy(rows), f"{datetime.now(UTC):%Y-%m-%d}", commit())
+        console.print(table.rich_table(SECTIONS[name].title, rows))
+        stored.write()
+    console.print(f"kept in {stored.path.with_suffix('.md')}")
 
 
 if __name__ == "__main__":

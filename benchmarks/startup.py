@@ -1,54 +1,64 @@
-"""Seconds to import, to show the help, and to compile the kernel on a machine that has never run it."""
+"""Processor seconds of starting: to import, to show the help, to run and check the oscillator, to compile the kernel on
+a machine that has never run it.
+
+    OMP_NUM_THREADS=1 python benchmarks/startup.py
+"""
+
+from __future__ import annotations
 
 import os
+import resource
+import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 KERNEL = """
-import time
-import numpy as np
-from slipstick.contact.forces import element_forces
-from slipstick.trig.harmonics import Harmonics
-h, one = Harmonics(range(6)), np.ones(1)
-start = time.perf_counter()
-element_forces(h, np.ones((1, h.size)), np.ones((1, h.size)), v=one, kt=one, mu=one, kn=one, gap=-9 * one)
-print(time.perf_counter() - start)
+from slipstick.contact.kernel.compilation import compile_kernel
+compile_kernel()
 """
 
 
-def seconds(command, repeats=5, **options):
-    """Best wall time of a command."""
+def seconds(command: list[str], repeats: int = 5, **options: Any) -> list[float]:
+    """Processor seconds of a command and what it starts."""
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(command, check=True, capture_output=True, **options)
-        times.append(time.perf_counter() - start)
-    return min(times)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return times
 
 
-def first_call(environment):
-    """Seconds of the first evaluation in a fresh process."""
-    done = subprocess.run([sys.executable, "-c", KERNEL], check=True, capture_output=True, text=True, env=environment)
-    return float(done.stdout.split()[-1])
-
-
-def measure():
-    program = Path(sys.executable).parent / "slipstick"
-    out = {
-        "python_s": seconds([sys.executable, "-c", "pass"]),
-        "import_s": seconds([sys.executable, "-c", "import slipstick"]),
-        "help_s": seconds([str(program), "--help"]),
+def measure() -> list[dict[str, Any]]:
+    """Rows of the table."""
+    program = [sys.executable, "-m", "slipstick"]
+    found = {
+        "python alone": seconds([sys.executable, "-c", "pass"]),
+        "import slipstick": seconds([sys.executable, "-c", "import slipstick"]),
+        "slipstick --help": seconds([*program, "--help"]),
     }
     with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {"NUMBA_CACHE_DIR": folder, "SLIPSTICK_CACHE_DIR": folder, "XDG_CACHE_HOME": folder}
-        out["first_compilation_s"] = first_call(environment)
-        out["compiled_before_s"] = first_call(environment)
-    return out
+        subprocess.run([*program, "init", "oscillator", folder], check=True, capture_output=True)
+        case, out = str(Path(folder) / "oscillator.toml"), Path(folder) / "out"
+        found["slipstick check, oscillator"] = seconds([*program, "check", case])
+        runs = []
+        for _ in range(5):
+            runs += seconds([*program, "run", case, "-o", str(out)], 1)
+            shutil.rmtree(out)
+        found["slipstick run, oscillator"] = runs
+    with tempfile.TemporaryDirectory() as folder:
+        empty = os.environ | {"NUMBA_CACHE_DIR": folder, "SLIPSTICK_CACHE_DIR": folder, "XDG_CACHE_HOME": folder}
+        found["first compilation"] = seconds([sys.executable, "-c", KERNEL], 1, env=empty)
+    return [
+        {"start": name, "s": min(t), "s, median": float(np.median(t)), "times": len(t)} for name, t in found.items()
+    ]
 
 
 if __name__ == "__main__":
-    for key, value in measure().items():
-        print(f"{key:24s} {value:.3g}")
+    for line in measure():
+        print(line)
