@@ -68,11 +68,15 @@ def excited_orders(problem: Problem) -> list[int]:
 
 
 def reduction_attributes(problem: Problem) -> dict[str, str]:
-    """What results say of the reduced structure: up to which frequency its receptance is right to one percent."""
+    """What results say of the reduced structure: how many modes it has, and up to which frequency its receptance is
+    right to one percent."""
     limit = getattr(problem.structure, "valid_to", None)
-    if limit is None or problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
+    if limit is None:
         return {}
-    return {"reduction_valid_to": f"{float(limit):.6g} {problem.units.angular}"}
+    told = {"reduction_modes": str(len(problem.structure.omega))}  # type: ignore[attr-defined]
+    if problem.structure.error_kind == "unknown" or not np.isfinite(limit):  # type: ignore[attr-defined]
+        return told
+    return told | {"reduction_valid_to": f"{float(limit):.6g} {problem.units.angular}"}
 
 
 def reduction_faults(

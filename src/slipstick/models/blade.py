@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.faults import SMALLEST, Gathering, count_or_numbers, number, one, whole, wrong
+from slipstick.errors import Fault
+from slipstick.faults import SMALLEST, Gathering, count_or_numbers, frequency, number, one, whole, wrong
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.materials import Material
 from slipstick.models.blade_mesh import WETTED, BladeShape, blade_mesh, blade_shape
@@ -53,8 +54,9 @@ class BladeModel:
     film
         Convection coefficient on every surface in the gas, W/(m2 K): 200 lies in the range of compressor and cold-end
         turbine blades, 100 to 1000. The root keeps the temperature of the disc.
-    modes
-        Number of modes kept.
+    modes, up_to
+        Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where one is
+        given: see ``ss.reduced_body``.
     """
 
     shape: BladeShape = field(default_factory=BladeShape)
@@ -62,7 +64,8 @@ class BladeModel:
     contacts: int | Sequence[Sequence[float]] = 8
     radius: float | None = None
     film: float = 200.0
-    modes: int = 128
+    modes: int | None = None
+    up_to: float | None = None
 
     def __post_init__(self) -> None:
         found, length = Gathering(), "a length > 0, or None"
@@ -74,8 +77,11 @@ class BladeModel:
             if self.radius is None
             else found.take(number, "blade, radius", self.radius, length, above=SMALLEST),
             "film": found.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
-            "modes": found.take(whole, "blade, modes", self.modes, 1),
+            "modes": self.modes if self.modes is None else found.take(whole, "blade, modes", self.modes, 1),
+            "up_to": self.up_to if self.up_to is None else found.take(frequency, "blade, up_to", self.up_to),
         }
+        if self.modes is not None and self.up_to is not None:
+            found.faults.append(Fault("blade, modes", "both modes and up_to are given", remedy="keep one"))
         found.end()
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -121,7 +127,8 @@ def reduced_blade(
     contacts: int | Sequence[Sequence[float]] = 8,
     radius: float | None = None,
     film: float = 200.0,
-    modes: int = 128,
+    modes: int | None = None,
+    up_to: float | None = None,
     loss_factor: float = 0.0,
     cache: str | Path | None = None,
     listener: StageListener | None = None,
@@ -136,7 +143,7 @@ def reduced_blade(
     shape
         "small", "medium" or "large" (about 5 200, 30 000, 104 000 dofs), or dimensions: see
         ``slipstick.models.blade_mesh.blade_shape``.
-    material, contacts, radius, film, modes
+    material, contacts, radius, film, modes, up_to
         See :class:`BladeModel`.
     loss_factor
         Hysteretic; not part of what is stored.
@@ -157,6 +164,7 @@ def reduced_blade(
         radius=radius,
         film=film,
         modes=modes,
+        up_to=up_to,
     )
     _check_tools(loss_factor, cache, listener, solver)
     began = perf_counter()
@@ -183,7 +191,13 @@ def _computed(
     whole = finite_element_blade(setup)
     assembled = perf_counter() - began
     reduction = reduce_model(
-        whole.model.K, whole.model.M, modes=setup.modes, solver=solver, listener=listener, **whole.request
+        whole.model.K,
+        whole.model.M,
+        modes=setup.modes,
+        reach=setup.up_to or 0.0,
+        solver=solver,
+        listener=listener,
+        **whole.request,
     )
     structure, points = reduction.structure, whole.points
     load = structure.shapes["pressure"]

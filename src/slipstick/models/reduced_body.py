@@ -146,8 +146,9 @@ def reduced_body(
     keep
         Dofs of the full model to keep besides, such as "n123y".
     modes, accuracy, up_to
-        A number of modes (128, or all there are, by default), or as many as bring the receptance to a relative accuracy
-        up to a frequency (rad/s).
+        A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
+        neither a number nor an accuracy, as many as bring the estimate of its error to 1e-7 up to ten times the first
+        natural frequency, and up to the frequency where one is given; 128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
@@ -178,6 +179,8 @@ def reduced_body(
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
         request |= {"accuracy": accuracy, "frequency_range": (0.0, wanted.up_to)}
+    elif wanted.up_to is not None:
+        request["reach"] = wanted.up_to
     reduction = reduce_model(
         model.K,
         model.M,
@@ -309,8 +312,10 @@ def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[Fault]:
                 yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
     if wanted.modes is not None and wanted.accuracy is not None:
         yield Fault("modes", "both modes and accuracy are given", remedy="keep one")
-    if (wanted.accuracy is None) != (wanted.up_to is None):
-        yield Fault("accuracy", "accuracy and up_to belong together", remedy="give both or neither")
+    if wanted.modes is not None and wanted.accuracy is None and wanted.up_to is not None:
+        yield Fault("modes", "both modes and up_to are given", remedy="keep one")
+    if wanted.accuracy is not None and wanted.up_to is None:
+        yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
     free = {*model.dofs, *model.dependent_dofs} if wanted.keep else set()
     for name in wanted.keep:
         if name not in free:

@@ -39,6 +39,7 @@ def blade_body(table: BladeTable, folder: Path, tell: Tell) -> Body:
             contacts=table.contacts,
             radius=table.radius,
             film=table.film,
+            up_to=table.up_to,
             loss_factor=table.loss_factor,
             cache=cache,
             listener=hear,

@@ -115,8 +115,16 @@ class ReductionTable(Table):
         default=None, description="a number > 0, the radius of the contact patches (length)"
     )
     modes: ModeCount | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
+    up_to: Frequency | None = Field(default=None, description='the highest frequency that matters, such as "2 kHz"')
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
     force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The number of modes is said in one way."""
+        if "modes" in raw and "up_to" in raw and "accuracy" not in raw:
+            return [Fault("modes", "is given together with up_to", remedy="keep one")]
+        return []
 
 
 class ModelTable(Table):
@@ -153,13 +161,12 @@ class FeTable(ReductionTable):
     accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
         default=None, description="a number between 0 and 1, the relative error of the receptance"
     )
-    up_to: Frequency | None = Field(default=None, description='the highest frequency of that accuracy, such as "2 kHz"')
     damping_ratio: NotNegative = Field(default=0.0, description="a number >= 0, the ratio to critical damping")
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
-        faults = []
+        faults = super().cross_check(raw)
         if "surface" not in raw and not raw.get("keep"):
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             faults.append(Fault(statement="nothing is kept", remedy=remedy))
@@ -170,10 +177,9 @@ class FeTable(ReductionTable):
         ]
         if "accuracy" in raw and "modes" in raw:
             faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
-        if ("accuracy" in raw) != ("up_to" in raw):
-            given, missing = ("accuracy", "up_to") if "accuracy" in raw else ("up_to", "accuracy")
+        if "accuracy" in raw and "up_to" not in raw:
             remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
-            faults.append(Fault(given, f"is given without {missing}", remedy=remedy))
+            faults.append(Fault("accuracy", "is given without up_to", remedy=remedy))
         return faults
 
 

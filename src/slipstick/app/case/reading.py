@@ -14,6 +14,7 @@ from slipstick.app.case.frequencies import blade_faults, display_unit, frequency
 from slipstick.app.case.heating import OWN, heating_faults, shared_influence, thermal_model
 from slipstick.app.case.held import held_faults
 from slipstick.app.case.parts import in_block, load_of, placed_contacts
+from slipstick.app.case.reach import reaching
 from slipstick.app.case.sections import Sections, read_sections
 from slipstick.app.case.sentences import in_case
 from slipstick.app.case.structures import Described, read_structure
@@ -46,7 +47,7 @@ def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Read
         With every fault: each check runs as soon as what it needs is right, whatever else is wrong.
     """
     sections, faults = read_sections(raw)
-    described, wrong = read_structure(raw["structure"], folder, tell) if "structure" in raw else (Described(), [])
+    described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
     parts = _Parts(sections, described, folder)
     faults += [*wrong, *parts.faults]
     units = (sections.top.get("units") or UnitsTable()).units

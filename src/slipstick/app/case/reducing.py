@@ -60,6 +60,7 @@ def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], Reduce
         raise
     except SlipstickError as error:
         raise InputError(Fault(statement=str(error))) from None
+    tell(f"  {body.structure.omega.size} modes")
     return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)
 
 

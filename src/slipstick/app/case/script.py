@@ -14,6 +14,7 @@ from typing import Any
 
 from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable, SurfaceContactTable, contact_table
 from slipstick.app.case.heating import background_of, cold_value
+from slipstick.app.case.reach import reaching
 from slipstick.app.case.reducing import CACHE
 from slipstick.app.case.rotor import WORDS, axis_arguments, motion_arguments
 from slipstick.app.case.script_heat import heat_lines
@@ -142,7 +143,7 @@ class _Script:
         return f'"""{_docstring(title)}\n\nWhat {_docstring(name)} says, in Python.\n"""\n\n{_head(body)}\n\n\n{body}'
 
     def _structure(self) -> list[str]:
-        raw = self.raw["structure"]
+        raw = reaching(self.raw)
         of_model = raw["kind"] == "matrices" and "file" in raw
         given = GivenText(raw, ModelTable if of_model else _STRUCTURES[raw["kind"]])
         given.take("kind")
@@ -189,7 +190,7 @@ class _Script:
             "loss_factor", "damping_ratio", "force",
         )  # fmt: skip
         if up_to is not None:
-            reduction["up_to"] = quantity_text(self.raw["structure"]["up_to"])
+            reduction["up_to"] = quantity_text(given.raw["up_to"])
         model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
         body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
         return [model, f"body = {body}", "structure = body.structure"]
@@ -201,6 +202,8 @@ class _Script:
         material = given.take("material")
         arguments = {} if material is None else {"material": _material(material.model_dump(exclude_none=True))}
         arguments |= given.rest("contacts", "radius", "film", "modes", "loss_factor")
+        if given.take("up_to") is not None:
+            arguments["up_to"] = quantity_text(given.raw["up_to"])
         body = call("ss.reduced_blade", shape, **arguments, cache=here(CACHE))
         return [f"body = {body}", "structure = body.structure"]
 

@@ -21,6 +21,7 @@ class GivenText:
 
     def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
         table = model.model_validate(raw)
+        self.raw = raw
         self.values = {
             name: getattr(table, name) for name in type(table).model_fields if name in table.model_fields_set
         }

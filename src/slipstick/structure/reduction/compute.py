@@ -23,10 +23,13 @@ from slipstick.structure.receptance_size import ReceptanceSize
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.band import band_error
 from slipstick.structure.reduction.request import Accuracy
+from slipstick.structure.truncation import Truncation
 from slipstick.typing import Array, Sparse
 
-DEFAULT_MODES = 128
+MOST_BY_DEFAULT = 128
 MOST_MODES = 512
+REACH = 10.0
+"""Without a range the modes serve frequencies up to this many times the first natural one."""
 
 _TOGETHER = 256
 """Columns solved and multiplied at a time."""
@@ -87,6 +90,16 @@ class ReducedData:
         size = ReceptanceSize(self.omega, a[:n_keep], residual[:, :n_keep], a[n_keep:], residual[:, n_keep:])
         missing = exact - self.receptance(top)
         return band_error(size, self.omega, n_keep, top=top, missing=missing, second=self.second_residual)
+
+    def estimate(self, n_keep: int, top: float) -> float:
+        """Largest relative error of the receptance up to ``top`` (rad/s), as the residuals tell it."""
+        a, second, kept, loads = self.amplitudes, self.second_residual, slice(n_keep), slice(n_keep, None)
+        left_out = Truncation(
+            omega=self.omega, mode_shapes=a[kept], static_compliance=self.static[kept, kept],
+            second_residual=second[kept, kept], participation=a[loads],
+            load_response=self.static[kept, loads], second_load_response=second[kept, loads],
+        )  # fmt: skip
+        return float(left_out.error(top * np.linspace(0.02, 1.0, 50)).max())
 
 
 class Columns(NamedTuple):
@@ -170,9 +183,11 @@ def compute(
         error_estimate=None,
         skin_static=seen,
     )
-    if probe is None:
-        found = iteration.modes(min(want.modes or DEFAULT_MODES, K.shape[0]))
+    if want.modes is not None:
+        found = iteration.modes(min(want.modes, K.shape[0]))
         data = _with_modes(partial, found, B)
+    elif probe is None:
+        data, found = _grow_by_estimate(iteration, partial, B, n_keep, want)
     else:
         data, found = _grow(iteration, partial, B, n_keep, want, *probe)
     if skin is not None:
@@ -220,6 +235,25 @@ def _grow(
         n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
     found = iteration.modes(n_modes)
     return replace(_with_modes(partial, found, B), error_estimate=error), found
+
+
+def _grow_by_estimate(
+    iteration: BlockLanczos, partial: ReducedData, B: Sparse, n_keep: int, want: Accuracy
+) -> tuple[ReducedData, Modes]:
+    """Take more modes until what is left out is estimated to be as little as wanted, at most ``MOST_BY_DEFAULT``.
+
+    The estimate stands above the error (THEORY.md (10.3)) and costs no solution of the full model.
+    """
+    limit = min(MOST_BY_DEFAULT, iteration.n)
+    n_modes = min(16, limit)
+    while n_modes < limit:
+        data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
+        error = data.estimate(n_keep, max(REACH * data.omega[0], want.reach))
+        if error <= want.relative:
+            break
+        n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
+    found = iteration.modes(n_modes)
+    return _with_modes(partial, found, B), found
 
 
 def _with_modes(partial: ReducedData, found: Modes, B: Sparse) -> ReducedData:

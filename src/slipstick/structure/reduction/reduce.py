@@ -109,10 +109,11 @@ def reduce(
         Full load vectors (n,) by name: pressures and other distributed loads.
     modes
         How many; when left out, as many as bring the receptance to ``accuracy`` everywhere up to the upper end of
-        ``frequency_range`` (rad/s), or 128 when no range is given either. The error is relative, in the Frobenius norm
-        over the kept directions and over those for each load shape; where modes cancel each other between resonances
-        the receptance counts as a tenth of what they come to without. The range should hold the harmonics that matter:
-        of friction about the first three to five times the frequency.
+        ``frequency_range`` (rad/s). The error is relative, in the Frobenius norm over the kept directions and over
+        those for each load shape; where modes cancel each other between resonances the receptance counts as a tenth of
+        what they come to without. The range should hold the harmonics that matter: of friction about the first three to
+        five times the frequency. Without a range too, as many as bring the estimate of that error to ``accuracy`` up to
+        ten times the first natural frequency, and 128 at most.
     force
         Take a reduction whose error over ``frequency_range`` is above 1e-2, which is refused otherwise. Without a range
         the structure tells how far it holds: ``reduction_error(frequency)`` and ``valid_to``.
@@ -187,16 +188,18 @@ def reduce_model(
     cache: str | Path | None = None,
     listener: StageListener | None = None,
     skin: SkinRows | None = None,
+    reach: float = 0.0,
 ) -> Reduction:
     """As :func:`reduce`, with where the result comes from and how good it is.
 
-    Arguments and errors are those of :func:`reduce`; with ``skin`` the structure has one.
+    Arguments and errors are those of :func:`reduce`; with ``skin`` the structure has one. Where neither a number of
+    modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
     """
     K, M = real_matrices(K, M)
     asked = checked_request(
         K.shape[0], keep=keep, dofs=dofs, names=names, load_shapes=load_shapes, modes=modes, accuracy=accuracy,
         frequency_range=frequency_range, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh,
-        force=force, solver=solver, cache=cache, listener=listener,
+        force=force, solver=solver, cache=cache, listener=listener, reach=reach,
     )  # fmt: skip
     directions, loads, want = asked.directions, asked.loads, asked.want
     began = perf_counter()

@@ -51,11 +51,16 @@ class Damping:
 
 @dataclass(frozen=True, kw_only=True)
 class Accuracy:
-    """How many modes: a fixed number, or as many as keep the receptance's relative error up to ``highest`` (rad/s)."""
+    """How many modes: a fixed number, or as many as keep the receptance's relative error up to ``highest`` (rad/s).
+
+    With neither, as many as keep its estimate up to ten times the first natural frequency and up to ``reach`` (rad/s),
+    and 128 at most.
+    """
 
     modes: int | None = None
     relative: float = 1e-7
     highest: float | None = None
+    reach: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +80,7 @@ class Request:
 def checked_request(
     n: int, *, keep: Any, dofs: Any, names: Any, load_shapes: Any, modes: Any, accuracy: Any, frequency_range: Any,
     loss_factor: Any, damping_ratio: Any, rayleigh: Any, force: Any, solver: Any, cache: Any, listener: Any,
+    reach: float = 0.0,
 ) -> Request:  # fmt: skip
     """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
     found = Gathering()
@@ -104,7 +110,9 @@ def checked_request(
         dofs=dofs,
         loads=loads,
         load_names=tuple(shapes),
-        want=Accuracy(modes=modes, relative=cast(float, accuracy), highest=None if ends is None else max(ends)),
+        want=Accuracy(
+            modes=modes, relative=cast(float, accuracy), highest=None if ends is None else max(ends), reach=reach
+        ),
         frequency_range=ends,
         damping=Damping(**cast(Any, values)),
     )
