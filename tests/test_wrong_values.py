@@ -261,7 +261,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "reduced_blade": (
         lambda: ss.reduced_blade,
         {
-            "shape": COARSE, "material": STEEL, "contacts": 1, "radius": 0.01, "film": 200.0, "modes": 3,
+            "shape": COARSE, "material": STEEL, "contacts": 1, "radius": 0.01, "film": 200.0, "modes": 3, "up_to": None,
             "loss_factor": 0.01, "cache": None, "listener": None, "solver": None,
         },
     ),

@@ -353,3 +353,25 @@ def test_estimate_at_a_natural_frequency_is_refused() -> None:
     exact = 2.0 * np.sin(np.pi / 62)
     with pytest.raises(InputError, match="is a natural frequency to working accuracy"):
         estimate_error(made, K, M, [exact])
+
+
+def test_without_a_number_or_a_range_the_accuracy_says_how_many(
+    beam: ElasticModel, tip: list[str], pressure: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Right to 1e-7 against the full model up to ten times the first resonance, and farther on request."""
+    given = {"dofs": beam.dofs, "keep": tip, "load_shapes": {"pressure": pressure}}
+    made = reduce_model(beam.K, beam.M, **given)
+    first = made.structure.omega[0]
+    assert 16 < made.structure.omega.size < 128
+    assert made.complete is True
+    assert max(estimate_error(made, beam.K, beam.M, first * np.array([0.4, 2.0, 4.5, 9.0, 10.0])).values()) < 1e-7
+    farther = reduce_model(beam.K, beam.M, **given, reach=14.0 * first)
+    assert farther.structure.omega.size > made.structure.omega.size
+    assert max(estimate_error(farther, beam.K, beam.M, first * np.array([11.0, 13.9])).values()) < 1e-7
+    monkeypatch.setattr(reduction_compute, "MOST_BY_DEFAULT", 20)
+    assert reduce_model(beam.K, beam.M, **given).structure.omega.size == 20
+
+
+def test_a_small_structure_keeps_all_its_modes() -> None:
+    K = np.diag([2.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
+    assert reduce(1e4 * K, np.eye(3), keep=["b"], dofs=["a", "b", "c"]).omega.size == 3

@@ -28,7 +28,7 @@ from slipstick.typing import Array, Sparse
 
 MOST_BY_DEFAULT = 128
 MOST_MODES = 512
-REACH = 10.0
+BAND_BY_DEFAULT = 10.0
 """Without a range the modes serve frequencies up to this many times the first natural one."""
 
 _TOGETHER = 256
@@ -248,7 +248,7 @@ def _grow_by_estimate(
     n_modes = min(16, limit)
     while n_modes < limit:
         data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
-        error = data.estimate(n_keep, max(REACH * data.omega[0], want.reach))
+        error = data.estimate(n_keep, max(BAND_BY_DEFAULT * data.omega[0], want.reach))
         if error <= want.relative:
             break
         n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
