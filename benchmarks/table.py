@@ -56,8 +56,10 @@ class Stored:
 
     def write(self) -> None:
         RESULTS.mkdir(exist_ok=True)
-        kept = {"machine": self.machine, "sections": self.sections}
-        self.path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+        kept = json.dumps({"machine": self.machine, "sections": self.sections})
+        for start in ("{", '"sections"', '"rows"'):  # a line for each of these
+            kept = kept.replace(f", {start}", f",\n{start}")
+        self.path.write_text(kept + "\n", encoding="utf-8")
         self.path.with_suffix(".md").write_text(self.text(), encoding="utf-8")
 
     def text(self) -> str:

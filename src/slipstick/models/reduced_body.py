@@ -147,8 +147,8 @@ def reduced_body(
         Dofs of the full model to keep besides, such as "n123y".
     modes, accuracy, up_to
         A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
-        neither a number nor an accuracy, as many as bring the estimate of its error to 1e-7 up to ten times the first
-        natural frequency, and up to the frequency where one is given; 128 at most.
+        neither, as many as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency, and
+        up to the frequency where one is given; 128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
@@ -179,14 +179,13 @@ def reduced_body(
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
         request |= {"accuracy": accuracy, "frequency_range": (0.0, wanted.up_to)}
-    elif wanted.up_to is not None:
-        request["reach"] = wanted.up_to
     reduction = reduce_model(
         model.K,
         model.M,
         **request,
         dofs=model.dofs,
         modes=wanted.modes,
+        reach=wanted.up_to or 0.0,
         loss_factor=loss_factor,
         damping_ratio=damping_ratio,
         force=force,
@@ -310,10 +309,9 @@ def _request_faults(model: ImportedModel, wanted: _Wanted) -> Iterator[Fault]:
         for key in ("radius", "pressure", "films", "cold"):
             if getattr(wanted, key):
                 yield Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
-    if wanted.modes is not None and wanted.accuracy is not None:
-        yield Fault("modes", "both modes and accuracy are given", remedy="keep one")
-    if wanted.modes is not None and wanted.accuracy is None and wanted.up_to is not None:
-        yield Fault("modes", "both modes and up_to are given", remedy="keep one")
+    other = "up_to" if wanted.accuracy is None else "accuracy"
+    if wanted.modes is not None and getattr(wanted, other) is not None:
+        yield Fault("modes", f"both modes and {other} are given", remedy="keep one")
     if wanted.accuracy is not None and wanted.up_to is None:
         yield Fault("accuracy", "is given without up_to", remedy="give the highest frequency of that accuracy")
     free = {*model.dofs, *model.dependent_dofs} if wanted.keep else set()
