@@ -16,12 +16,18 @@ import numpy as np
 import pytest
 from helpers import blocks
 from helpers.reports import branch
+from helpers.study_case import CASE
+from typer.testing import CliRunner
 
 import slipstick as ss
+from slipstick.app.cli import app
 from slipstick.report.writing import write_report
 
 pytestmark = pytest.mark.verify
 
+GRID = CASE.replace("[20, 30, 40]", '[20, 30, 60]\n"load" = [0.5, 1.0]').replace(
+    "to = 7.0", "to = 7.0\nmax_points = 24"
+)
 HOSTILE = "</script><script>window.broken = 1</script><img src=x onerror='window.broken = 2'>"
 
 
@@ -217,6 +223,35 @@ def test_nothing_is_wider_than_the_window(browser: Any, tmp_path: Path, width: i
     found.page.set_viewport_size({"width": width, "height": 900})
     found.page.wait_for_timeout(300)
     assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+    found.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1400, 420])
+def test_a_study_is_chosen_from_in_map_curves_and_table(browser: Any, tmp_path: Path, width: int, scheme: str) -> None:
+    (tmp_path / "case.toml").write_text(GRID)
+    arguments = ["study", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-figures", "--workers", "1"]
+    assert CliRunner().invoke(app, arguments).exit_code == 1  # one case is stopped early
+    found = Opened(browser, tmp_path / "out" / "report.html", color_scheme=scheme)
+    found.page.set_viewport_size({"width": width, "height": 900})
+    found.page.wait_for_timeout(300)
+    assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+    marks, rows = found.page.locator("#map rect.mark"), found.page.locator("#cases tbody tr")
+    assert (marks.count(), rows.count(), found.page.locator("#curves path.line").count()) == (6, 6, 6)
+    failed = found.page.locator("#map path.failed").count()
+    assert failed == found.page.locator("#cases tr.bad").count() >= 1
+    marks.nth(4).click()
+    assert found.view()["case"] == 4
+    assert found.page.locator("#curves path.chosen-line").count() == 1
+    assert found.page.locator("#cases tr.chosen a").inner_text() == "4"
+    found.page.select_option("#cases select", "bad")
+    assert rows.count() == failed
+    found.page.select_option("#cases select", "")
+    found.page.locator("#cases input").press_sequentially("velocity = 30")
+    assert rows.count() == 2
+    assert found.page.locator("#cases input").input_value() == "velocity = 30"
+    found.page.select_option("#choices select >> nth=2", "")
+    assert found.page.locator("#map circle.mark").count() == 3
     found.close()
 
 

@@ -84,4 +84,5 @@ def test_labels_are_told_apart(made: ss.Branch) -> None:
 def test_every_file_of_the_page_is_used() -> None:
     folder = Path(assembly.__file__).parent / "page"
     own = {path.name for path in folder.iterdir() if path.is_file()}
-    assert own == {name for name in (*assembly.STYLES, *assembly.SCRIPTS) if "/" not in name} | {"page.html"}
+    used = {*assembly.STYLES, *assembly.SCRIPTS, *assembly.STUDY_STYLES, *assembly.STUDY_SCRIPTS}
+    assert own == {name for name in used if "/" not in name} | {"page.html", "study.html"}

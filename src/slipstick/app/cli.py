@@ -132,7 +132,9 @@ def report(
     results: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RESULTS.nc...", help="Results files, laid over each other.", autocompletion=results_files
+            metavar="RESULTS.nc...",
+            help="Results files, laid over each other; or the study.nc of a study.",
+            autocompletion=results_files,
         ),
     ],
     output: Annotated[
@@ -166,16 +168,17 @@ def study(
     of: Annotated[int | None, typer.Option(min=1, metavar="N", help="How many shares there are.")] = None,
     missing: Annotated[bool, typer.Option("--missing", help="Also cases once more that did not complete.")] = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html.")] = True,
     quiet: Quiet = False,
     time_limit: TimeLimit = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a case for many values of its parameters ([study]): study.nc, curves.nc, figures."""
+    """Compute a case for many values of its parameters ([study]): study.nc, curves.nc, figures, report.html."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.study import Spread, run_study, share_of
 
         spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
-        manner = _manner(time_limit, figures=figures, report=False, quiet=quiet, answer=answer)
+        manner = _manner(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
         raise typer.Exit(run_study(case, output, spread=spread, missing=missing, manner=manner))
 
 

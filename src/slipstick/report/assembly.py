@@ -13,6 +13,8 @@ from typing import Any
 from slipstick.report.encoding import gathered, safe_json
 
 STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
+STUDY_STYLES = ("look.css", "study.css", "print.css")
+STUDY_SCRIPTS = ("decode.js", "charts.js", "head.js", "study.js")
 SCRIPTS = tuple(
     f"{name}.js"
     for name in [
@@ -39,17 +41,22 @@ def part(name: str) -> str:
 
 
 @cache
-def style() -> str:
+def style(names: tuple[str, ...] = STYLES) -> str:
     """All styles, the library's first."""
-    return "\n".join(part(name) for name in STYLES)
+    return "\n".join(part(name) for name in names)
 
 
 @cache
 def scripts() -> tuple[str, str]:
     """The library with its licence, and our own script."""
     licence = part("uplot/LICENSE").replace("*/", "* /")
-    own = "\n".join(part(name) for name in SCRIPTS)
-    return f"/*\n{licence}\n*/\n{part('uplot/uPlot.iife.min.js')}", f'"use strict";\n(() => {{\n{own}\n}})();'
+    return f"/*\n{licence}\n*/\n{part('uplot/uPlot.iife.min.js')}", _script(SCRIPTS)
+
+
+@cache
+def _script(names: tuple[str, ...]) -> str:
+    own = "\n".join(part(name) for name in names)
+    return f'"use strict";\n(() => {{\n{own}\n}})();'
 
 
 def page(title: str, content: Any) -> str:
@@ -58,17 +65,25 @@ def page(title: str, content: Any) -> str:
     Its policy forbids every request, and every script and style but the very ones it was written with.
     """
     library, own = scripts()
+    return _filled("page.html", title, content, style(), {"library": library, "script": own})
+
+
+def study_page(title: str, content: Any) -> str:
+    """The whole page of a study, under the same policy."""
+    return _filled("study.html", title, content, style(STUDY_STYLES), {"script": _script(STUDY_SCRIPTS)})
+
+
+def _filled(template: str, title: str, content: Any, look: str, parts: dict[str, str]) -> str:
     plain, numbers = gathered(content)
     slots = {
         "title": escape(title),
-        "policy": _policy([style()], [library, own]),
-        "style": style(),
-        "library": library,
-        "script": own,
+        "policy": _policy([look], list(parts.values())),
+        "style": look,
         "content": safe_json(plain),
         "numbers": numbers,
+        **parts,
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], part("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], part(template))
 
 
 def _policy(styles: list[str], scripts: list[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,16 +100,24 @@ def _named(dataset: ResultTable, dim: str, kept: Indices) -> dict[str, Any]:
 
 
 def _provenance(branch: Branch) -> dict[str, Any]:
-    dataset, attributes = branch.table, branch.table.attrs
-    about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
+    dataset = branch.table
+    told = provenance(dataset.attrs)
+    about = told["about"]
     if "newton_iterations" in dataset and len(branch):
         about.append(["Newton iterations", str(int(dataset["newton_iterations"].to_numpy().sum()))])
     if "residual" in dataset and len(branch):
         about.append(["largest residual", f"{float(dataset['residual'].to_numpy().max()):.2g}"])
+    return told | {"outcome": {"name": branch.outcome.name, "ok": branch.outcome.ok, "text": branch.message}}
+
+
+def provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """What the attributes of results say of where they come from, and how they ended."""
+    name = str(attributes.get("outcome", ""))
+    about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     return {
         "title": str(attributes.get("title", "")),
-        "outcome": {"name": branch.outcome.name, "ok": branch.outcome.ok, "text": branch.message},
-        "warnings": list(branch.warnings),
+        "outcome": {"name": name, "ok": name == "COMPLETED", "text": str(attributes.get("outcome_text", name))},
+        "warnings": str(attributes.get("warnings", "")).splitlines(),
         "about": [pair for pair in about if pair[1]],
         "case": str(attributes.get("case", "")),
         "case_file": str(attributes.get("case_file", "")),

@@ -64,6 +64,24 @@ def write_report(
     return target
 
 
+def write_study_report(
+    study: Any, curves: Any, path: str | os.PathLike[str], *, title: str = "", dofs: int = MOST_WRITTEN
+) -> Path:
+    """Write one self-contained page with the cases of a study: the datasets in ``study.nc`` and ``curves.nc``, or None.
+
+    Arguments and errors are otherwise those of ``write_report``.
+    """
+    from slipstick.report.assembly import study_page
+    from slipstick.report.study import study_content
+
+    target = path_of("report", path, "the path of a report such as report.html")
+    content = study_content(study, curves, dofs=whole("report dofs", dofs, 1))
+    title = text("report title", title) or content["title"] or "Study"
+    made = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
+    _write(target, study_page(title, content | made))
+    return target
+
+
 def labelled(branches: Any) -> list[tuple[str, Branch]]:
     """Labels, each once, with their branches."""
     if isinstance(branches, Branch):

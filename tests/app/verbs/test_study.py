@@ -56,7 +56,7 @@ def test_a_study_leaves_its_results_and_figures(case: Path) -> None:
     assert data["outcome"].to_numpy().tolist() == ["COMPLETED"] * 3
     assert data.attrs["case"] == CASE
     names = {path.name for path in out.iterdir()}
-    assert names == {"study.nc", "curves.nc", "map.png", "map.svg", "curves.png", "curves.svg"}
+    assert names == {"study.nc", "curves.nc", "report.html", "map.png", "map.svg", "curves.png", "curves.svg"}
     with xarray.open_dataset(out / "study.nc", engine="h5netcdf") as opened:
         assert opened["peak_amplitude"].dims == ("damper.velocity", "dof")
     result = slipstick("resume", out)

@@ -13,8 +13,17 @@ from typing import TYPE_CHECKING, Any
 from slipstick.app.case.case import Case
 from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.cases_progress import cases_progress
-from slipstick.app.terminal.guard import DONE, STOPPED, complain, os_sentence, say, termination_as_interrupt
+from slipstick.app.terminal.guard import (
+    DONE,
+    STOPPED,
+    complain,
+    internal_sentence,
+    os_sentence,
+    say,
+    termination_as_interrupt,
+)
 from slipstick.app.verbs.manner import PLAIN, Manner
+from slipstick.app.verbs.output import REPORT
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome
 from slipstick.studies.folder import CURVES_FILE, JOURNALS, STUDY_FILE, WHOLE, Share, StudyFolder
@@ -167,6 +176,8 @@ class Study:
     def _summary(self, place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, failure: str) -> int:
         if self.manner.figures and not failure:
             failure = self._draw(data)
+        if self.manner.report and place.found:
+            self._report()
         for line in _largest(data):
             self.manner.tell(line)
         warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in place.plan.warnings]
@@ -195,6 +206,17 @@ class Study:
         except OSError as error:
             return f"figures: {os_sentence(error)}"
         return ""
+
+    def _report(self) -> None:
+        """A study whose report cannot be written has its results all the same."""
+        from slipstick.app.verbs.report import report_study
+
+        try:
+            report_study(self.folder / STUDY_FILE, self.folder / REPORT)
+        except InputError as error:
+            complain(f"warning: {error}")
+        except Exception as error:
+            complain(f"warning: report: {internal_sentence(error)}")
 
 
 def _tell_failed(solved: list[CaseSolved]) -> None:

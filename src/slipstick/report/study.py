@@ -1,0 +1,112 @@
+"""What a page holds of a study: its cases with outcomes, their peaks, and the curves behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.report.content import provenance
+from slipstick.report.encoding import packed
+from slipstick.units import after_number
+
+if TYPE_CHECKING:
+    import xarray
+
+MOST_CURVES = 300
+"""Curves in one page; of more, some evenly chosen."""
+MOST_POINTS = 400
+"""Points of each curve in a page; peaks are kept."""
+
+_NEEDED = ("peak_amplitude", "outcome", "message", "points", "seconds")
+
+
+def holds_cases(data: Any) -> bool:
+    """Whether a dataset is that of a study."""
+    return "study_parameters" in data.attrs and "peak_amplitude" in data
+
+
+def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs: int) -> dict[str, Any]:
+    """A study as JSON, with the ``dofs`` that move most. Raises InputError where it is not as studies are."""
+    names = str(study.attrs["study_parameters"]).splitlines()
+    if not {*_NEEDED, *names} <= set(study.variables) or "case" not in study.variables:
+        raise InputError("these are not the results of a study as 'slipstick study' writes them; compute them again")
+    dims = study["case"].dims
+    peaks = study["peak_amplitude"].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
+    kept = np.sort(np.argsort(-_largest(peaks), kind="stable")[:dofs])
+    known = [str(name) for name in study["dof"].to_numpy()]
+    place, at = _followed(study, dims)
+    units = str(study["peak_amplitude"].attrs.get("units", ""))
+    return {
+        **provenance(study.attrs),
+        "method": f"{study.attrs.get('study_method', '')} over {', '.join(names)}",
+        "grid": len(dims) > 1 or str(dims[0]) != "case",
+        "parameters": [_parameter(study, name, dims) for name in names],
+        "dofs": [
+            {"name": known[d], "peak": packed(peaks[:, d], "f8"), "at": packed(at[:, d], "f8")} for d in kept.tolist()
+        ],
+        "first": known[int(np.argmax(_largest(peaks)))],
+        "units": units,
+        "after": after_number(units),
+        "followed": place,
+        "cases": _cases(study),
+        **_curves(curves, kept),
+    }  # fmt: skip
+
+
+def _largest(peaks: Any) -> Any:
+    """Of each dof, over all cases."""
+    return np.where(np.isfinite(peaks), peaks, 0.0).max(axis=0, initial=0.0)
+
+
+def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
+    """What the curves are over, and where the peaks are (n_cases, n_dofs)."""
+    name = "peak_parameter" if "peak_parameter" in study else "peak_omega"
+    label = str(study.attrs.get("parameter", "")) or "omega"
+    found = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
+    return {"label": label, "units": _units(study[name].attrs)}, found
+
+
+def _units(attrs: Mapping[str, Any]) -> str:
+    units = str(attrs.get("units", ""))
+    return "" if units == "1" else units
+
+
+def _parameter(study: xarray.Dataset, name: str, dims: Any) -> dict[str, Any]:
+    values = study[name].broadcast_like(study["case"]).transpose(*dims).to_numpy().ravel()
+    return {"name": name, "units": _units(study[name].attrs), "values": packed(values, "f8")}
+
+
+def _cases(study: xarray.Dataset) -> list[dict[str, Any]]:
+    columns = {name: study[name].to_numpy().ravel() for name in ("outcome", "message", "points", "seconds")}
+    return [
+        {
+            "outcome": str(outcome),
+            "message": str(message),
+            "points": max(0, int(points)),
+            "seconds": float(seconds) if np.isfinite(seconds) else None,
+        }
+        for outcome, message, points, seconds in zip(*columns.values(), strict=True)
+    ]
+
+
+def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
+    """Curves of the kept dofs, of many cases some, of many points some."""
+    if data is None or not {"case", "amplitude", "branch_part"} <= set(data.variables):
+        return {"curves": [], "left_out": "curves.nc is not beside the study: its curves are not drawn"}
+    case = data["case"].to_numpy()
+    present = np.unique(case)
+    some = present[np.unique(np.linspace(0, present.size - 1, min(MOST_CURVES, present.size)).astype(int))]
+    x = data["parameter" if "parameter" in data else "omega"].to_numpy()
+    amplitude, part = data["amplitude"].to_numpy()[:, kept], data["branch_part"].to_numpy()
+    peaks, found = data["peak_dof"].to_numpy() if "peak_dof" in data else np.full(case.size, -1), []
+    for number in some.tolist():
+        own = np.flatnonzero(case == number)
+        thin = np.arange(own.size) % -(-own.size // MOST_POINTS) == 0
+        at = own[thin | (peaks[own] >= 0)]
+        y = [packed(amplitude[at, d]) for d in range(amplitude.shape[1])]
+        found.append({"case": int(number), "x": packed(x[at], "f8"), "y": y, "part": packed(part[at], "u1")})
+    less = f"{some.size} of {present.size} curves are in this page" if some.size < present.size else ""
+    return {"curves": found, "left_out": less}
