@@ -15,7 +15,7 @@ from rich.table import Table
 
 RESULTS = Path(__file__).parent / "results"
 PAGE = Path(__file__).parents[1] / "docs" / "accuracy-and-speed.md"
-_BLOCK = re.compile(r"<!-- table (?P<section>[\w-]+)(?: (?P<where>.*?))? -->\n.*?<!-- end -->", re.DOTALL)
+_BLOCK = re.compile(r"<!-- table (?P<section>[\w-]+)(?P<where>.*?) -->\n.*?<!-- end -->", re.DOTALL)
 _NAMED = re.compile(r"benchmarks/results/([\w.-]+)\.md")
 Rows = list[dict[str, Any]]
 
@@ -110,7 +110,7 @@ def filled(text: str) -> str:
 
     def block(found: re.Match[str]) -> str:
         head = found[0].split("\n", 1)[0]
-        condition, _, wanted = (found["where"] or "").partition(":")
+        condition, _, wanted = found["where"].strip().partition(":")
         where = dict(part.split(" = ") for part in condition.split(", ") if part)
         rows = [
             row for row in stored.rows(found["section"]) if all(shown(row[k]) == v.strip() for k, v in where.items())

@@ -1,0 +1,66 @@
+"""Figures of speed and of sampled accuracy in README and pages are those of the table that `make bench` stored."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from helpers.benchmarks import benchmark
+
+ROOT = Path(__file__).parent.parent
+PAGE = (ROOT / "docs" / "accuracy-and-speed.md").read_text(encoding="utf-8")
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+table = benchmark("table")
+stored = table.of_page(PAGE)
+
+
+def test_tables_of_the_page_are_the_stored_ones() -> None:
+    assert table.filled(PAGE) == PAGE
+    assert PAGE.count("<!-- table ") == PAGE.count("<!-- end -->") >= 8
+
+
+def test_the_text_and_the_numbers_of_the_stored_table_agree() -> None:
+    assert stored.path.with_suffix(".md").read_text(encoding="utf-8") == stored.text()
+
+
+def element(samples: int) -> dict[str, float]:
+    name = "prefix sums" if samples else "exact"
+    return dict(stored.rows("element", harmonics=10, evaluation=name, samples=samples)[0])
+
+
+def claims() -> dict[str, float]:
+    """What README says, and what the table says of it."""
+    curves = [row["s"] for row in stored.rows("curves")]
+    return {
+        r"about ([\d.]+) microseconds for an element with 21 coefficients": element(0)["us"],
+        r"with 512 samples costs ([\d.]+) times as much": element(512)["over exact"],
+        r"its tangents are wrong by ([\d.]+) % in the median": 100.0 * element(512)["tangent error, median"],
+        r"and its forces by ([\d.]+) % at worst": 100.0 * element(512)["force, worst"],
+        r"with 8192 samples ([\d.]+) times": element(8192)["over exact"],
+        r"from ([\d.]+) s for a curve of the oscillator": min(curves),
+        r"to ([\d.]+) s for one of a reduced blade": max(curves),
+    }
+
+
+@pytest.mark.parametrize("pattern", claims())
+def test_the_readme_claims_what_was_measured(pattern: str) -> None:
+    words = pattern.replace(" ", r"\s+")
+    found = re.search(words, README)
+    assert found, pattern
+    digits = len(found[1].replace(".", "").lstrip("0"))
+    assert float(found[1]) == float(f"{claims()[pattern]:.{digits}g}")
+
+
+@pytest.mark.verify
+def test_rivals_give_the_same_numbers() -> None:
+    """The best sampled form is no other approximation than the usual one."""
+    import numpy as np
+
+    rival, runs, elements = benchmark("aft_rival"), benchmark("aft_runs"), benchmark("element")
+    state = elements.batch(range(4), 40)
+    usual = rival.evaluate(range(4), **state, table=rival.tables(range(4), 64), version="tuned")
+    best = runs.evaluate(runs.Tables(range(4), 64), **state)
+    for a, b in zip(usual, best, strict=True):
+        L = 14  # by the rubbing velocity a contact stuck all period has no derivative
+        np.testing.assert_allclose(a[..., :L], b[..., :L], rtol=1e-9, atol=1e-9 * np.abs(a).max())
