@@ -210,6 +210,20 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full",
         },
     ),
+    "track_peak": (
+        lambda: ss.track_peak,
+        {
+            "problem": PROBLEM, "parameter": "damper.normal_load", "span": (700.0, 800.0), "omega": (9.0, 12.0),
+            "dof": "x", "requested": (), "options": SHORT,
+        },
+    ),
+    "optimal": (
+        lambda: ss.optimal,
+        {
+            "problem": PROBLEM, "parameter": "damper.normal_load", "omega": (9.0, 12.0), "dof": "x", "start": 700.0,
+            "options": SHORT,
+        },
+    ),
     "study": (
         lambda: ss.study,
         {

@@ -39,6 +39,8 @@ _PUBLIC = {
     "forced_response": "slipstick.analysis.response",
     "parameter_response": "slipstick.analysis.response",
     "linear_response": "slipstick.analysis.response",
+    "optimal": "slipstick.analysis.optimum",
+    "track_peak": "slipstick.analysis.tracking",
     "transient": "slipstick.analysis.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.app.verbs.resume",
@@ -54,9 +56,11 @@ __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick import plots as plots
+    from slipstick.analysis.optimum import optimal as optimal
     from slipstick.analysis.response import forced_response as forced_response
     from slipstick.analysis.response import linear_response as linear_response
     from slipstick.analysis.response import parameter_response as parameter_response
+    from slipstick.analysis.tracking import track_peak as track_peak
     from slipstick.analysis.transient import transient as transient
     from slipstick.app.case.case import Case as Case
     from slipstick.app.case.case import load_case as load_case

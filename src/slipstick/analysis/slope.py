@@ -8,6 +8,7 @@ central difference of exact first derivatives and no further factorisation. The 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ from slipstick.typing import Array
 
 _STEP = 1e-6
 """Of the state, over which exact first derivatives are differenced."""
+_SAME = 1e-6
+"""Times (rad) that are one."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,19 @@ class Extreme:
             return cls.largest(harmonics, U)
         return cls(harmonics, abs(value), t % (2.0 * np.pi), float(np.sign(value)))
 
+    def ahead(self, U: Array) -> float:
+        """The largest other extreme of the motion over this one, less 1; -1 where there is none."""
+        found = self._others(U)
+        return max(found, default=0.0) / self.value - 1.0 if self.value > 0.0 else -1.0
+
+    def _others(self, U: Array) -> Iterator[float]:
+        times = np.arange(16 * max(1, self.harmonics.highest)) * (np.pi / (8 * max(1, self.harmonics.highest)))
+        size = np.abs(self.harmonics.H_minus(times)[:, 1:] @ U[1:])
+        for k in np.flatnonzero((size >= np.roll(size, 1)) & (size >= np.roll(size, -1))):
+            other = Extreme.near(self.harmonics, U, float(times[k]))
+            if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
+                yield other.value
+
     @property
     def h(self) -> Array:
         """Its derivative by the motion, (1, L): ``sign H_-(time)`` without the zero harmonic."""
@@ -75,8 +91,11 @@ class StateSpace:
 
     def at(self, x: Array, omega: float, value: float, temperature: Array | None = None) -> Neighbourhood:
         """The neighbourhood of a state."""
-        inputs = self.inputs if self.path is None else self.path.at(value)[0]
-        return Neighbourhood(self.outputs, x, omega, inputs, temperature)
+        return Neighbourhood(self.outputs, x, omega, self.at_value(value), temperature)
+
+    def at_value(self, value: float) -> Inputs:
+        """Inputs at a value of the parameter."""
+        return self.inputs if self.path is None else self.path.at(value)[0]
 
     def along(self, value: float) -> Move:
         """The direction of the parameter."""

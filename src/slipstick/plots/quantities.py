@@ -178,7 +178,8 @@ def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abs
 
 def held_text(dataset: xarray.Dataset) -> str:
     """The frequency at which a parameter was followed, "at 5 rad/s"; nothing where the frequency itself was."""
-    followed = abscissa(dataset).name == "parameter" and dataset.sizes["point"] > 0
+    omega = dataset["omega"].to_numpy()
+    followed = abscissa(dataset).name == "parameter" and omega.size > 0 and float(np.ptp(omega)) == 0.0
     return f"at {frequency_axis(dataset).text(dataset, 0)}" if followed else ""
 
 

@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
-POINT_KINDS = ("start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS)
+POINT_KINDS = (
+    "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
+)  # fmt: skip
 
 RELATIVE = "relative to the moving support"
 """Said of the motion of a structure whose support moves."""

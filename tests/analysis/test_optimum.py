@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import slipstick as ss
+from slipstick.verify.cases import oscillator
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+
+@pytest.mark.parametrize("start", [300.0, 500.0])
+def test_the_best_normal_load_in_under_ten_factorisations(start):
+    best = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 15.0), start=start)
+    assert best.outcome is ss.Outcome.COMPLETED
+    assert best.value == pytest.approx(471.69623374, rel=1e-9)
+    assert best.omega == pytest.approx(9.50476392, rel=1e-8)
+    assert best.amplitude == pytest.approx(2.80373291, rel=1e-8)
+    assert (best.kind, best.parameter, best.dof) == ("lowest", "damper.normal_load", "x")
+    assert best.factorisations < 10
+    assert best.hessian[0, 1] == pytest.approx(best.hessian[1, 0], rel=1e-8)
+
+
+def test_far_away_the_peak_is_tracked_first():
+    best = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 15.0), start=5000.0)
+    assert best.value == pytest.approx(471.69623374, rel=1e-8)
+
+
+def test_by_another_name_it_is_the_same_damper():
+    best = ss.optimal(oscillator(), "damper.mu", omega=(2.0, 15.0))
+    assert best.value == pytest.approx(0.3 * 471.69623374 / 800.0, rel=1e-8)
+
+
+def test_the_point_holds_everything(tmp_path):
+    best = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 15.0), start=500.0)
+    d = best.branch.dataset
+    assert d.kind.values.tolist() == ["optimum"]
+    assert float(d.parameter[0]) == best.value
+    assert best.branch.problem_at(0).parameter("damper.normal_load") == pytest.approx(best.value)
+    slopes = best.branch.sensitivity("damper.normal_load")
+    assert float(slopes.amplitude[0, 0]) == pytest.approx(0.0, abs=1e-12)
+    assert len(ss.load(best.branch.save(tmp_path / "best.nc"))) == 1
+
+
+def test_curvature_is_that_of_peaks_nearby():
+    best = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 15.0), start=500.0)
+    peaks = []
+    for step in (-1.0, 0.0, 1.0):
+        problem = oscillator(normal_load=best.value + step)
+        peaks.append(max(a for _, a in ss.forced_response(problem, omega=(9.0, 10.0)).peaks("x")))
+    H = best.hessian
+    assert np.linalg.det(H) / H[0, 0] == pytest.approx(peaks[0] - 2 * peaks[1] + peaks[2], rel=1e-3)
+
+
+def test_none_is_an_outcome():
+    """The peak at permanent slip does not depend on the stiffness: nothing is lowest."""
+    found = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 3.0))
+    assert found.outcome is ss.Outcome.NO_FIRST_POINT
+    assert np.isnan(found.value)
+    found = ss.optimal(oscillator(), "load.x.amplitude", omega=(2.0, 15.0))
+    assert (found.outcome, found.kind) == (ss.Outcome.STEP_TOO_SMALL, "")
+    assert found.message.startswith("no optimum of load.x.amplitude was found from 100 to 3.33333")
+
+
+def test_a_start_of_zero_is_refused():
+    with pytest.raises(ss.InputError, match=r"start: damper.velocity is 0, round which nothing is sought"):
+        ss.optimal(oscillator(), "damper.velocity", omega=(2.0, 15.0))

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.problems import random_problem
+
+import slipstick as ss
+from slipstick.verify.cases import oscillator
+
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+
+def at(branch: ss.Branch, kind: str) -> list[tuple[float, float, float]]:
+    """Parameter, frequency and amplitude of the points of a kind."""
+    d = branch.dataset
+    points = np.flatnonzero(d.kind.values == kind)
+    return [(float(d.parameter[k]), float(d.omega[k]), float(d.amplitude[k, 0])) for k in points]
+
+
+def test_the_locus_over_the_normal_load():
+    """Against peaks of whole curves; at most a third of the factorisations of one curve."""
+    problem = oscillator()
+    locus = ss.track_peak(problem, "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0), requested=(100.0, 400.0))
+    assert locus.outcome is ss.Outcome.COMPLETED
+    ((load, omega, amplitude),) = at(locus, "optimum")
+    assert (load, omega, amplitude) == (
+        pytest.approx(471.69623374, rel=1e-8), pytest.approx(9.50476392, rel=1e-8), pytest.approx(2.80373291, rel=1e-9)
+    )  # fmt: skip
+    curve = None
+    for load, omega, amplitude in at(locus, "requested"):
+        curve = ss.forced_response(problem.with_parameter("damper.normal_load", load), omega=(2.0, 15.0))
+        assert max(curve.peaks("x"), key=lambda peak: peak[1]) == (
+            pytest.approx(omega, rel=1e-8), pytest.approx(amplitude, rel=1e-9)
+        )  # fmt: skip
+    assert 3 * locus.dataset.attrs["factorisations"] <= curve.dataset.attrs["evaluations"]
+    assert np.all(locus.dataset.peak_dof == 0)
+    assert locus.dataset.residual.values.max() < 1e-9
+
+
+def test_the_peak_over_the_velocity_ends_where_stick_vanishes():
+    locus = ss.track_peak(oscillator(velocity=100.0), "damper.velocity", (100.0, 260.0), omega=(2.0, 15.0))
+    d = locus.dataset
+    assert float(d.omega[0]) == pytest.approx(6.1431408294, rel=1e-9)
+    assert float(d.amplitude[0, 0]) == pytest.approx(18.2485689822, rel=1e-9)
+    assert float(d.amplitude[-1, 0]) == pytest.approx(39.548250, rel=1e-7)
+    assert d.attrs["factorisations"] < 134
+    assert not at(locus, "optimum")  # a plateau has none
+
+
+def test_a_fold_is_turned():
+    """Beyond it the points are minima of the curve, until they sit on a change of state; then the peak goes on."""
+    locus = ss.track_peak(oscillator(velocity=15.0), "damper.velocity", (15.0, 9.0), omega=(3.0, 6.0))
+    d = locus.dataset
+    (fold,) = at(locus, "turning point")
+    assert fold == pytest.approx((9.50427, 4.26478, 4.65211), abs=1e-5)
+    k = int(np.flatnonzero(d.kind.values == "turning point")[0])
+    assert np.all(d.peak_dof.values[:k] == 0)
+    assert d.peak_dof.values[k + 1] == -1
+    assert float(d.parameter[k + 1]) > fold[0]
+    assert "the peak and a minimum of the curve merge at 9.50427" in locus.message
+
+
+def test_a_tie_is_located_and_passed():
+    """Two extremes of the period are as large: that peak is gone beyond, and the curve rises to another."""
+    locus = ss.track_peak(oscillator(velocity=20.0), "damper.velocity", (20.5, 30.0), omega=(6.0, 12.0))
+    ((v, _, amplitude),) = at(locus, "tie")
+    assert (v, amplitude) == (pytest.approx(21.2484, abs=1e-4), pytest.approx(4.62167, abs=1e-5))
+    assert locus.outcome is ss.Outcome.TURNED_BACK
+    assert "up to 6 rad/s there is no other" in locus.message
+    whole = ss.track_peak(oscillator(), "damper.velocity", (0.0, 60.0), omega=(3.0, 12.0))
+    assert at(whole, "tie")[-1] == pytest.approx((v, 7.29691, amplitude), rel=1e-5)
+    assert whole.outcome is ss.Outcome.COMPLETED
+    assert "the one at 4.80244 rad/s is followed on" in whole.message
+    d = whole.dataset
+    (peak,) = ss.forced_response(oscillator(velocity=60.0), omega=(3.0, 12.0)).peaks("x")
+    assert peak == pytest.approx((float(d.omega[-1]), float(d.amplitude[-1, 0])), rel=1e-7)
+
+
+def test_peaks_on_changes_of_state_are_bracketed():
+    """A maximum with a corner: the slope of the amplitude jumps through zero where slip begins."""
+    problem = oscillator(velocity=15.0)
+    locus = ss.track_peak(problem, "damper.velocity", (12.0, 9.2), omega=(3.0, 6.0))
+    corners = at(locus, "corner")
+    assert corners
+    for v, omega, amplitude in corners[:2]:
+        beside = [omega * (1.0 + step) for step in (-1e-4, -1e-5, 1e-5, 1e-4)]
+        curve = ss.forced_response(
+            problem.with_parameter("damper.velocity", v), omega=(4.2, 4.35), requested=[*beside, omega]
+        )
+        size = [float(curve.dataset.amplitude[curve.at(w), 0]) for w in (*beside, omega)]
+        assert size[-1] == pytest.approx(amplitude, rel=1e-9)
+        assert max(size[:-1]) < size[-1]
+        assert (size[-1] - size[1]) / (size[-1] - size[2]) > 5.0  # a corner: steeper on one side
+
+
+def test_a_locus_may_begin_at_a_corner():
+    locus = ss.track_peak(oscillator(velocity=9.4), "damper.velocity", (9.4, 9.35), omega=(3.0, 6.0))
+    assert locus.outcome is ss.Outcome.COMPLETED
+    assert set(locus.dataset.kind.values[1:-1]) == {"corner"}
+    assert np.all(np.diff(locus.dataset.amplitude.values[:, 0]) < 0.0)
+
+
+def test_several_contacts_and_an_output_that_is_no_port():
+    problem = random_problem(1)
+    curve = ss.forced_response(problem, omega=(4.0, 12.0), peaks_of="d3")
+    locus = ss.track_peak(problem, "friction", (1.0, 2.0), omega=(4.0, 12.0), dof="d3", requested=(1.5,))
+    d = locus.dataset.sel(dof="d3")
+    highest = max(curve.peaks("d3"), key=lambda peak: peak[1])
+    assert (float(d.omega[0]), float(d.amplitude[0])) == pytest.approx(highest, rel=1e-8)
+    k = locus.at(1.5)
+    other = ss.forced_response(problem.with_parameter("friction", 1.5), omega=(4.0, 12.0), peaks_of="d3")
+    near = min(other.peaks("d3"), key=lambda peak: abs(peak[0] - float(d.omega[k])))
+    assert near == (pytest.approx(float(d.omega[k]), rel=1e-7), pytest.approx(float(d.amplitude[k]), rel=1e-9))
+
+
+def test_results_are_those_of_a_branch(tmp_path):
+    locus = ss.track_peak(oscillator(), "damper.normal_load", (600.0, 700.0), omega=(8.0, 12.0))
+    again = ss.load(locus.save(tmp_path / "locus.nc"))
+    assert again.dataset.attrs["peak_of"] == "x"
+    assert again.plot.response("x").get_xlabel() == "damper.normal_load [force]"
+    assert float(again.sensitivity("damper.mu").amplitude[0, 0]) > 0.0
+
+
+def test_no_peak_is_an_outcome():
+    found = ss.track_peak(oscillator(), "damper.normal_load", (600.0, 700.0), omega=(2.0, 3.0))
+    assert found.outcome is ss.Outcome.NO_FIRST_POINT
+    assert found.message == "no peak of x was found from 2 to 3 rad/s at damper.normal_load = 600"
+    assert len(found) == 0
+
+
+def test_wrong_arguments_are_told_together():
+    with pytest.raises(ss.InputError) as caught:
+        ss.track_peak(oscillator(), "damper.mu", (0.1, -0.1), omega=(2.0, 2.0), dof="y")
+    text = str(caught.value)
+    assert "mu" in text
+    assert "frequency range" in text
+    assert "there is no output" in text
