@@ -151,6 +151,15 @@ def test_place_of_a_peak_along_a_parameter():
     assert float(found.peak_parameter[0]) == pytest.approx(moved, rel=1e-4)
 
 
+def test_points_that_are_near_solutions_are_brought_to_them():
+    """As those with few of the harmonics, and those between computed ones."""
+    branch = ss.forced_response(oscillator(velocity=10.0), omega=(4.0, 4.1), options=POINT)
+    rough = branch.dataset.copy(deep=True)
+    rough.contact_tangential[..., 1:] *= 1.001
+    near = ss.Branch(rough, branch.outcome, branch.problem).sensitivity()
+    assert np.allclose(near.amplitude, branch.sensitivity().amplitude, rtol=1e-7, atol=1e-12)
+
+
 def test_laws_of_ones_own():
     law = ss.SampledLaw(force=lambda x, v, k=1.0, c=0.1: k * x**3 + c * v, parameters={"k": 2.0, "c": 0.3})
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])

@@ -16,12 +16,15 @@ import numpy as np
 from slipstick.analysis.neighbourhood import FREQUENCY, BatchPower, Move, Neighbourhood
 from slipstick.analysis.slope import Extreme, Slope, StateSpace
 from slipstick.analysis.threads import one_thread
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
+from slipstick.balance.residual import terms
 from slipstick.errors import InputError
 from slipstick.results.branch import unknowns
 from slipstick.results.record import Outputs
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
+from slipstick.solve.norm import norm
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -129,7 +132,21 @@ class Sensitivities:
         inputs = self.balance.problem.inputs
         if self._path is not None:
             inputs = self._path.at(float(self._table["parameter"].to_numpy()[point]))[0]
-        return Neighbourhood(self.outputs, x, omega, inputs, temperature)
+        return self._solved(x, omega, inputs, temperature)
+
+    def _solved(self, x: Array, omega: float, inputs: Inputs, temperature: Array | None) -> Neighbourhood:
+        """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
+        here = Neighbourhood(self.outputs, x, omega, inputs, temperature)
+        for _ in range(_CORRECTIONS):
+            wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
+            if not wrong > _SOLVED * size or here.lost or here.jacobian.singular:
+                break
+            moved = here.x - here.jacobian.solve(here.at.residual)
+            near = Neighbourhood(self.outputs, moved, omega, inputs, temperature)
+            if not norm(near.at.residual) < wrong:
+                break
+            here = near
+        return here
 
     def _directions(self, value: float) -> list[Move]:
         """Of the parameters, at a value of what the branch follows: some turn with it."""
@@ -141,6 +158,11 @@ class Sensitivities:
     @cached_property
     def _own(self) -> list[Move]:
         return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
+
+
+_SOLVED = 1e-8
+"""Residual over its terms above which a point is corrected first."""
+_CORRECTIONS = 4
 
 
 def _along(

@@ -129,6 +129,9 @@ def tracked_peak(
         found.take(_takes, checked, name, ends)
         found.take(one_dof, checked, dof)
     given = {**TRACKING, **options} if isinstance(options, Mapping) else TRACKING if options is None else options
+    if isinstance(given, Mapping) and given.get("adapt_harmonics") is not None:
+        with_all = Fault("options, adapt_harmonics", "a peak is tracked with all harmonics", remedy="leave it out")
+        found.faults.append(with_all)
     common = found.take(common_arguments, checked, points, None, given)
     found.end()
     assert checked is not None

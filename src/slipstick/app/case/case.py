@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.body import Body, Tell, silent
 from slipstick.app.case.reading import read_case
+from slipstick.app.case.response_table import ResponseTable, frequencies_met, swept_value
 from slipstick.app.case.sentences import in_case
 from slipstick.app.case.source import parse, read_text
 from slipstick.app.case.spacing import Spacing
 from slipstick.app.case.studying import check_study, study_plan
-from slipstick.app.case.tables import ResponseTable, frequencies_met, swept_value
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, one, warn, wrong
 from slipstick.faults import path as path_of

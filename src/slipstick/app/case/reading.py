@@ -15,10 +15,11 @@ from slipstick.app.case.heating import OWN, heating_faults, shared_influence, th
 from slipstick.app.case.held import held_faults
 from slipstick.app.case.parts import in_block, load_of, placed_contacts
 from slipstick.app.case.reach import reaching
+from slipstick.app.case.response_table import ResponseTable, frequencies_met
 from slipstick.app.case.sections import Sections, read_sections
 from slipstick.app.case.sentences import in_case
 from slipstick.app.case.structures import Described, read_structure
-from slipstick.app.case.tables import ResponseTable, UnitsTable, frequencies_met
+from slipstick.app.case.tables import UnitsTable
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering
 

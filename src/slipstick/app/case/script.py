@@ -16,6 +16,7 @@ from slipstick.app.case.fe_tables import BladeTable, FeTable, ModelTable, Surfac
 from slipstick.app.case.heating import background_of, cold_value
 from slipstick.app.case.reach import reaching
 from slipstick.app.case.reducing import CACHE
+from slipstick.app.case.response_table import ResponseTable
 from slipstick.app.case.rotor import WORDS, axis_arguments, motion_arguments
 from slipstick.app.case.script_heat import heat_lines
 from slipstick.app.case.script_text import GivenText, call, file_code, here, listed_text, literal, quantity_text
@@ -25,7 +26,6 @@ from slipstick.app.case.structure_tables import MatricesTable, ModalTable
 from slipstick.app.case.tables import (
     LoadTable,
     OutputTable,
-    ResponseTable,
     Table,
     ThermalTable,
     TopTable,

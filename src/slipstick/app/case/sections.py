@@ -9,8 +9,9 @@ from difflib import get_close_matches
 from typing import Any
 
 from slipstick.app.case.fe_tables import contact_table
+from slipstick.app.case.response_table import ResponseTable
 from slipstick.app.case.sentences import CASE_SECTIONS, toml
-from slipstick.app.case.tables import LoadTable, OutputTable, ResponseTable, Table, ThermalTable, TopTable
+from slipstick.app.case.tables import LoadTable, OutputTable, Table, ThermalTable, TopTable
 from slipstick.app.case.validation import ReadTable, read_table
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, Where
 from slipstick.faults import suggestion

@@ -11,14 +11,14 @@ from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
 from slipstick.app.case.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.app.case.sentences import toml, unexpected
-from slipstick.app.case.spacing import MOST_VALUES, Spacing, spacing_or_list
 from slipstick.balance.loads import place_faults, way_faults
-from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import suggestion
 from slipstick.units import Units, label_faults
 
 
-def _positive_frequency(value: Any) -> float:
+def positive_frequency(value: Any) -> float:
+    """A frequency with or without a unit, rad/s."""
     number = read_frequency(value)
     if number <= 0:
         raise unexpected("a frequency > 0")
@@ -82,7 +82,7 @@ def _number_or_table(value: Any) -> Any:
     return value
 
 
-Frequency = Annotated[float, PlainValidator(_positive_frequency)]
+Frequency = Annotated[float, PlainValidator(positive_frequency)]
 Cosines = Annotated[dict[str, float], PlainValidator(_cosines)]
 Periodic = Annotated[dict[int, float], PlainValidator(_orders_to_numbers)]
 Harmonic = Annotated[int, Field(ge=0, le=10_000)]
@@ -259,109 +259,6 @@ def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
     rotor = contact.get("rotor")
     along_casing = isinstance(rotor, Mapping) and bool(rotor.get("profile"))
     return "normal" in contact or along_casing or (isinstance(rubbing, Mapping) and any(rubbing.get(k) for k in across))
-
-
-class ResponseTable(Table):
-    """``[response]``: what is followed, from where to where."""
-
-    start: Any = Field(alias="from", description="a number")
-    stop: Any = Field(alias="to", description="a number")
-    parameter: str | None = Field(default=None, description='the name of a parameter such as "damper.velocity"')
-    omega: Frequency | None = Field(default=None, description="the fixed frequency of a parameter curve, rad/s")
-    at: Annotated[list[Any] | Spacing, PlainValidator(spacing_or_list)] = Field(
-        default=[], description='a list of values that become exact points, or { count = 50, spacing = "log" }'
-    )
-    period_ratio: Annotated[tuple[int, int], PlainValidator(ratio_of_periods)] | None = Field(
-        default=None, description='the period of the load over that of the rub, such as "3/2" or [3, 2]'
-    )
-    peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")
-    stability: bool | Literal["full"] = Field(
-        default=False, description='true, false or "full": whether every point is judged stable or not'
-    )
-    max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
-        default=None, description="a whole number from 2 to 1000000"
-    )
-    first_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    max_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    min_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    adapt_harmonics: Annotated[float, Field(gt=0, lt=1)] | None = Field(
-        default=None, description="a number between 0 and 1 such as 1e-3, the relative accuracy"
-    )
-
-    @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
-        """Values of the swept quantity: frequencies with units, or plain numbers of a parameter."""
-        swept = "parameter" in raw
-        faults = [fault for key in ("from", "to") if key in raw for fault in _value_faults((key,), raw[key], swept)]
-        values = raw.get("at", [])
-        if isinstance(values, list):
-            if len(values) > MOST_VALUES:
-                faults.append(Fault("at", found=f"{len(values)} values", expected=f"at most {MOST_VALUES}"))
-            ends = (raw.get("from"), raw.get("to")) if not faults else (None, None)
-            faults += [fault for i, v in enumerate(values) for fault in _at_faults(i, v, ends, swept)]
-        if swept and "omega" not in raw:
-            remedy = "a parameter is followed at one frequency, give omega in rad/s"
-            faults.append(Fault("omega", IS_MISSING, remedy=remedy))
-        if "omega" in raw and not swept:
-            faults.append(Fault("omega", "is given without parameter", remedy="give parameter, or from and to alone"))
-        low = min((end for key in ("from", "to") if (end := _value(raw.get(key), swept)) is not None), default=1.0)
-        if isinstance(values, Mapping) and values.get("spacing") == "log" and low <= 0:
-            remedy = 'give spacing = "linear", or a list'
-            faults.append(Fault(("at", "spacing"), found='"log", which needs from and to > 0', remedy=remedy))
-        return faults + _range_faults(raw, swept)
-
-
-def frequencies_met(response: ResponseTable) -> tuple[float, float]:
-    """The frequencies a case meets, rad/s: the ends of a range, or twice the fixed one."""
-    if response.parameter is None:
-        return swept_value(response.start, False), swept_value(response.stop, False)
-    assert response.omega is not None
-    return response.omega, response.omega
-
-
-def swept_value(value: Any, parameter: bool) -> float:
-    """A value of the swept quantity: rad/s, or the plain number of a parameter."""
-    if not parameter:
-        return _positive_frequency(value)
-    if not is_number(value):
-        raise unexpected("a finite number")
-    return float(value)
-
-
-def _value(value: Any, swept: bool) -> float | None:
-    """A value of the swept quantity, or None where it is none."""
-    try:
-        return swept_value(value, swept)
-    except InputError:
-        return None
-
-
-def _value_faults(where: Where, value: Any, swept: bool) -> list[Fault]:
-    try:
-        swept_value(value, swept)
-    except InputError as error:
-        return [replace(fault.inside(*where), found=toml(value)) for fault in error.faults]
-    return []
-
-
-def _at_faults(number: int, value: Any, ends: tuple[Any, Any], swept: bool) -> list[Fault]:
-    """Faults of one requested value; it lies in the range where both ends of that are right."""
-    wrong = _value_faults(("at", number), value, swept)
-    start, stop = (_value(end, swept) for end in ends)
-    if wrong or start is None or stop is None:
-        return wrong
-    found, (low, high) = swept_value(value, swept), sorted((start, stop))
-    unit = "" if swept else " rad/s"
-    outside = f"{found:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
-    return [] if low <= found <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
-
-
-def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
-    start, stop = (_value(raw.get(key), swept) for key in ("from", "to"))
-    if start is None or start != stop:
-        return []
-    unit = "" if swept else " rad/s"
-    return [Fault("to", f"is {stop:g}{unit}, the same as from", remedy="give a range that is not empty")]
 
 
 class OutputTable(Table):
