@@ -160,7 +160,7 @@ class Sensitivities:
         return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
 
 
-_SOLVED = 1e-8
+_SOLVED = 1e-10
 """Residual over its terms above which a point is corrected first."""
 _CORRECTIONS = 4
 
