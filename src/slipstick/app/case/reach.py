@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import floor, log10
 from typing import Any
 
-from slipstick.app.case.tables import ResponseTable, frequencies_met
+from slipstick.app.case.response_table import ResponseTable, frequencies_met
 
 _KINDS = ("fe", "blade")
 _SAID = ("modes", "accuracy", "up_to")
