@@ -256,6 +256,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "conductivity": None, "fixed": (), "quadratic": False, "units": "N, mm, t",
         },
     ),
+    "at_speed": (
+        lambda: ss.at_speed,
+        {
+            "model": MODEL, "speed": 10.0, "axis": {"direction": (0.0, 0.0, 1.0)},
+        },
+    ),
+    "at_speed between": (lambda: ss.at_speed, {"model": MODEL, "speed": 10.0, "others": {20.0: MODEL}}),
     "reduced_body": (
         lambda: ss.reduced_body,
         {

@@ -26,6 +26,7 @@ _PUBLIC = {
     "Load": "slipstick.balance.loads",
     "Problem": "slipstick.balance.problem",
     "import_model": "slipstick.importers.import_model",
+    "at_speed": "slipstick.fem.at_speed",
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
     "surface_contacts": "slipstick.models.surface_contacts",
@@ -77,6 +78,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning
+    from slipstick.fem.at_speed import at_speed as at_speed
     from slipstick.fem.materials import Material as Material
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load

@@ -227,6 +227,53 @@ MESH = """*NODE
 """
 
 
+AXIS = "axis = { point = [-0.1, 0, 0], direction = [0, 1, 0] }"
+ROTATION = f'rotation = {{ speed = "6000 rpm", {AXIS} }}\n'
+
+
+def test_a_model_at_speed(tmp_path: Path) -> None:
+    """Computed from the mesh, or between matrices by speed; a reduction or the matrices themselves."""
+    speed = 200.0 * np.pi
+    model_file(tmp_path)
+    model = ss.at_speed(
+        ss.import_model(tmp_path / "model.h5"), speed, axis={"point": (-0.1, 0, 0), "direction": (0, 1, 0)}
+    )
+    save_model(model, tmp_path / "fast.h5")
+    hand = ss.reduced_body(model, surface="y1", contacts=3, modes=6).structure.natural_frequencies
+    case = read(tmp_path, structure=STRUCTURE + ROTATION)
+    np.testing.assert_allclose(case.body.structure.natural_frequencies, hand, rtol=1e-9)
+    assert hand[0] > 1.02 * read(tmp_path).body.structure.natural_frequencies[0]
+    given = 'rotation = { speed = "6000 rpm", models = { "6000 rpm" = "fast.h5", "9000 rpm" = "fast.h5" } }\n'
+    between = read(tmp_path, structure=STRUCTURE + given)
+    np.testing.assert_allclose(between.body.structure.natural_frequencies, hand, rtol=1e-9)
+    matrices = '[structure]\nkind = "matrices"\nfile = "model.h5"\n' + ROTATION
+    load = LOAD.replace('shape = "pressure"', f'dof = "{model.dofs[-1]}"')
+    contact = f'[[contact]]\nname = "pad"\ntangential = "{model.dofs[-1]}"\nkt = 1e3\nmu = 0.3\nnormal_load = 1.0\n'
+    whole = read(tmp_path, structure=matrices, load=load, contact=contact).body.structure
+    np.testing.assert_allclose(whole.natural_frequencies[0], hand[0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"6000 rpm"', '"fast"', "[structure] rotation.speed"),
+        ('"6000 rpm"', "0", "[structure] rotation.speed: found 0; expected a frequency > 0"),
+        ("[0, 1, 0]", "[0, 0, 0]", "[structure] rotation.axis.direction"),
+        ("[-0.1, 0, 0]", "[0, 0]", "[structure] rotation.axis.point: found [0, 0]; expected three numbers"),
+        ("axis =", 'models = { "10 rpm" = "model.h5" }, axis =', "rotation.axis is given together with models"),
+        (AXIS, 'models = { "10 rpm" = "model.h5" }', "the highest speed with"),
+        (AXIS, "models = {}", "expected a table of model files by speed"),
+        (AXIS, 'models = { "-1" = "m.h5" }', "rotation.models"),
+        (f", {AXIS}", "", "rotation.axis is missing"),
+        ("axis", "axes", "unknown key 'axes'"),
+    ],
+)
+def test_faults_of_a_rotation(tmp_path: Path, old: str, new: str, said: str) -> None:
+    model_file(tmp_path)
+    assert ROTATION.replace(old, new) != ROTATION
+    assert said in " ".join(faults(tmp_path, structure=STRUCTURE + ROTATION.replace(old, new)))
+
+
 def test_a_mesh_may_be_named_in_the_case(tmp_path: Path) -> None:
     """It is assembled there and needs its material."""
     (tmp_path / "cube.inp").write_text(MESH)

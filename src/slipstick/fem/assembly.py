@@ -63,7 +63,7 @@ def assemble(mesh: Mesh, materials: Materials) -> SolidMatrices:
     blocks, laplacian = _gradient_matrices(mesh, materials, pattern)
     return SolidMatrices(
         stiffness=pattern.vector_matrix(blocks),
-        mass=pattern.repeated_matrix(_mass_values(mesh, materials, pattern)),
+        mass=pattern.repeated_matrix(mass_values(mesh, materials, pattern)),
         conduction=pattern.scalar_matrix(laplacian),
     )
 
@@ -73,13 +73,15 @@ def conduction(mesh: Mesh, materials: Materials) -> csr_array:
     pattern = pattern_of(mesh)
     conductivity = element_values(mesh, materials, lambda m: m.conductivity)
     total = np.zeros(pattern.n_couplings)
-    for element, part in _chunks(mesh, 9):
+    for element, part in chunks(mesh, 9):
         gradients, weights = solid_gradients(mesh, element, part.start, mesh.blocks[element.name][part])
         count, n_points, n, _ = gradients.shape
         scaled = (gradients * np.sqrt(weights)[:, :, None, None]).transpose(0, 1, 3, 2).reshape(count, 3 * n_points, n)
         products = np.matmul(np.ascontiguousarray(scaled.transpose(0, 2, 1)), scaled)
         products = (products + products.transpose(0, 2, 1)) / 2.0
-        _add(total, pattern.slots[element.name][part].ravel(), conductivity[element.name][part, None, None] * products)
+        add_values(
+            total, pattern.slots[element.name][part].ravel(), conductivity[element.name][part, None, None] * products
+        )
     return pattern.scalar_matrix(total)
 
 
@@ -88,16 +90,16 @@ def _gradient_matrices(mesh: Mesh, materials: Materials, pattern: Pattern) -> tu
     shear = element_values(mesh, materials, lambda m: m.shear_modulus)
     conductivity = element_values(mesh, materials, lambda m: m.conductivity)
     blocks, laplacian = np.zeros((3, 3, pattern.n_couplings)), np.zeros(pattern.n_couplings)
-    for element, part in _chunks(mesh, 27):
+    for element, part in chunks(mesh, 27):
         products = _gradient_products(mesh, element, part)
         trace = products[:, 0, :, 0] + products[:, 1, :, 1] + products[:, 2, :, 2]
         slots = pattern.slots[element.name][part].ravel()
         lam, mu = lame[element.name][part, None, None], shear[element.name][part, None, None]
-        _add(laplacian, slots, conductivity[element.name][part, None, None] * trace)
+        add_values(laplacian, slots, conductivity[element.name][part, None, None] * trace)
         for a in range(3):
             for b in range(3):
                 values = lam * products[:, a, :, b] + mu * products[:, b, :, a]
-                _add(blocks[a, b], slots, values + mu * trace if a == b else values)
+                add_values(blocks[a, b], slots, values + mu * trace if a == b else values)
     return np.ascontiguousarray(blocks.transpose(2, 0, 1)), laplacian
 
 
@@ -112,25 +114,28 @@ def _gradient_products(mesh: Mesh, element: Element, part: slice) -> Array:
     return products.reshape(count, 3, n, 3, n)
 
 
-def _mass_values(mesh: Mesh, materials: Materials, pattern: Pattern) -> Array:
+def mass_values(mesh: Mesh, materials: Materials, pattern: Pattern) -> Array:
+    """Consistent mass of every coupling of nodes, (n_couplings,)."""
     density = element_values(mesh, materials, lambda m: m.density)
     total = np.zeros(pattern.n_couplings)
-    for element, part in _chunks(mesh, 3):
+    for element, part in chunks(mesh, 3):
         values, gradients = element.at_mass_rule
         jacobian = tangents(mesh.nodes[mesh.blocks[element.name][part]], gradients)
         determinant, _ = determinant_and_inverse(jacobian)
         require_positive(mesh, element, part.start, determinant)
         weights = determinant * element.mass_rule.weights * density[element.name][part, None]
         outer = (values[:, :, None] * values[:, None, :]).reshape(len(values), -1)
-        _add(total, pattern.slots[element.name][part].ravel(), weights @ outer)
+        add_values(total, pattern.slots[element.name][part].ravel(), weights @ outer)
     return total
 
 
-def _add(total: Array, slots: NDArray[np.int32], values: Array) -> None:
+def add_values(total: Array, slots: NDArray[np.int32], values: Array) -> None:
+    """Add element values to their couplings."""
     total += np.bincount(slots, values.ravel(), minlength=len(total))
 
 
-def _chunks(mesh: Mesh, width: int) -> Iterator[tuple[Element, slice]]:
+def chunks(mesh: Mesh, width: int) -> Iterator[tuple[Element, slice]]:
+    """Elements a part at a time: so many that ``width`` numbers for each pair of their nodes take little memory."""
     for element, block in mesh.items():
         step = max(1, int(_CHUNK_BYTES / (8 * width * element.n_nodes**2)))
         for start in range(0, len(block), step):

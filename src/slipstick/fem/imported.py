@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,6 +13,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import suggestion
+from slipstick.fem.dof_names import directions_in, names_dofs, rows_named
 from slipstick.fem.equations import COMPONENTS, NodalEquation, Pair, dof_name, idle_notes, resolve
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
@@ -21,9 +21,6 @@ from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array, csr_array
-
-_SINGLE = re.compile(r"n(\d{1,18})(x|y|z|rx|ry|rz|s)?$")
-"""A node or a degree of freedom by name."""
 
 _ROUNDING = 1e-13
 """Sums below this fraction of their terms are rounding."""
@@ -53,6 +50,8 @@ class ImportedModel:
         wrong, one sentence each.
     mesh, materials
         The mesh and its materials (by element set) where the file had one.
+    speed
+        Of rotation, rad/s, for which the stiffness holds.
 
     Raises
     ------
@@ -85,6 +84,7 @@ class ImportedModel:
     warnings: tuple[str, ...] = ()
     mesh: Mesh | None = None
     materials: Mapping[str, Material] = field(default_factory=dict)
+    speed: float = 0.0
 
     def __post_init__(self) -> None:
         faults = list(_faults(self))
@@ -216,11 +216,11 @@ class ImportedModel:
         if not isinstance(names, np.ndarray):
             single = [name for name in names if name not in self.node_sets and names_dofs(name)]
             nodes = self._named([name for name in names if name not in single])
-        wanted = [i for i, name in enumerate(COMPONENTS) if name in _directions(components)]
+        wanted = [i for i, name in enumerate(COMPONENTS) if name in directions_in(components)]
         places = ((self.dof_nodes, self.dof_components), (self.dependent[:, 0], self.dependent[:, 1]))
         marks = [np.isin(labels, nodes) & np.isin(parts, wanted) for labels, parts in places]
         for name in single:
-            named = [_single(name, *place) for place in places]
+            named = [rows_named(name, *place) for place in places]
             if not any(mark.any() for mark in named):
                 raise InputError(Fault("fixed", f"there is no free dof '{name}' in the model"))
             marks = [mark | more for mark, more in zip(marks, named, strict=True)]
@@ -319,22 +319,6 @@ class ImportedModel:
         )
 
 
-def _single(name: str, labels: IntArray, components: IntArray) -> BoolArray:
-    """Where "n12" or "n12y" stands among degrees of freedom."""
-    node, component = _SINGLE.match(name).groups()  # type: ignore[union-attr]
-    here = labels == int(node)
-    return here & (components == COMPONENTS.index(component)) if component else here
-
-
-def names_dofs(name: str) -> bool:
-    """Whether a name is that of a node or of one of its degrees of freedom.
-
-    >>> [names_dofs(name) for name in ("n12", "n12ry", "NOZZLE", "n12w")]
-    [True, True, False, False]
-    """
-    return _SINGLE.match(name) is not None
-
-
 def _pair(given: Sequence[int]) -> Pair:
     return int(given[0]), int(given[1])
 
@@ -348,16 +332,6 @@ def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
     size = csr_array(abs(basis).T @ abs(matrix) @ abs(basis))
     left = csr_array(abs(part) > _ROUNDING * size)
     return csr_array(part.multiply(left))
-
-
-def _directions(components: str) -> set[str]:
-    """Directions in a text such as "xyz", "x ry" or "x,y".
-
-    >>> sorted(_directions("xz")), sorted(_directions("x, ry"))
-    (['x', 'z'], ['ry', 'x'])
-    """
-    words = components.replace(",", " ").split()
-    return {part for word in words for part in ([word] if word in COMPONENTS else list(word))}
 
 
 def _faults(model: ImportedModel) -> Iterator[str]:

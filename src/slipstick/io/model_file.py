@@ -53,6 +53,7 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 def _write(file: h5py.Group, model: ImportedModel) -> None:
     version = 1 if model.dependence is None else VERSION
     file.attrs.update(format=MODEL_FORMAT, version=version, source=model.source, units=model.units)
+    file.attrs["speed"] = model.speed
     file.attrs["notes"], file.attrs["warnings"] = json.dumps(model.notes), json.dumps(model.warnings)
     file.attrs["materials"] = json.dumps({name: vars(material) for name, material in model.materials.items()})
     for name in "KMC":
@@ -132,6 +133,7 @@ def _read(file: h5py.Group, path: Path) -> ImportedModel:
         node_sets=_group(file, "node_sets", path),
         source=str(file.attrs["source"]),
         units=str(file.attrs["units"]),
+        speed=float(file.attrs.get("speed", 0.0)),
         notes=tuple(map(str, json.loads(file.attrs["notes"]))),
         warnings=tuple(map(str, json.loads(file.attrs.get("warnings", "[]")))),
         mesh=_mesh(own_node(file, "mesh"), path) if "mesh" in file else None,

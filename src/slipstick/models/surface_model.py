@@ -19,6 +19,7 @@ from slipstick.fem.assembly import conduction
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
 from slipstick.fem.contact_points import ContactPoints
 from slipstick.fem.imported import ImportedModel
+from slipstick.fem.in_mesh import mesh_of, motion_in_mesh, rows_in_mesh
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
@@ -149,12 +150,9 @@ def of_import(imported: ImportedModel) -> ElasticModel:
     InputError
         If it has no mesh, has rotations, or its nodes are not those of the mesh.
     """
-    if imported.mesh is None:
-        raise InputError(
-            f"{imported.source}: contacts on a surface need the mesh; import it too, or name contact nodes"
-        )
-    mesh = imported.mesh
-    free = _places(imported, mesh, imported.dof_nodes, imported.dof_components)
+    what = "contacts on a surface"
+    mesh = mesh_of(imported, what)
+    free = rows_in_mesh(imported, mesh, imported.dof_nodes, imported.dof_components, what)
     conducts = imported.materials and all(m.conductivity > 0.0 for m in imported.materials.values())
     return ElasticModel(
         mesh=mesh,
@@ -162,39 +160,5 @@ def of_import(imported: ImportedModel) -> ElasticModel:
         M=imported.M,
         free=free,
         conduction=conduction(mesh, imported.materials) if conducts else None,
-        basis=_basis(imported, mesh, free),
+        basis=motion_in_mesh(imported, mesh, free, what),
     )
-
-
-def _places(imported: ImportedModel, mesh: Mesh, nodes: IntArray, components: IntArray) -> IntArray:
-    """Index of each degree of freedom in the node-major list of the mesh; -1 for rotations of nodes in no element."""
-    order = np.argsort(mesh.labels)
-    place = order[np.searchsorted(mesh.labels, nodes, sorter=order).clip(max=len(order) - 1)]
-    strange = mesh.labels[place] != nodes
-    turns = components > 2
-    if np.any(turns & ~strange & np.isin(place, mesh.used_nodes)) or np.any(turns & strange):
-        raise InputError(f"{imported.source}: contacts on a surface need solid elements; the model has rotations")
-    if np.any(strange):
-        raise InputError(
-            f"{imported.source}: node {nodes[strange][0]} of the matrices is not in the mesh; give the mesh they came "
-            "from"
-        )
-    return np.where(turns, -1, 3 * place + components)
-
-
-def _basis(imported: ImportedModel, mesh: Mesh, free: IntArray) -> csr_array | None:
-    """Motion of all nodes, where some depend on others or free degrees of freedom are rotations."""
-    from scipy.sparse import csr_array, vstack
-
-    if imported.dependence is None and np.all(free >= 0):
-        return None
-    own = np.flatnonzero(free >= 0)
-    parts = [csr_array((np.ones(len(own)), (range(len(own)), own)), shape=(len(own), len(free)))]
-    rows = [free[own]]
-    if imported.dependence is not None:
-        among = _places(imported, mesh, imported.dependent[:, 0], imported.dependent[:, 1])
-        parts.append(imported.dependence[among >= 0])
-        rows.append(among[among >= 0])
-    every = np.concatenate(rows)
-    moved = csr_array((np.ones(len(every)), (every, range(len(every)))), shape=(3 * mesh.n_nodes, len(every)))
-    return csr_array(moved @ vstack(parts))

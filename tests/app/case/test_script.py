@@ -180,6 +180,7 @@ contacts = 3
 radius = 1.2e-2
 pressure = {{ push = "z1" }}
 base = ["z"]
+rotation = {{ speed = 100, models = {{ "200" = "model.h5" }} }}
 films = {{ boundary = 100.0 }}
 cold = "x0"
 modes = 6
@@ -246,6 +247,7 @@ harmonics = "0..1"
 [structure]
 kind = "matrices"
 file = "model.h5"
+rotation = {{ speed = "3000 rpm", axis = {{ direction = [0, 1, 0] }} }}
 loss_factor = 0.02
 [[load]]
 dof = "{end}"

@@ -9,6 +9,7 @@ from slipstick.app.case.body import Body, Tell
 from slipstick.app.case.fe_tables import FeTable
 from slipstick.app.case.paths import inside
 from slipstick.app.case.reducing import CACHE, NEEDED, material_of, reduced, reduction_folder
+from slipstick.app.case.rotation import turning
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def fe_body(table: FeTable, folder: Path, tell: Tell) -> Body:
 
     path = _path(table.file, folder)
     tell(f"structure: reading {table.file} ...")
-    model = _imported(table, path)
+    model = turning(_imported(table, path), table.rotation, folder, tell)
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
+from slipstick.app.case.rotation import RotationTable, rotation_faults
 from slipstick.app.case.rotor import WORDS, AxisTable, RotorTable, rotor_faults, vector
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table, is_number
@@ -15,6 +16,7 @@ from slipstick.errors import Fault, InputError
 MOST_POINTS = 1000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 
+_ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
 
@@ -132,7 +134,13 @@ class ModelTable(Table):
 
     kind: Literal["matrices"]
     file: str = Field(description="the name of a model.h5 made by 'slipstick import', such as a superelement")
+    rotation: RotationTable | None = Field(default=None, description=_ROTATION)
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The rotation is said in one way."""
+        return rotation_faults(raw)
 
 
 class FeTable(ReductionTable):
@@ -155,6 +163,7 @@ class FeTable(ReductionTable):
     )
     films: Films = Field(default={}, description="a table of surface = convection coefficient")
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
+    rotation: RotationTable | None = Field(default=None, description=_ROTATION)
     keep: list[str] = Field(
         default=[], max_length=3 * MOST_POINTS, description='a list of dofs of the full model such as ["n123y"]'
     )
@@ -166,7 +175,7 @@ class FeTable(ReductionTable):
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
-        faults = super().cross_check(raw)
+        faults = [*super().cross_check(raw), *rotation_faults(raw)]
         if "surface" not in raw and not raw.get("keep"):
             remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
             faults.append(Fault(statement="nothing is kept", remedy=remedy))

@@ -169,7 +169,20 @@ class _Script:
     def _model(self, given: GivenText) -> list[str]:
         arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | given.rest("loss_factor")
         model = f"model = {call('ss.import_model', here(given.take('file')))}"
-        return [model, f"structure = {call('ss.MatrixStructure', **arguments)}"]
+        return [model, *self._turning(given), f"structure = {call('ss.MatrixStructure', **arguments)}"]
+
+    def _turning(self, given: GivenText) -> list[str]:
+        """The model at the speed of its ``rotation``."""
+        table = given.take("rotation")
+        if table is None:
+            return []
+        raw = given.raw["rotation"]
+        axis = axis_arguments(table.axis)
+        arguments = {} if axis is None else {"axis": literal(axis)}
+        if table.models is not None:
+            models = (f"{literal(s)}: {call('ss.import_model', here(name))}" for s, name in table.models.items())
+            arguments["others"] = f"{{{', '.join(models)}}}"
+        return [f"model = {call('ss.at_speed', 'model', quantity_text(raw['speed']), **arguments)}"]
 
     def _modal(self, given: GivenText) -> list[str]:
         given.take("force")
@@ -191,9 +204,10 @@ class _Script:
         )  # fmt: skip
         if up_to is not None:
             reduction["up_to"] = quantity_text(given.raw["up_to"])
+        turning = self._turning(given)
         model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
         body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
-        return [model, f"body = {body}", "structure = body.structure"]
+        return [model, *turning, f"body = {body}", "structure = body.structure"]
 
     def _blade(self, given: GivenText) -> list[str]:
         size, _ = given.take("size"), given.take("force")

@@ -94,6 +94,7 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Des
 
 def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
     """The matrices of a model file, with its names."""
+    from slipstick.app.case.rotation import turning
     from slipstick.io.model_file import load_model
     from slipstick.structure.matrices import MatrixStructure
 
@@ -102,6 +103,9 @@ def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Descri
     model = None if path is None else found.inside(("file",), partial(load_model, quiet=True), path)
     if model is None or not row.complete:
         return Described(dofs=None if model is None else model.dofs, made=True)
+    model = found.inside((), turning, model, row.table.rotation, folder, tell)
+    if model is None:
+        return Described(made=True)
     given = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
     structure = found.inside(("file",), lambda: MatrixStructure(**given, dofs=model.dofs))
     body = None if structure is None else Body(structure=structure, model=model)
