@@ -13,7 +13,7 @@ from slipstick.app.case.sentences import toml, unexpected
 from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table, is_number
 from slipstick.errors import Fault, InputError
 
-MOST_POINTS = 1000
+MOST_CONTACTS = 1000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 
 _ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
@@ -38,10 +38,10 @@ def _surface(value: Any) -> Any:
 
 def _contacts(value: Any) -> Any:
     """A number, node labels, or positions."""
-    if _whole(value) and 1 <= value <= MOST_POINTS:
+    if _whole(value) and 1 <= value <= MOST_CONTACTS:
         return value
-    if (value if _whole(value) else len(value) if isinstance(value, list) else 0) > MOST_POINTS:
-        raise unexpected(f"at most {MOST_POINTS} contacts")
+    if (value if _whole(value) else len(value) if isinstance(value, list) else 0) > MOST_CONTACTS:
+        raise unexpected(f"at most {MOST_CONTACTS} contacts")
     if isinstance(value, list) and value and all(map(_whole, value)):
         return value
     triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
@@ -165,7 +165,7 @@ class FeTable(ReductionTable):
     cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
     rotation: RotationTable | None = Field(default=None, description=_ROTATION)
     keep: list[str] = Field(
-        default=[], max_length=3 * MOST_POINTS, description='a list of dofs of the full model such as ["n123y"]'
+        default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
     )
     accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
         default=None, description="a number between 0 and 1, the relative error of the receptance"
@@ -204,7 +204,7 @@ class BladeTable(ReductionTable):
     material: MaterialTable | None = Field(
         default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
     )
-    contacts: Annotated[int, Field(ge=1, le=MOST_POINTS)] = Field(
+    contacts: Annotated[int, Field(ge=1, le=MOST_CONTACTS)] = Field(
         default=8, description="a whole number >= 1 of contacts"
     )
     film: NotNegative = Field(default=200.0, description="a number >= 0, the convection coefficient, W/(m2 K)")
