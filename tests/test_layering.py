@@ -88,6 +88,7 @@ BY_OTHERS = {
     "faults.py": "test_wrong_values.py, argument by argument",
     "io/notes.py": "app/verbs/test_resume.py, by runs that go on",
     "importers/abaqus/content.py": "test_input_file.py, which fills it",
+    "importers/nastran/lumps.py": "nastran/test_couplings.py, beside what ties points",
 }
 """Files, or folders, that are tested through another one, and where."""
 

@@ -18,9 +18,11 @@ from slipstick.importers.ansys.archive import read_archive
 from slipstick.importers.extras import require
 from slipstick.importers.mesh_checks import unit_notes
 from slipstick.importers.mesh_model import MeshModel, matching_surface
+from slipstick.importers.nastran.mesh import read_bulk_mesh
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.typing import IntArray
 
+BULK_SUFFIXES = (".bdf", ".nas", ".dat", ".blk")
 MESH_SUFFIXES = (".cdb", ".inp", ".msh", ".vtu", ".vtk", ".med", ".unv", ".xdmf", ".exo", ".e")
 _SOLIDS = {
     "tetra": "tet4",
@@ -40,8 +42,10 @@ _NODES_LEFT_OUT = {"hexahedron27", "wedge18", "pyramid14"}
 _CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 
 
-def read_mesh(path: Path) -> MeshModel:
+def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     """A mesh with its named groups; materials and supports where the format has them.
+
+    ``constraints`` is the Nastran SPC set in force; not needed where the file has one, or its case control says which.
 
     Raises
     ------
@@ -53,10 +57,11 @@ def read_mesh(path: Path) -> MeshModel:
         return read_archive(path)
     if suffix == ".inp":
         return read_input(path)
+    if suffix in BULK_SUFFIXES:
+        return read_bulk_mesh(path, constraints)
     if suffix not in MESH_SUFFIXES:
-        raise InputError(
-            f"{path.name}: mesh files of type '{suffix}' are not known; known are {', '.join(MESH_SUFFIXES)}"
-        )
+        known = ", ".join((*MESH_SUFFIXES, *BULK_SUFFIXES))
+        raise InputError(f"{path.name}: mesh files of type '{suffix}' are not known; known are {known}")
     return _from_meshio(path)
 
 

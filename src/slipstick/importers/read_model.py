@@ -104,7 +104,7 @@ def _without_matrices(path: Path, source: str, options: ImportOptions) -> Import
 def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
     """A mesh file read and assembled with our own elements."""
     return assemble_mesh(
-        read_mesh(path),
+        read_mesh(path, options.constraints),
         source=source,
         material=options.material,
         fixed=options.fixed,

@@ -40,10 +40,8 @@ def test_a_star_in_column_eight_is_a_large_field(tmp_path):
 @pytest.mark.parametrize(
     ("card", "said"),
     [
-        ("MPC,5,1,2,1.,2,2,-1.", "MPC ties degrees of freedom to each other"),
-        ("RBE2,9,1,123,2", "RBE2 couples nodes rigidly"),
-        ("RBE3,9,,1,123,1.,123,2", "RBE3 couples nodes rigidly"),
-        ("RBAR,9,1,2,123456", "RBAR couples nodes rigidly"),
+        ("RBE1,9,1,123456\n,UM,2,123", "RBE1 couples nodes rigidly"),
+        ("RSPLINE,9,,1,2,123,3", "RSPLINE couples nodes by a spline"),
         ("SPC,5,9,0,0.5", "SPC prescribes a displacement that is not 0"),
         ("SPCD,5,1,2,0.5", "SPCD prescribes a motion"),
         ("CYJOIN,1,,1,2", "CYJOIN ties the two sides of a sector"),

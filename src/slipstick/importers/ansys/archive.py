@@ -23,11 +23,11 @@ from slipstick.importers.ansys.commands import classify_commands
 from slipstick.importers.ansys.equations import read_equations
 from slipstick.importers.ansys.lumps import LUMP_TYPES, Lumps
 from slipstick.importers.ansys.materials import read_materials
-from slipstick.importers.ansys.midsides import Edges, middle_equations, placed, whole_row, with_middles
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, Stated, with_surfaces
+from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
 from slipstick.typing import Array, IntArray
 

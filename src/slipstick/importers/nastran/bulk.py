@@ -11,6 +11,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
+from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.dmig import DirectMatrix, pair
 from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.raw_model import Nodes
@@ -23,8 +24,9 @@ class BulkData:
     """Points, constraints by set number (0: permanent, on the GRID itself), analysis set, and matrices by name.
 
     ``directions`` holds, as columns (3, 3), the directions of displacements at points where they are not the basic
-    ones; ``external`` the rows of an external superelement in the order of its EXTRN card; ``combined`` the numbers of
-    sets that an SPCADD joins; ``findings`` tells of the cards that are not read.
+    ones; ``external`` the rows of an external superelement in the order of its EXTRN card; ``coupled`` the cards that
+    tie points together, ``mpc`` the MPC set that the case control asks for; ``combined`` the numbers of sets that an
+    SPCADD joins; ``findings`` tells of the cards that are not read.
     """
 
     nodes: Nodes
@@ -33,6 +35,8 @@ class BulkData:
     combined: frozenset[int]
     analysis_set: set[tuple[int, int]]
     external: list[tuple[int, int]]
+    coupled: tuple[CoupledCard, ...]
+    mpc: int | None
     directions: Mapping[int, Array]
     matrices: dict[str, DirectMatrix]
     findings: Findings
@@ -48,7 +52,9 @@ def read_bulk(path: Path) -> BulkData:
         is not alone in its file.
     """
     reader = _Reader(path)
-    for number, name, fields in cards(read_bytes(path).decode("latin-1"), _READ):
+    text = read_bytes(path).decode("latin-1")
+    reader.mpc = selected(text, "MPC")
+    for number, name, fields in cards(text, _READ):
         if name not in _READ:
             classify_card(reader.findings, name, number)
             continue
@@ -69,7 +75,7 @@ _SETS = ("ASET", "BSET", "CSET", "QSET")
 """What the analysis set is made of: boundary and generalised degrees of freedom."""
 _SYSTEMS = tuple(f"CORD{i}{kind}" for i in "12" for kind in "RCS")
 _READ = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "EXTRN", "DMIG", *_SYSTEMS}
-_READ |= {*_SETS, *(f"{name}1" for name in _SETS)}
+_READ |= {*_SETS, *(f"{name}1" for name in _SETS), *COUPLED}
 
 
 class _Reader:
@@ -79,6 +85,7 @@ class _Reader:
         self.systems: dict[int, Definition] = {}
         self.default_systems = ("", "")
         self.external: list[tuple[int, int]] = []
+        self.coupled: list[CoupledCard] = []
         self.points: set[int] = set()
         self.held: dict[int, set[tuple[int, int]]] = {}
         self.analysis: set[tuple[int, int]] = set()
@@ -89,10 +96,13 @@ class _Reader:
         self.held_by_default = ""
         self.findings = Findings(source=path.name)
         self.line = 0
+        self.mpc: int | None = None
 
     def read(self, name: str, fields: list[str]) -> None:
         if name.startswith("CORD"):
             self.on_system(name[4], name[5], fields)
+        elif name in COUPLED:
+            self.coupled.append(CoupledCard(name=name, line=self.line, fields=tuple(fields)))
         elif name in _SETS:
             self.on_set(fields)
         elif name[:-1] in _SETS:
@@ -224,6 +234,8 @@ class _Reader:
             combined=frozenset(part for parts in self.sums.values() for part in parts),
             analysis_set=self.analysis,
             external=self.external,
+            coupled=tuple(self.coupled),
+            mpc=self.mpc,
             directions=directions,
             matrices=self.matrices,
             findings=self.findings,

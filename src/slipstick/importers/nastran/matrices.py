@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
 from slipstick.importers.dof_map import read_dof_map
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.couplings import Points, coupled_equations
 from slipstick.importers.nastran.dmig import DirectMatrix, sparse
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
@@ -131,10 +133,14 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
     """Map and nodes for a matrix of this size."""
     pairs = [(node, component) for node in data.nodes.ids.tolist() for component in range(6)]
     every = sorted(pairs + [(point, 6) for point in data.scalar_points.tolist()])
-    held = _held(data, constraints, bulk)
+    held = chosen_supports(data, constraints, bulk)
     free = [pair for pair in every if pair not in held]
     sets = {"superelement (EXTRN)": data.external, "g-set": every, "free set": free}
     sets["analysis set"] = sorted(data.analysis_set)
+    equations = list(coupled_equations(data.coupled, points_of(data, bulk.name), data.mpc))
+    dependent = {equation.pairs[0] for equation in equations}
+    if dependent:
+        sets["free set without dependent dofs"] = [pair for pair in free if pair not in dependent]
     fitting = next((pairs for pairs in sets.values() if len(pairs) == size), None)
     if fitting is None:
         sizes = ", ".join(f"the {name} {len(pairs)}" for name, pairs in sets.items() if pairs)
@@ -142,11 +148,14 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
             f"{what} has {size} rows; by the bulk data {bulk.name} {sizes} (without multipoint constraints): "
             "export KGG and MGG, or give a map file"
         )
-    couplings = data.findings.couplings
+    couplings, whole = data.findings.couplings, fitting is every
     if couplings and fitting not in (sets["analysis set"], data.external):
         raise InputError([f"{c.where} {c.what}, which {what} does not hold; export KAA and MAA" for c in couplings])
+    if whole:
+        _refuse_turned(equations, data, held, bulk)
     nodes = Nodes(ids=data.nodes.ids, coordinates=data.nodes.coordinates, held=_table(held))
-    parts = {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data)}
+    parts = {"dof_map": _dof_map(fitting), "nodes": nodes, **told(data, applied=whole)}
+    parts["equations"] = tuple(equations) if whole else ()
     if fitting is data.external and data.external != sorted(data.external):
         parts["warnings"] += (
             f"{bulk.name}: the rows of {what} are taken in the order of its EXTRN card, which does not ascend by point",
@@ -154,14 +163,35 @@ def _rows(data: BulkData, size: int, what: str, bulk: Path, constraints: int | N
     return parts
 
 
-def told(data: BulkData) -> dict[str, Any]:
-    """Notes and warnings of bulk data whose constraints are in the matrices."""
+def points_of(data: BulkData, source: str) -> Points:
+    """Positions and directions of the points of bulk data."""
+    places = dict(zip(data.nodes.ids.tolist(), data.nodes.coordinates, strict=True))
+    return Points(places=places, directions=data.directions, source=source)
+
+
+def _refuse_turned(
+    equations: Collection[NodalEquation], data: BulkData, held: Collection[tuple[int, int]], bulk: Path
+) -> None:
+    """Rows of a point with own directions that is held in part cannot be turned, and equations are in global ones."""
+    named = {node for equation in equations for node, _ in equation.pairs} & set(data.directions)
+    partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
+    if partly:
+        raise InputError(
+            f"{bulk.name}: point {partly[0]} is held in part along its own directions and stands in MPC, RBE or RBAR "
+            "cards; export KAA and MAA"
+        )
+
+
+def told(data: BulkData, *, applied: bool = False) -> dict[str, Any]:
+    """Notes and warnings of bulk data whose constraints are in the matrices, or ``applied`` to them."""
     findings = data.findings
-    beside = tuple(coupling.beside_matrices for coupling in findings.couplings)
+    ties = () if applied else tuple(card.coupling(findings.source) for card in data.coupled if card.name != "MPCADD")
+    beside = tuple(coupling.beside_matrices for coupling in (*findings.couplings, *ties))
     return {"notes": findings.notes, "warnings": (*findings.warnings, *beside)}
 
 
-def _held(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
+def chosen_supports(data: BulkData, constraints: int | None, bulk: Path) -> set[tuple[int, int]]:
+    """What the set in force holds, and what the points hold themselves."""
     chosen = sorted(number for number in data.held if number and number not in data.combined)
     if constraints is None and len(chosen) > 1:
         raise InputError(

@@ -1,7 +1,7 @@
-"""Quadratic elements of Ansys without some of their middle nodes: such an edge stays straight and moves so.
+"""Quadratic elements without some of their middle nodes: such an edge stays straight and moves so.
 
 A middle node that is not there is made, halfway between the ends of its edge, and moves as their mean: the shape
-functions that are left are those Ansys uses, linear along that edge.
+functions that are left are those Ansys and Nastran use, linear along that edge.
 """
 
 from __future__ import annotations

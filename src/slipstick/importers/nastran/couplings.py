@@ -1,0 +1,213 @@
+"""MPC, RBE2, RBE3 and RBAR cards as equations between the grid points of a file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
+from slipstick.importers.findings import Coupling
+from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.typing import Array
+
+COUPLED = frozenset({"MPC", "MPCADD", "RBE2", "RBE3", "RBAR"})
+"""Cards read here."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledCard:
+    """A card that ties degrees of freedom: its name, line and fields."""
+
+    name: str
+    line: int
+    fields: tuple[str, ...]
+
+    def coupling(self, source: str) -> Coupling:
+        """What matrices must hold that were made with it."""
+        what = "ties degrees of freedom to each other" if self.name == "MPC" else "couples points rigidly"
+        return Coupling(where=f"{source}, line {self.line}: {self.name}", what=what)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Points:
+    """Positions of grid points in the basic system, and own directions (columns) of those that have some, by label."""
+
+    places: Mapping[int, Array]
+    directions: Mapping[int, Array]
+    source: str
+
+    def reference(self, node: int, where: str) -> Reference:
+        """A grid point that others follow."""
+        return Reference.of(node, self.place(node, where))
+
+    def place(self, node: int, where: str) -> Array:
+        """Position (3,) of a point; InputError where it is not in the file."""
+        if node not in self.places:
+            raise InputError(f"{where}: grid point {node} is not in the file")
+        return np.asarray(self.places[node])
+
+    def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
+        """A displacement or rotation along an own direction, in basic ones: terms (node, direction, factor)."""
+        if node not in self.directions or component > 5:
+            return [(node, component, 1.0)]
+        block, axis = divmod(component, 3)
+        cosines = np.asarray(self.directions[node])[:, axis].tolist()
+        return [(node, 3 * block + i, value) for i, value in enumerate(cosines) if abs(value) > 1e-15]
+
+
+def selected(text: str, name: str) -> int | None:
+    """The number of the set that the case control asks for, as in "MPC = 3"; None where it does not say one."""
+    head = re.split(r"(?im)^\s*BEGIN\b", text, maxsplit=1)
+    found = re.findall(rf"(?im)^\s*{name}\s*=\s*(\d+)", head[0]) if len(head) > 1 else []
+    return int(found[0]) if len(set(found)) == 1 else None
+
+
+def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | None) -> Iterator[NodalEquation]:
+    """Equations of all cards; of MPC those of the set in force.
+
+    Raises
+    ------
+    InputError
+        For cards that cannot be read, points that are not there, several MPC sets of which none is chosen.
+    """
+    chosen = _mpc_sets(cards, mpc, points.source)
+    for card in cards:
+        where = f"{points.source}, line {card.line}: {card.name}"
+        try:
+            if card.name == "MPC" and whole_number(card.fields[0]) in chosen:
+                yield _multipoint(card.fields, points, where)
+            elif card.name == "RBE2":
+                yield from _rigid(card.fields, points, where)
+            elif card.name == "RBE3":
+                yield from _mean(card.fields, points, where)
+            elif card.name == "RBAR":
+                yield from _bar(card.fields, points, where)
+        except InputError:
+            raise
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{where} cannot be read ({error})") from None
+
+
+def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> set[int]:
+    numbers = {whole_number(card.fields[0]) for card in cards if card.name == "MPC"}
+    sums = {
+        whole_number(card.fields[0]): {whole_number(word) for word in card.fields[1:] if word}
+        for card in cards
+        if card.name == "MPCADD"
+    }
+    if chosen is None:
+        others = numbers - set().union(*sums.values()) if sums else numbers
+        heads = {*sums, *others}
+        if len(heads) > 1:
+            remedy = "say which is in force (MPC = n before BEGIN BULK)"
+            raise InputError(f"{source}: holds the MPC sets {sorted(heads)}; {remedy}")
+        chosen = next(iter(heads), 0)
+    return sums.get(chosen, set()) | {chosen}
+
+
+def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquation:
+    """A1 u1 + A2 u2 + ... = 0; two terms on a line of the card, the first is dependent."""
+    terms: list[tuple[int, int, float]] = []
+    for at in range(0, len(fields), 8):
+        for start in (at + 1, at + 4):
+            node, component, factor = [*fields[start : start + 3], "", "", ""][:3]
+            if node:
+                value = fortran_real(factor)
+                own = points.axis(whole_number(node), _component(component))
+                points.place(whole_number(node), where) if component not in ("", "0") else None
+                terms += [(n, c, value * cosine) for n, c, cosine in own]
+    return _dependent_first(terms, where)
+
+
+def _dependent_first(terms: list[tuple[int, int, float]], where: str) -> NodalEquation:
+    """Along own directions the dependent one is that of the largest share."""
+    first = terms[0][0]
+    lead = max((i for i, term in enumerate(terms) if term[0] == first), key=lambda i: abs(terms[i][2]))
+    return NodalEquation(terms=(terms[lead], *terms[:lead], *terms[lead + 1 :]), where=where)
+
+
+def _component(text: str) -> int:
+    number = whole_number(text or "0")
+    if not 0 <= number <= 6:
+        raise ValueError(f"direction {text}")
+    return (number - 1) % 7
+
+
+def _digits(text: str) -> list[int]:
+    if not text.isdigit() or not set(text) <= set("123456"):
+        raise ValueError(f"directions '{text}'")
+    return sorted({int(digit) - 1 for digit in text})
+
+
+def _rigid(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+    """RBE2: number, independent point, directions, dependent points; a real at the end is thermal expansion."""
+    components = _digits(fields[2])
+    words = [word for word in fields[3:] if word]
+    labels: list[int] = []
+    for i, word in enumerate(words):
+        if "." in word:
+            break
+        if word.upper() == "THRU":
+            labels += range(labels[-1] + 1, whole_number(words[i + 1]))
+        else:
+            labels.append(whole_number(word))
+    reference = points.reference(whole_number(fields[1]), where)
+    for node in labels:
+        yield from followers(reference, node, components, points, where)
+
+
+def followers(
+    reference: Reference, node: int, components: Sequence[int], points: Points, where: str
+) -> Iterator[NodalEquation]:
+    """A point follows another as a rigid body, along its own directions."""
+    rows = rigid_rows(reference, points.place(node, where))
+    for component in components:
+        own = points.axis(node, component)
+        terms = list(own)
+        for _, direction, cosine in own:
+            row = rows[direction] if direction < 3 else [(*reference.rotations[direction - 3], 1.0)]
+            terms += [(n, c, -cosine * value) for n, c, value in row]
+        yield _dependent_first(terms, where)
+
+
+def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+    """RBAR with all six independent directions at one end: the other end follows it."""
+    a, b, own_a, own_b, given_a, given_b = [*fields[1:7], *[""] * 6][:6]
+    if own_a == "123456" and not own_b:
+        first, second, components = a, b, given_b
+    elif own_b == "123456" and not own_a:
+        first, second, components = b, a, given_a
+    else:
+        raise InputError(f"{where} has independent directions at both ends, which is not read; write it as RBE2")
+    reference = points.reference(whole_number(first), where)
+    yield from followers(reference, whole_number(second), _digits(components or "123456"), points, where)
+
+
+def _mean(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
+    """RBE3: number, blank, reference point, its directions, then weight, directions and points in groups."""
+    words = [word for word in fields[4:] if word]
+    nodes: dict[int, tuple[Array, float, Sequence[int]]] = {}
+    i = 0
+    while i < len(words) and words[i].upper() not in ("UM", "ALPHA"):
+        weight, components = fortran_real(words[i]), _digits(words[i + 1])
+        if max(components) > 2:
+            raise InputError(f"{where} takes rotations into the mean, which is not read; leave out 4, 5 and 6")
+        i += 2
+        while i < len(words) and words[i].isdigit():
+            node = whole_number(words[i])
+            nodes[node] = (points.place(node, where), weight, components)
+            i += 1
+    if "UM" in (word.upper() for word in words):
+        raise InputError(f"{where} has dependent directions of its own (UM), which are not read; leave them out")
+    turned = [node for node in (whole_number(fields[2]), *nodes) if node in points.directions]
+    if turned and any(len(components) < 3 for _, _, components in nodes.values()):
+        raise InputError(f"{where}: some directions of point {turned[0]} count, and they are its own; name all three")
+    reference = points.reference(whole_number(fields[2]), where)
+    if reference.node in points.directions:
+        raise InputError(f"{where}: its reference point {reference.node} has own directions, which is not read")
+    yield from mean_equations(reference, nodes, where, _digits(fields[3]))

@@ -1,0 +1,235 @@
+"""Meshes of Nastran bulk data (.bdf): solids, isotropic materials, supports, couplings, point masses and springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.fem.elements import ELEMENTS
+from slipstick.fem.equations import NodalEquation
+from slipstick.fem.frames import supports
+from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh, node_indices
+from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.mesh_checks import likely_units, unit_notes
+from slipstick.importers.mesh_model import MeshModel, Stated
+from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
+from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.cards import cards
+from slipstick.importers.nastran.couplings import coupled_equations, selected
+from slipstick.importers.nastran.lumps import lumped_of
+from slipstick.importers.nastran.matrices import chosen_supports, points_of
+from slipstick.importers.nastran.mesh_cards import (
+    LUMPS,
+    MATERIALS,
+    POINTS,
+    SAME,
+    SOLIDS,
+    SYSTEMS,
+    classify_mesh_card,
+    is_other_element,
+)
+from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.typing import IntArray
+
+
+@dataclass(kw_only=True)
+class Cards:
+    """The cards of a file that a mesh is made of; elements by our type: label, property, nodes."""
+
+    findings: Findings
+    elements: dict[str, list[tuple[int, int, IntArray]]] = field(default_factory=dict)
+    variants: dict[str, dict[str, int]] = field(default_factory=dict)
+    properties: dict[int, int] = field(default_factory=dict)
+    materials: dict[int, dict[str, float]] = field(default_factory=dict)
+    lumps: list[tuple[str, int, list[str]]] = field(default_factory=list)
+    others: dict[str, list[tuple[int, set[int]]]] = field(default_factory=dict)
+    made: Edges = field(default_factory=dict)
+    mass_factor: float = 1.0
+
+
+def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
+    """Mesh of a bulk data file; materials by element set "property <number>".
+
+    ``constraints`` is the SPC set in force, instead of the one that the case control asks for.
+
+    Raises
+    ------
+    InputError
+        For damaged cards, included files, superelements, no solid element, several sets of supports or equations of
+        which the case control chooses none. What couples or holds otherwise is in the model's ``couplings``.
+    """
+    data = read_bulk(path)
+    text = read_bytes(path).decode("latin-1")
+    found = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
+    if not found.elements:
+        remedy = "give the file with the mesh"
+        raise InputError(f"{path.name}: has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM); {remedy}")
+    labels, nodes = placed(found.made, data.nodes.ids, data.nodes.coordinates, path.name)
+    mesh = _mesh(found, labels, nodes, path)
+    materials, faults = _materials(found, path)
+    points = points_of(data, path.name)
+    lumped, turning = lumped_of(found.findings, found.lumps, points, _solid_nodes(found), found.mass_factor)
+    tied = list(coupled_equations(data.coupled, points, data.mpc))
+    turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
+    number = selected(text, "SPC") if constraints is None else constraints
+    held, along = _supports(data, number, path, turning)
+    equations = [*tied, *along, *middle_equations(found.made, path.name)]
+    return MeshModel(
+        mesh=mesh,
+        materials=materials,
+        held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
+        units=likely_units(materials),
+        notes=(*_left_out(found, path), *found.findings.notes, *unit_notes(mesh, materials)),
+        warnings=found.findings.warnings,
+        couplings=(*found.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
+        constraints=tuple(_stated(equations)),
+        lumped=lumped,
+        material_faults=faults,
+        variants=found.variants,
+        axes={node: axes.T for node, axes in data.directions.items()},
+    )
+
+
+def _stated(equations: list[NodalEquation]) -> Iterator[Stated]:
+    places: dict[str, list[NodalEquation]] = {}
+    for equation in equations:
+        places.setdefault(equation.where, []).append(equation)
+    for where, own in places.items():
+        yield Stated(where=where, equations=partial(_same, own))
+
+
+def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
+    del mesh
+    return equations
+
+
+def _cards(path: Path, text: str, next_label: int) -> Cards:
+    found = Cards(findings=Findings(source=path.name))
+    others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
+    for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
+        try:
+            if name in SOLIDS:
+                _element(found, name, fields, next_label, path.name)
+            elif name in LUMPS:
+                found.lumps.append((name, line, fields))
+            elif name in MATERIALS:
+                _material(found, name, fields, line)
+            elif name in others:
+                nodes = {int(word) for word in fields[2:] if word.isdigit()}
+                found.others.setdefault(name, []).append((line, nodes))
+            elif name not in POINTS | SYSTEMS:
+                classify_mesh_card(found.findings, name, line)
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{path.name}, line {line}: {name} cannot be read ({error})") from None
+    found.findings.refuse_incomplete()
+    solid = _solid_nodes(found)
+    for name, members in found.others.items():
+        near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
+        if near:
+            what = "shares nodes with solids: the stiffness and mass it adds are not read"
+            for line in near:
+                found.findings.add(Verdict.COUPLING, name, what, line)
+    return found
+
+
+def _element(found: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
+    label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
+    given = [whole_number(word) if word else 0 for word in fields[2:]]
+    while given and not given[-1]:
+        given.pop()
+    size = next((n for n in sorted(SOLIDS[name]) if n >= len(given)), 0)
+    if not size:
+        raise ValueError(f"{len(given)} nodes")
+    kind, order = SOLIDS[name][size]
+    nodes = np.array([*given, *[0] * (size - len(given))], dtype=np.int64)[list(order)]
+    nodes = with_middles(kind, nodes, label, found.made, next_label, source)
+    found.elements.setdefault(kind, []).append((label, group, nodes))
+    if name not in SAME:
+        counts = found.variants.setdefault(kind, {})
+        shown = f"{name} of {ELEMENTS[kind].n_nodes} nodes"
+        counts[shown] = counts.get(shown, 0) + 1
+
+
+def _material(found: Cards, name: str, fields: list[str], line: int) -> None:
+    if name == "PSOLID":
+        found.properties[whole_number(fields[0])] = whole_number(fields[1])
+    elif name == "MAT1":
+        young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
+        if young is None or (shear is None and poisson is None):
+            young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
+        ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
+        found.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+        if any(fortran_real(word) for word in fields[7:8] if word):
+            what = "has structural damping (GE), which is not read; give the structure's loss_factor"
+            found.findings.add(Verdict.APPROXIMATED, name, what, line)
+    elif fields[0].upper() == "WTMASS":
+        found.mass_factor = fortran_real(fields[1])
+    else:
+        found.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
+
+
+def _solid_nodes(found: Cards) -> set[int]:
+    return {int(node) for part in found.elements.values() for _, _, nodes in part for node in nodes}
+
+
+def _mesh(found: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
+    what = f"{path.name}: an element"
+    groups = sorted({group for part in found.elements.values() for _, group, _ in part})
+    return Mesh(
+        nodes=nodes,
+        blocks={
+            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in found.elements.items()
+        },
+        element_sets={
+            f"property {group}": {
+                kind: np.flatnonzero([own == group for _, own, _ in part]) for kind, part in found.elements.items()
+            }
+            for group in groups
+        },
+        node_labels=labels,
+        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in found.elements.items()},
+    )
+
+
+def _materials(found: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
+    """Materials by element set, and what is wrong with those that properties use."""
+    materials: dict[str, Material] = {}
+    faults: list[str] = []
+    for group in sorted({group for part in found.elements.values() for _, group, _ in part}):
+        number = found.properties.get(group)
+        known = found.materials.get(number) if number is not None else None
+        if known is None:
+            lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
+            faults.append(f"{path.name}: property {group} {lacks}")
+            continue
+        try:
+            scaled = {**known, "density": known["density"] * found.mass_factor}
+            materials[f"property {group}"] = Material(**scaled)
+        except InputError as error:
+            faults += [str(fault.inside(path.name, f"material {number}")) for fault in error.faults]
+    return materials, tuple(faults)
+
+
+def _supports(
+    data: BulkData, number: int | None, path: Path, turning: set[int]
+) -> tuple[set[tuple[int, int]], list[NodalEquation]]:
+    """What is held, along own directions too; rotations of points that have some."""
+    held = chosen_supports(data, number, path)
+    meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
+    return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
+
+
+def _left_out(found: Cards, path: Path) -> Iterator[str]:
+    if found.others:
+        counts = ", ".join(f"{len(part)} {name}" for name, part in found.others.items())
+        yield f"{path.name}: elements that are no solids were left out: {counts}"
+    if found.made:
+        yield f"{path.name}: {len(found.made)} edges have no middle node: they stay straight, as in Nastran"
+    if found.mass_factor != 1.0:
+        yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {found.mass_factor:.6g}"

@@ -1,0 +1,40 @@
+"""Cards of a mesh: each is read, or has one verdict."""
+
+import pytest
+
+from slipstick.importers.findings import Findings
+from slipstick.importers.nastran.mesh_cards import (
+    LUMPS,
+    MATERIALS,
+    MESH_VERDICTS,
+    POINTS,
+    SOLIDS,
+    SYSTEMS,
+    classify_mesh_card,
+    is_other_element,
+)
+
+
+def test_no_card_has_two_fates():
+    read = {*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS}
+    assert not read & set(MESH_VERDICTS)
+    assert not any(map(is_other_element, [*read, *MESH_VERDICTS]))
+
+
+@pytest.mark.parametrize(
+    ("name", "fate"),
+    [
+        ("FORCE", "notes"),
+        ("PSHELL", "notes"),
+        ("EIGRL", "notes"),
+        ("GENEL", "couplings"),
+        ("CDAMP2", "couplings"),
+        ("RFORCE", "warnings"),
+        ("WHATEVER", "warnings"),
+    ],
+)
+def test_verdicts(name, fate):
+    findings = Findings(source="m.bdf")
+    classify_mesh_card(findings, name, 3)
+    assert {kind for kind in ("notes", "couplings", "warnings") if getattr(findings, kind)} == {fate}
+    assert name in str(getattr(findings, fate))
