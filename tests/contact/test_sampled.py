@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -118,3 +120,22 @@ def test_too_few_samples_are_refused() -> None:
     motion = Motion(ss.Harmonics(range(8)), 1.0, (np.zeros((1, 15)),), np.zeros((1, 1)))
     with pytest.raises(ss.InputError, match="found 8 with harmonics up to 7; expected at least 29"):
         law.respond(motion, {})
+
+
+@pytest.mark.parametrize(
+    "force, said",
+    [
+        (lambda q, velocity, k: "a", "returned 'a'; expected arrays of numbers"),
+        (lambda q, velocity, k: None, "returned None; expected arrays of numbers"),
+        (lambda q, velocity, k: np.array(["a"] * q.size), "expected arrays of numbers"),
+        (lambda q, velocity, k: np.ones(3), r"returned shapes \[\(3,\)\] for motions of shape \(4,\)"),
+        (lambda q, velocity, k: k * q * np.nan, "not a finite number at any motion that was tried"),
+        (lambda q, velocity, k: np.full(q.shape, np.inf), "not a finite number at any motion that was tried"),
+    ],
+)
+def test_a_force_that_is_no_number_is_told_in_one_sentence(force: Any, said: str) -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    pair = ss.ContactPair(name="a", contact=ss.SampledLaw(force=force, parameters={"k": 1.0}), ports={"x": "x"})
+    with pytest.raises(ss.InputError, match=said) as caught:
+        ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
+    assert len(caught.value.sentences) == 1

@@ -13,7 +13,7 @@ from helpers.results import LAYOUT, journal_of_three, opened, point, written
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.io.journal import journal_of
-from slipstick.io.loading import load_dataset
+from slipstick.io.loading import load, load_dataset
 from slipstick.io.store import ResultStore
 
 
@@ -76,3 +76,11 @@ def test_what_is_no_results_file_is_refused(tmp_path: Path) -> None:
         load_dataset(tmp_path / "r.nc")
     with pytest.raises(InputError, match="there is no such file"):
         load_dataset(tmp_path / "none.nc")
+
+
+def test_a_folder_is_told_as_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"is a folder; .*: there is no results\.nc in it"):
+        load(tmp_path)
+    (tmp_path / "results.nc").touch()
+    with pytest.raises(InputError, match=r"is a folder; .*: give .*results\.nc"):
+        load(tmp_path)

@@ -1,7 +1,11 @@
 """Modal arrays that are complex, and residuals that no modes can leave."""
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+import pytest
+
+import slipstick as ss
 from slipstick.structure.modal import LoadShape
 from slipstick.structure.modal_checks import modal_number_faults, residual_faults
 
@@ -23,3 +27,23 @@ def test_a_residual_is_a_sum_of_squares():
     assert residual_faults("R", square - 1e-6 * np.diag(square.diagonal()), square.diagonal()) == []
     (fault,) = residual_faults("R", -square, square.diagonal())
     assert "modes only add compliance" in str(fault)
+
+
+@pytest.mark.parametrize("dofs", [3, ["x", "x"], []])
+def test_wrong_names_hide_no_other_fault(dofs: Any) -> None:
+    with pytest.raises(ss.InputError) as caught:
+        ss.ModalStructure(
+            omega=[-1.0, 2.0], mode_shapes=[[1.0, np.nan], [0.0, 1.0]], static_compliance=np.eye(2), dofs=dofs
+        )
+    first, *others = caught.value.sentences
+    assert first.startswith("dofs: ")
+    assert [s.split(":")[0] for s in others] == ["omega", "mode_shapes"]
+
+
+def test_an_array_of_texts_hides_no_other_fault() -> None:
+    with pytest.raises(ss.InputError) as caught:
+        ss.ModalStructure(
+            omega=["a", "b"], mode_shapes=np.ones((2, 3)), static_compliance=[[1.0, 2.0], [0.0, 1.0]], dofs=["x", "y"],
+            loss_factor=-0.1,
+        )  # fmt: skip
+    assert sorted(s.split(":")[0] for s in caught.value.sentences) == ["loss_factor", "omega", "static_compliance"]

@@ -80,6 +80,11 @@ class SampledLaw:
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
         """Says where the derivative by complex steps is not that of the force: the function is not analytic."""
         del ports, approach
+        if not _known_somewhere(self, values):
+            raise InputError(
+                "law force: it is not a finite number at any motion that was tried, 0 to 1 in size; check the function "
+                "and its parameters"
+            )
         for size in _SIZES:
             q, rate = [size * t for t in _TRIED[: len(self.ports)]], [size * t for t in _TRIED[-len(self.ports) :]]
             if not _differentiable(self, q, rate, values):
@@ -145,7 +150,7 @@ def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: 
         moved, speed = ([value * (1.0 + step) for value in given] for given in (q, rate))
         one = len(q) == 1
         found = law.force(moved[0] if one else tuple(moved), speed[0] if one else tuple(speed), **values)
-        return [np.asarray(f) for f in ((found,) if one else found)]
+        return _arrays((found,) if one else found, len(q), moved[0].shape)
 
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -157,6 +162,36 @@ def _differentiable(law: SampledLaw, q: list[Array], rate: list[Array], values: 
         if np.any(np.abs(slope - difference)[known] > 1e-3 * size.max(initial=0.0, where=known)):
             return False
     return True
+
+
+def _known_somewhere(law: SampledLaw, values: Mapping[str, float]) -> bool:
+    """Whether the force is a finite number for at least one of a few motions."""
+    one = len(law.ports) == 1
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for size in (0.0, *_SIZES):
+            q, rate = [size * t for t in _TRIED[: len(law.ports)]], [size * t for t in _TRIED[-len(law.ports) :]]
+            found = law.force(q[0] if one else tuple(q), rate[0] if one else tuple(rate), **values)
+            if any(np.any(np.isfinite(f)) for f in _arrays((found,) if one else found, len(q), q[0].shape)):
+                return True
+    return False
+
+
+def _arrays(found: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
+    """What a force returned, as arrays of numbers of a shape, one for each port; InputError where it is not."""
+    if not isinstance(found, tuple | list) or len(found) != ports:
+        raise InputError(f"law force: returned {shown(found)}; expected a tuple of {ports} arrays, one for each port")
+    try:
+        arrays = [np.broadcast_to(f, shape) for f in found]
+    except ValueError:
+        shapes = [np.shape(f) for f in found]
+        raise InputError(
+            f"law force: returned shapes {shapes} for motions of shape {shape}; expected the same shape"
+        ) from None
+    if any(a.dtype.kind not in "biufc" for a in arrays):
+        shows = shown(found[0] if ports == 1 else found)
+        raise InputError(f"law force: returned {shows}; expected arrays of numbers")
+    return arrays
 
 
 class _Sampled:
@@ -188,20 +223,7 @@ class _Sampled:
             found = (self.law.force(q[0], velocity[0], **values),)
         else:
             found = self.law.force(tuple(q), tuple(velocity), **values)
-        if not isinstance(found, tuple | list) or len(found) != len(q):
-            raise InputError(
-                f"law force: returned {shown(found)}; expected a tuple of {len(q)} arrays, one for each port"
-            )
-        try:
-            arrays = [np.broadcast_to(f, q[0].shape) for f in found]
-        except ValueError:
-            raise InputError(
-                f"law force: returned shapes {[np.shape(f) for f in found]} for motions of shape {q[0].shape}; "
-                "expected the same shape"
-            ) from None
-        if any(a.dtype.kind not in "biufc" for a in arrays):
-            raise InputError(f"law force: returned {shown(found)}; expected arrays of numbers")
-        return arrays
+        return _arrays(found, len(q), q[0].shape)
 
     def slopes(self, q: list[AnyArray], rate: list[AnyArray], values: Mapping[str, Array]) -> list[Array]:
         """Derivatives in time at each port, from arguments with one imaginary step among them."""

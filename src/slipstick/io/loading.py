@@ -41,6 +41,10 @@ def load_table(path: str | Path) -> ResultTable:
         If there is no such file or it is no results file.
     """
     path = Path(path)
+    if path.is_dir():
+        inside = next((name for name in ("results.nc", "study.nc") if (path / name).is_file()), None)
+        remedy = f"give {path / inside}" if inside else "there is no results.nc in it"
+        raise InputError(f"{path}: is a folder; expected a results file such as results.nc: {remedy}")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
     try:

@@ -15,16 +15,14 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one
 from slipstick.structure.checks import (
-    array_faults,
     checked_names,
     directions,
     known_shapes,
     named_shapes,
     real,
-    symmetry_faults,
 )
 from slipstick.structure.dynamic import checked_values
-from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_number_faults, residual_faults
+from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_faults, residual_faults
 from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs, size_faults
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
@@ -130,17 +128,15 @@ class ModalStructure:
             "damping": damping,
         }
         shapes = named_shapes(load_shapes, faults)
-        wrong = modal_number_faults(given, shapes)
-        if wrong or not self._dofs:
-            raise InputError(faults + wrong)
+        faults += modal_faults(given, shapes, len(self._dofs) or None)
+        if faults:
+            raise InputError(faults)
         self.omega, self.mode_shapes = real(omega), real(mode_shapes)
         self.loss_factor, self._viscous = real(loss_factor), real(damping_ratio)
-        faults += array_faults("damping", real(damping), (), non_negative=True)
-        self.damping = float(real(damping)) if np.ndim(damping) == 0 else 1.0
+        self.damping = float(real(damping))
         self.second_residual = None if second_residual is None else real(second_residual)
         self.shapes = {name: shape.real() for name, shape in shapes.items()}
         compliance = None if static_compliance is None else real(static_compliance)
-        faults += self._faults(compliance)
         self.skin = None if skin is None else one("skin", skin, Skin, "a structure.skin.Skin, or None")
         if self.skin is not None and not faults:
             faults += self.skin.faults(self.omega.size, len(self._dofs), tuple(self.shapes))
@@ -209,24 +205,6 @@ class ModalStructure:
     def valid_to(self) -> float:
         """Frequency (rad/s) up to which the receptance is right to one percent, as far as the structure knows."""
         return self._truncation.valid_to()
-
-    def _faults(self, static_compliance: Array | None) -> list[Fault]:
-        if self.omega.ndim != 1 or self.omega.size == 0:
-            return [Fault("omega", found=f"shape {self.omega.shape}", expected="(n_modes,), at least one mode")]
-        n, modes = len(self._dofs), self.omega.size
-        faults = array_faults("omega", self.omega, (modes,), positive=True)
-        faults += array_faults("mode_shapes", self.mode_shapes, (n, modes))
-        for name, value in (("loss_factor", self.loss_factor), ("damping_ratio", self._viscous)):
-            faults += array_faults(name, value, (modes,) if value.ndim else (), non_negative=True)
-        compliances = {"static_compliance": static_compliance, "second_residual": self.second_residual}
-        for name, given in compliances.items():
-            if given is not None:
-                faults += array_faults(name, given, (n, n)) or symmetry_faults(name, given, tolerance=1e-5)
-        for name, shape in self.shapes.items():
-            sizes = {"participation": (modes,), "static_response": (n,), "second_response": (n,)}
-            for part, value in shape.arrays().items():
-                faults += array_faults(("load shape", name, part), value, sizes[part])
-        return faults
 
     @classmethod
     def from_arrays(
