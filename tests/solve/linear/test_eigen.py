@@ -202,3 +202,16 @@ def test_a_shift_above_eigenvalues_is_refused() -> None:
 def test_an_impossible_number_is_refused() -> None:
     with pytest.raises(InputError, match="n_modes = 28 is not to be had from 27 dofs"):
         modes(lattice((3, 3, 3))[0], sparse.eye_array(27), 28)
+
+
+def test_participations_are_those_of_the_modes() -> None:
+    """Without forming the modes; their signs do not matter."""
+    n = 60
+    K = chain(n)
+    M = sparse.csr_array(sparse.diags_array(np.linspace(1.0, 2.0, n)))
+    B = sparse.csc_array(sparse.random_array((n, 3), density=0.2, rng=np.random.default_rng(3)))
+    iteration = BlockLanczos(K, M)
+    omega, amplitudes = iteration.participations(8, B)
+    found = iteration.modes(8)
+    np.testing.assert_allclose(omega, found.omega, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(amplitudes), np.abs(B.T @ found.shapes), rtol=1e-9, atol=1e-12)

@@ -74,6 +74,17 @@ class BlockLanczos:
             complete = self._search(n_modes, count)
             return self._result(n_modes, complete)
 
+    def participations(self, n_modes: int, B: Sparse) -> tuple[Array, Array]:
+        """Of the lowest modes, converged but not counted, frequencies (rad/s) and ``B^T phi``, B (n, n_columns) sparse.
+
+        The modes themselves are not formed: it costs little beside them.
+        """
+        with one_blas_thread():
+            self._converge(n_modes)
+            theta, Y, _ = self.basis.ritz()
+            omega = np.sqrt(np.maximum(self.shift + 1.0 / theta[:n_modes], 0.0))
+            return omega, (B.T @ self.basis.V[:, : self.basis.m]) @ Y[:, :n_modes]
+
     def _search(self, n_modes: int, count: bool) -> bool | None:
         """Converge, count below a shift, and search with random blocks for what is missing; whether it is all."""
         self._converge(n_modes)

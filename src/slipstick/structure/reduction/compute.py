@@ -247,7 +247,8 @@ def _grow_by_estimate(
     limit = min(MOST_BY_DEFAULT, iteration.n)
     n_modes = min(16, limit)
     while n_modes < limit:
-        data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
+        omega, amplitudes = iteration.participations(n_modes, B)
+        data = replace(partial, omega=omega, amplitudes=amplitudes)
         error = data.estimate(n_keep, max(BAND_BY_DEFAULT * data.omega[0], want.reach))
         if error <= want.relative:
             break
