@@ -27,6 +27,7 @@ from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_table
+from slipstick.results.stability import STATE_CHANGE
 from slipstick.solve.continuation import Step
 from slipstick.typing import Array
 
@@ -195,7 +196,7 @@ def _point(step: Step, task: Task, part: Part, residual: float, special: Special
         value.detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
-        stability=special.judged(step, compare=kind != "regular") if special else None,
+        stability=special.judged(step, compare=kind not in ("regular", STATE_CHANGE)) if special else None,
     )  # fmt: skip
 
 

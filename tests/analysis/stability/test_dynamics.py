@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.stability.dynamics import dynamics
+from slipstick.analysis.stability.dynamics import FEWEST, dynamics
 from slipstick.structure.protocol import TimeEquations
 
 RNG = np.random.default_rng(0)
@@ -37,16 +37,19 @@ def test_the_receptance_at_the_ports_stays(unsymmetric) -> None:
 def test_fast_modes_are_static() -> None:
     whole = dynamics(equations())
     cut = np.sqrt(np.sort(np.diag(whole.K))[9]) * 1.001
-    some = whole.below(cut)
+    some = whole.slowest(whole.count_below(cut))
     assert some.size == 10
     assert np.abs(receptance(some, 0.0) - receptance(whole, 0.0)).max() < 1e-12
     assert np.abs(receptance(some, 1.0) - receptance(whole, 1.0)).max() < 1e-3
-    assert whole.below(1e9) is not None
-    assert whole.below(1e9).size == N
+    assert whole.count_below(1e9) == N
+    assert whole.count_below(0.0) == FEWEST
+    assert whole.slowest(N) is whole
 
 
 def test_coordinates_that_are_no_modes_all_stay() -> None:
-    assert dynamics(equations(K + np.triu(np.ones((N, N)), 1))).below(0.0).size == N
+    own = dynamics(equations(K + np.triu(np.ones((N, N)), 1)))
+    assert own.count_below(0.0) == N
+    assert own.slowest(3) is own
 
 
 def test_a_singular_mass_is_told() -> None:

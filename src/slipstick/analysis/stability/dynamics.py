@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -34,23 +35,30 @@ class Dynamics:
         """Coordinates in motion."""
         return len(self.K)
 
-    def below(self, frequency: float) -> Dynamics:
-        """Only the modes up to a frequency (rad/s) in motion, the others' compliance in ``R``.
+    @cached_property
+    def _squared(self) -> Array | None:
+        """Squared frequencies (r,) of modes; None of coordinates that are none."""
+        squared = np.diag(self.K).copy()
+        return None if np.any(self.K - np.diag(squared)) else squared
 
-        A mode made static cannot lose its stability. Coordinates that are no modes all stay.
-        """
-        squared = np.diag(self.K)
-        if self.size <= FEWEST or np.any(self.K - np.diag(squared)):
+    def count_below(self, frequency: float) -> int:
+        """How many coordinates stay in motion for modes up to a frequency, rad/s."""
+        if self._squared is None:
+            return self.size
+        return min(self.size, max(FEWEST, int(np.sum(self._squared <= frequency**2))))
+
+    def slowest(self, count: int) -> Dynamics:
+        """Only the slowest modes in motion, the others' compliance in ``R``: they cannot lose their stability then."""
+        if self._squared is None or count >= self.size:
             return self
-        order = np.argsort(squared, kind="stable")
-        count = max(FEWEST, int(np.sum(squared <= frequency**2)))
+        order = np.argsort(self._squared, kind="stable")
         kept, still = order[:count], order[count:]
         return Dynamics(
             K=self.K[np.ix_(kept, kept)],
             C=self.C[np.ix_(kept, kept)],
             rows=self.rows[:, kept],
             columns=self.columns[kept],
-            R=self.R + (self.rows[:, still] / squared[still]) @ self.columns[still],
+            R=self.R + (self.rows[:, still] / self._squared[still]) @ self.columns[still],
         )
 
 

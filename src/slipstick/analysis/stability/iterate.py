@@ -48,6 +48,7 @@ class Iteration:
         self._balance, h = balance, balance.harmonics
         self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
         self._kept = self._columns(h.orders)
+        self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
@@ -56,26 +57,30 @@ class Iteration:
         given = {**detail.responses[0].values, "v": motion.drift[0]}
         X, Y, *own = (self._spread(part) for part in (*motion.Q, *inputs.motion))
         found: ContactForces = element_forces(self.wide, X, Y, **given)
-        further = self._further(x, detail)
-        columns = self._columns((0, *further))[1:]
+        further, columns = self._further(x, detail)
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
         for port, coefficients in zip(batch.ports, (found.Fx, found.Fy), strict=True):
             force[port.rows] = coefficients[port.members][:, columns]
-        omega, orders = np.array([detail.omega]), np.array(further, dtype=float)
-        added = moved(balance.receptance, orders, force[None], omega, [detail.inputs.structure])[0]
+        omega = np.array([detail.omega])
+        added = moved(balance.receptance, further, force[None], omega, [detail.inputs.structure])[0]
         for port, coefficients in zip(batch.ports, (X, Y), strict=True):
             coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
         return SmoothMotion(
             harmonics=self.wide, X=X, Y=Y, own=(own[0], own[1]), force=(found.Fx, found.Fy), given=given
         )
 
-    def _further(self, x: Array, detail: Detail) -> list[int]:
-        """Orders whose motion is not known: those left out, and kept ones that are not in use at this point."""
-        known = set(self._balance.harmonics.orders)
+    def _further(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:
+        """Orders whose motion is not known, and their columns: those left out, and kept ones not in use at a point."""
+        h = self._balance.harmonics
+        in_use = np.ones(h.n, dtype=bool)
         if detail.adapted is not None:
             used = np.any(x.reshape(self._balance.n_ports, -1) != 0.0, axis=0)
-            known = {0, *self._balance.harmonics.m[used[1::2] | used[2::2]].tolist()}
-        return sorted(set(self.wide.orders) - known)
+            in_use = used[1::2] | used[2::2]
+        key = in_use.tobytes()
+        if key not in self._known:
+            orders = sorted(set(self.wide.orders) - {0, *h.m[in_use].tolist()})
+            self._known[key] = np.array(orders, dtype=float), self._columns(orders)[1:]
+        return self._known[key]
 
     def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
         """Places of the coefficients of some orders, 0 the first of them."""

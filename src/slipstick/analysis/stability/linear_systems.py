@@ -50,13 +50,14 @@ class LinearSystems:
 
     def at(self, detail: Detail) -> Combinations:
         """Those of a point."""
-        contacts, structure = self.contacts(detail), self._dynamics(detail.inputs.structure)
+        contacts, structure, size = self.contacts(detail), self._dynamics(detail.inputs.structure), 0
         if not self._full:
-            structure = structure.below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
+            size = structure.count_below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
         parameters = (p.tobytes() for p in (contacts.kt, contacts.mu, contacts.kn))
-        key = (structure.size, *sorted(detail.inputs.structure.items()), *parameters)
+        key = (size, *sorted(detail.inputs.structure.items()), *parameters)
         if self._combinations is None or key != self._key:
-            self._key, self._combinations = key, Combinations(structure, contacts)
+            self._key = key
+            self._combinations = Combinations(structure.slowest(size) if size else structure, contacts)
         return self._combinations
 
     def _dynamics(self, values: Mapping[str, float]) -> Dynamics:

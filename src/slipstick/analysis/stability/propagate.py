@@ -11,10 +11,10 @@ import numpy as np
 from slipstick.trig.compiled import compiled
 from slipstick.typing import Array, IntArray
 
-REACH = 4.0
+REACH = 5.0
 """Bound on rate times length of a step."""
 
-_SMALL = 1e-15
+_SMALL = 1e-13
 _TERMS = 60
 
 
