@@ -40,7 +40,7 @@ FILE_LINES = 400
 FUNCTION_LINES = 60
 PARAMETERS = 8
 FACADE = {
-    "analysis/response.py": {"parameter_response"},
+    "analysis/response.py": {"forced_response", "parameter_response"},
     "studies/study.py": {"study"},
     "analysis/transient.py": {"transient", "integrate"},
     "app/cli.py": {"study", "import_", "run"},

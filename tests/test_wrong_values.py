@@ -197,6 +197,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "problem": PROBLEM, "omega": (2.0, 3.0), "requested": (), "peaks_of": "x", "options": SHORT,
             "listeners": (), "guess": np.zeros(7), "stability": True,
+            "follow": "subharmonic",
         },
     ),
     "forced_response options": (
@@ -207,7 +208,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         lambda: ss.parameter_response,
         {
             "problem": PROBLEM, "parameter": "damper.mu", "span": (0.1, 0.3), "omega": 2.0, "requested": (),
-            "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full",
+            "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full", "follow": None,
         },
     ),
     "track_peak": (

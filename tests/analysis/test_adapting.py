@@ -13,7 +13,7 @@ import slipstick as ss
 from slipstick.analysis.adapting import driven_orders, harmonic_ladder
 from slipstick.analysis.course import Checkpoint, resumable
 from slipstick.analysis.events import PointFound
-from slipstick.analysis.response import frequency_task
+from slipstick.analysis.tasks import frequency_task
 from slipstick.analysis.walking import walk
 
 WANTED = tuple(np.linspace(2.5, 14.5, 13))

@@ -12,8 +12,8 @@ import pytest
 
 import slipstick as ss
 from slipstick.analysis.course import Checkpoint, resumable
-from slipstick.analysis.response import frequency_task, parameter_task
 from slipstick.analysis.task import Task
+from slipstick.analysis.tasks import frequency_task, parameter_task
 from slipstick.analysis.walking import walk
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.events import Listener
 from slipstick.analysis.linear import linear_response
+from slipstick.analysis.stability.subharmonic import subharmonics_of
 from slipstick.analysis.stability.verdict import StabilityRequest
-from slipstick.analysis.task import Task, adapted_to, response_options
+from slipstick.analysis.task import response_options
+from slipstick.analysis.tasks import frequency_task, parameter_task
 from slipstick.analysis.walking import collect, walk
-from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
-from slipstick.balance.parameters import parameter_path
-from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
-from slipstick.faults import Gathering, frequency, text
+from slipstick.faults import wrong
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
 
-T = TypeVar("T")
+FollowRequest = Literal["subharmonic"] | None
+"""Which branches are followed besides."""
 
 
 def forced_response(
@@ -37,6 +35,7 @@ def forced_response(
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
+    follow: FollowRequest = None,
 ) -> Branch:
     """Follow the steady vibration over frequency.
 
@@ -62,6 +61,9 @@ def forced_response(
         Whether every point is judged stable or not, by the Floquet multipliers of its motion (``multiplier``,
         ``stable`` and more in the dataset). "full" keeps all modes in motion; True those up to four times the highest
         harmonic.
+    follow
+        "subharmonic": where the period doubles, motion of twice the period is followed too, as branches of their own in
+        ``branch.subharmonics``.
 
     Returns
     -------
@@ -92,7 +94,9 @@ def forced_response(
     >>> [(round(w, 2), round(a, 2)) for w, a in branch.peaks("x")]
     [(6.14, 18.25)]
     """
-    return collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability))
+    asked, stability = _follows(follow, stability)
+    branch = collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability))
+    return _with_subharmonics(branch, options, stability) if asked else branch
 
 
 def follow(
@@ -122,6 +126,7 @@ def parameter_response(
     listeners: Iterable[Listener] | Listener = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
+    follow: FollowRequest = None,
 ) -> Branch:
     """Follow the steady vibration at one frequency over a named parameter.
 
@@ -138,91 +143,23 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
+    asked, stability = _follows(follow, stability)
     given = (requested, peaks_of, options, listeners, guess, stability)
-    return collect(parameter_task(problem, parameter, span, omega, *given))
+    branch = collect(parameter_task(problem, parameter, span, omega, *given))
+    return _with_subharmonics(branch, options, stability) if asked else branch
 
 
-def parameter_task(
-    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
-) -> Task:
-    """What ``parameter_response`` follows; its arguments in their order."""
-    found = Gathering()
-    checked = found.take(followed_problem, problem)
-    parameter = found.take(text, "parameter", parameter, 'a name such as "damper.mu"') or ""
-    at = found.take(frequency, "omega", omega)
-    name = f"range of {parameter}" if parameter else "range"
-    ends, points = _range(found, span, requested, name, positive=False)
-    if checked is not None and parameter:
-        found.take(_takes, checked, parameter, ends)
-    common = _common(found, checked, points, given)
-    problem, span, omega = _right(checked), _right(ends), _right(at)
-    balance, path = common["balance"], parameter_path(problem, parameter)
-    return Task(
-        problem=problem, system=_harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter),
-        inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
-        warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
-        **common,
-    )  # fmt: skip
+def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
+    """Whether branches of twice the period are asked for, which need stability."""
+    if given is not None and not (isinstance(given, str) and given == "subharmonic"):
+        raise wrong("follow", given, '"subharmonic" or None')
+    return given is not None, True if given is not None and stability is False else stability
 
 
-def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> Task:
-    """What ``forced_response`` follows; its arguments in their order."""
-    found = Gathering()
-    checked = found.take(followed_problem, problem)
-    ends, points = _range(found, omega, requested, "frequency range", positive=True)
-    common = _common(found, checked, points, given)
-    problem, (start, stop) = _right(checked), _right(ends)
-    balance, inputs = common["balance"], problem.inputs
-    balance.anchor_if_undamped(start)
-    return Task(
-        problem=problem, system=_harmonics_by_need(FrequencySystem(balance, inputs), common["options"]),
-        inputs=inputs, omega=start,
-        start=start, stop=stop, warnings=problem_warnings(problem, (start, stop), balance.receptance.static),
-        **common,
-    )  # fmt: skip
-
-
-def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
-    """The system as it is, or with harmonics by need where that is asked for."""
-    tolerance = adapted_to(options)
-    if tolerance is None:
-        return system
-    from slipstick.analysis.adapting import adapted
-
-    return adapted(system, tolerance, parameter)
-
-
-def _range(
-    found: Gathering, span: Any, requested: Any, name: str, *, positive: bool
-) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
-    """First and last value, None where they are not right, and the values wanted between them."""
-    points = found.take(requested_values, requested) or ()
-    ends = found.take(two_numbers, span, name)
-    if ends is None:
-        return None, points
-    faults = range_faults(*ends, name=name, positive=positive)
-    found.faults += faults or requested_faults(points, *ends)
-    return (None if faults else ends), points
-
-
-def _takes(problem: Problem, parameter: str, span: tuple[float, float] | None) -> None:
-    """InputError where the parameter is not known, or does not take an end of its range."""
-    parameter_path(problem, parameter)
-    for end in span or ():
-        problem.at_parameter(parameter, end)
-
-
-def _common(found: Gathering, problem: Problem | None, points: tuple[float, ...], given: tuple[Any, ...]) -> Any:
-    """The arguments that all kinds of branches have; InputError with all that was found until here."""
-    common = found.take(common_arguments, problem, points, *given)
-    found.end()
-    return _right(common)
-
-
-def _right(value: T | None) -> T:
-    """What was found to be right."""
-    assert value is not None
-    return value
+def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest) -> Branch:
+    """The branch with those of twice the period that begin on it."""
+    branch.subharmonics = subharmonics_of(branch, options=options, stability=stability)
+    return branch
 
 
 __all__ = ["follow", "forced_response", "linear_response", "parameter_response", "response_options"]

@@ -15,6 +15,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.solve.continuation import ContinuationOptions
+from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
 
@@ -51,6 +52,17 @@ def adapted_to(options: ContinuationOptions) -> float | None:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Departure:
+    """A solution inside the range that a branch is taken up from: unknowns (N,), value of the followed quantity,
+    tangent (N + 1,), and events of its own."""
+
+    x: Array
+    at: float
+    direction: Array
+    events: tuple[BranchEvent, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class Task:
     """A branch to be followed: what varies, from where to where."""
 
@@ -72,5 +84,7 @@ class Task:
     """Of every point that was found already, up to an accepted one: the branch is followed on from there."""
     stability: StabilityWatch | None = None
     """Judges every point, where that is asked for."""
+    departure: Departure | None = None
+    """Where the branch is taken up inside its range; None: at its start."""
     warnings: Sequence[str] = ()
     """What looks wrong, said to the user and written on the results."""

@@ -53,7 +53,7 @@ def walk(task: Task, limit: Limit = one_thread) -> Generator[Point, None, tuple[
     try:
         if len(course.parts) == 1:
             yield from _follow_part(task, course, recorder, clock, limit)
-            if course.parts[0].outcome in BROKEN_OFF:
+            if course.parts[0].outcome in BROKEN_OFF and task.departure is None:
                 course.parts.append(Part(number=2, start=task.stop, stop=task.start))
         if len(course.parts) == 2:
             yield from _follow_part(_from_other_end(task), course, recorder, clock, limit)
@@ -120,14 +120,21 @@ def _run(
     """The continuation of a part, from its first point or from where it was interrupted; None without a first point."""
     places, course.places = course.places, ()
     earlier, course.earlier = course.earlier, NO_WORK
-    x = places[-1].state[:-1] if places else _first(task)
+    from_inside = task.departure
+    if from_inside is not None and not places:
+        x: Array | None = from_inside.x
+        inside: dict[str, Any] = {"at": from_inside.at, "direction": from_inside.direction}
+    else:
+        x, inside = places[-1].state[:-1] if places else _first(task), {}
     if x is None:
         return None
+    own = from_inside.events if from_inside is not None else ()
     run = WarmContinuation(
         task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
-        events=(*peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),
+        events=(*own, *peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),
+        **inside,
     )  # fmt: skip
     if special is not None and run.standing is not None:
         special.take_up(run.standing, places[-1].values[-1])

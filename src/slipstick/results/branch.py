@@ -54,6 +54,12 @@ class Branch:
         How it ended in words; by default what the dataset says.
     without
         Why the problem is not known, in words.
+
+    Attributes
+    ----------
+    subharmonics
+        Branches of twice the period, where they were followed: see ``follow`` of ``ss.forced_response``. They are
+        saved each on its own.
     """
 
     def __init__(
@@ -64,6 +70,7 @@ class Branch:
         self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
         message, without = text("branch, message", message), text("branch, without", without)
         self._source, self.problem, self._message = dataset, problem, message
+        self.subharmonics: tuple[Branch, ...] = ()
         self.without = "" if problem is not None else without or "it was made from a dataset alone"
 
     def __getstate__(self) -> dict[str, Any]:
@@ -140,6 +147,19 @@ class Branch:
         Raises InputError where stability was not asked for.
         """
         return bifurcations_of(self)
+
+    def subharmonic(self, point: int, **options: Any) -> Branch:
+        """Motion of twice the period, from a point where the period doubles, as a branch of its own.
+
+        Its ``omega`` is half of this one's: loads act at harmonic 2 of it, and the odd harmonics are new. It is
+        followed within the range of this branch until the new harmonics vanish. ``options`` are those of
+        ``ss.forced_response``; stability is told unless ``stability=False``.
+
+        Raises InputError where the period does not double there, the problem is not known, or no such motion is found.
+        """
+        from slipstick.results.verbs import subharmonic
+
+        return subharmonic(self, point, **options)
 
     def at(self, value: float) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one."""

@@ -51,6 +51,13 @@ def sensitivity(branch: Branch, parameters: Names, dof: str | None) -> xarray.Da
     return sensitivity_of(branch, parameters, dof)
 
 
+def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
+    """As ``Branch.subharmonic``."""
+    from slipstick.analysis.stability.subharmonic import subharmonic_response
+
+    return subharmonic_response(branch, point, **options)
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
     """A point of a branch against time integration, by output dof, both (n_outputs,)."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.response import frequency_task, parameter_task
+from slipstick.analysis.tasks import frequency_task, parameter_task
 from slipstick.analysis.walking import collect
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of

@@ -187,7 +187,7 @@ class Case:
 
     def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
         """What ``[response]`` asks for, to be followed."""
-        from slipstick.analysis.response import frequency_task, parameter_task
+        from slipstick.analysis.tasks import frequency_task, parameter_task
 
         asked = self.response
         given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.stability)
