@@ -89,9 +89,12 @@ def warm_direction(heat: Heat, direction: Inputs) -> Inputs:
 def power_along(heat: Powered, direction: Inputs) -> Array:
     """Derivative of the powers along a (warm) direction at fixed temperatures, (n,)."""
     given = direction.batches[heat.batch]
-    along = np.einsum("pn,pn->n", heat.power.by_velocity, given.speed(heat.power.motion.omega))
-    for j, tangent in heat.power.by_motion.items():
-        along += np.einsum("nl,nl->n", tangent, given.motion[j])
+    along, speed = np.zeros(given.velocity.shape[1]), given.speed(heat.power.motion.omega)
+    if speed.any():
+        along += np.einsum("pn,pn->n", heat.power.by_velocity, speed)
+    if given.motion.any():
+        for j, tangent in heat.power.by_motion.items():
+            along += np.einsum("nl,nl->n", tangent, given.motion[j])
     for name, rate in given.values.items():
         if rate.any():
             along += heat.power.by_parameter(name) * rate
