@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app.case import fe_tables, response_table, tables
+from slipstick.app.case import fe_tables, peak_tables, response_table, tables
 from slipstick.app.case.case import Case
 from slipstick.app.case.studying import STUDY_KEYS
 from slipstick.studies.plan import METHODS
@@ -15,7 +15,7 @@ from slipstick.studies.ranges import KEYS, SPACINGS
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 
-FOUND = {**vars(tables), **vars(response_table), **vars(fe_tables)}.values()
+FOUND = {**vars(tables), **vars(response_table), **vars(peak_tables), **vars(fe_tables)}.values()
 MODELS = list({m: m for m in FOUND if isinstance(m, type) and issubclass(m, tables.Table)})
 
 

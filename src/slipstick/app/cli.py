@@ -182,6 +182,42 @@ def study(
         raise typer.Exit(run_study(case, output, spread=spread, missing=missing, manner=manner))
 
 
+Force = Annotated[bool, typer.Option("--force", help="Replace earlier results.")]
+
+
+@app.command()
+def track(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-track, here.")
+    ] = None,
+    force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Follow the peak of a case over a parameter ([track]), without the curves between."""
+    with answering(as_json) as answer:
+        from slipstick.app.verbs.peaks import track_case
+
+        raise typer.Exit(track_case(case, output, answer, force=force, figures=figures))
+
+
+@app.command()
+def optimal(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-optimal, here.")
+    ] = None,
+    force: Force = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find the value of a parameter at which the peak is lowest ([optimal])."""
+    with answering(as_json) as answer:
+        from slipstick.app.verbs.peaks import optimal_case
+
+        raise typer.Exit(optimal_case(case, output, answer, force=force))
+
+
 @app.command()
 def check(
     case: CasePath,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.body import Body, Tell, silent
+from slipstick.app.case.peak_tables import peak_table_faults, take_peak_tables
 from slipstick.app.case.reading import read_case
 from slipstick.app.case.response_table import ResponseTable, frequencies_met, swept_value
 from slipstick.app.case.sentences import in_case
@@ -43,6 +44,8 @@ class Case:
     problem_: Problem = field(repr=False)
     response: ResponseTable
     frequency_unit: str = "rad/s"
+    further: Mapping[str, Any] = field(default_factory=dict)
+    """What ``[track]`` and ``[optimal]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
@@ -70,13 +73,20 @@ class Case:
             raise wrong("tell", tell, "a function of a text")
         raw = parse(text, path.name)
         section = raw.pop("study", None)
+        further, faults = take_peak_tables(raw)
+        reading = None
         try:
             reading = read_case(raw, path.resolve().parent, tell)
         except InputError as error:
+            faults = [*error.faults, *faults]
+        if reading is not None and not faults:
+            swept = reading.response.parameter is not None
+            faults = list(peak_table_faults(reading.problem, further, swept=swept))
+        if reading is None or faults:
             found = Gathering()
             if section is not None:
                 found.take(check_study, section)
-            raise InputError([*error.faults, *found.faults], in_case) from None
+            raise InputError([*faults, *found.faults], in_case)
         return cls(
             path=path,
             text=text,
@@ -86,6 +96,7 @@ class Case:
             response=reading.response,
             frequency_unit=reading.frequency_unit,
             plan=None if section is None else study_plan(section, reading.problem),
+            further=further,
         )
 
     def study_job(self) -> Job:

@@ -78,10 +78,14 @@ def python_script(text: str, name: str, folder: Path) -> str:
     """
     raw = parse(text, name)
     study = raw.pop("study", None)
+    calls = [
+        f"# The case has [{section}] too: see ss.{verb}, which takes problem() and what stands there.\n"
+        for section, verb in (("track", "track_peak"), ("optimal", "optimal")) if raw.pop(section, None) is not None
+    ]  # fmt: skip
     script = _Script(raw, folder).text(name)
-    if study is None:
-        return script
-    return f"{script}\n# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n"
+    if study is not None:
+        calls.insert(0, f"# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n")
+    return "\n".join([script, *calls]) if calls else script
 
 
 _BODY = '''\

@@ -1,0 +1,87 @@
+"""The tables ``[track]`` and ``[optimal]`` of a case file: a peak over a parameter, and where it is lowest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, PlainValidator
+
+from slipstick.app.case.sentences import toml, unexpected
+from slipstick.app.case.tables import Table, positive_frequency
+from slipstick.app.case.validation import ReadTable, read_table
+from slipstick.errors import Fault, InputError
+from slipstick.faults import shown, suggestion
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+
+def _frequencies(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise unexpected('two frequencies such as [2.0, 15.0] or ["1 Hz", "40 Hz"]')
+    first, last = (positive_frequency(end) for end in value)
+    if first == last:
+        raise unexpected("two different frequencies")
+    return first, last
+
+
+Frequencies = Annotated[tuple[float, float], PlainValidator(_frequencies)]
+
+_OMEGA = "the range in which the highest peak is meant, two frequencies; by default that of [response]"
+
+
+class TrackTable(Table):
+    """``[track]``: the peak over a parameter."""
+
+    parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
+    start: float = Field(alias="from", description="a number")
+    stop: float = Field(alias="to", description="a number")
+    dof: str | None = Field(default=None, description="the name of an output")
+    omega: Frequencies | None = Field(default=None, description=_OMEGA)
+    at: list[float] = Field(default=[], description="a list of values that become exact points")
+
+
+class OptimalTable(Table):
+    """``[optimal]``: the value of a parameter at which the peak is lowest."""
+
+    parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
+    start: float | None = Field(default=None, description="a number, the value to begin at")
+    dof: str | None = Field(default=None, description="the name of an output")
+    omega: Frequencies | None = Field(default=None, description=_OMEGA)
+
+
+PEAK_TABLES: Mapping[str, type[Table]] = {"track": TrackTable, "optimal": OptimalTable}
+
+
+def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+    """Take these tables out of a case; what is right of them, and every fault within one."""
+    found: dict[str, ReadTable] = {}
+    faults: list[Fault] = []
+    for name, model in PEAK_TABLES.items():
+        given = raw.pop(name, None)
+        if isinstance(given, Mapping):
+            found[name], wrong = read_table(model, given, (name,))
+            faults += wrong
+        elif given is not None:
+            faults.append(Fault(name, found=toml(given), expected=f"one table [{name}]"))
+    return {name: row.table for name, row in found.items()}, faults
+
+
+def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
+    """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
+    for name, table in tables.items():
+        values = [getattr(table, end) for end in ("start", "stop") if getattr(table, end, None) is not None]
+        try:
+            problem.parameter_target(table.parameter)
+            for value in values:
+                problem.at_parameter(table.parameter, value)
+        except InputError as error:
+            yield from (fault.inside(name, "parameter") for fault in error.faults)
+        known = tuple(problem.outputs or ())
+        if table.dof is not None and table.dof not in known:
+            yield Fault((name, "dof"), f"there is no output {shown(table.dof)}", remedy=suggestion(table.dof, known))
+        if swept and table.omega is None:
+            yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")
+        if name == "track" and table.start == table.stop:
+            yield Fault((name, "to"), f"is {table.stop:g}, the same as from", remedy="give a range that is not empty")

@@ -1,0 +1,113 @@
+"""The verbs ``track`` and ``optimal``: a peak over a parameter, and the value at which it is lowest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.app.case.case import Case
+from slipstick.app.terminal.answers import Answer, files_in
+from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.app.verbs.output import REPORT, RESULTS
+from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.errors import InputError
+from slipstick.units import after_number
+
+if TYPE_CHECKING:
+    from slipstick.results.branch import Branch
+
+
+def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:
+    """Follow the peak of ``[track]`` into a folder, by default ``CASE-track``; the exit code.
+
+    Raises
+    ------
+    InputError
+        If the case has faults or no ``[track]``, or the folder holds results.
+    """
+    from slipstick.analysis.tracking import track_peak
+
+    case, table = _asked(path, "track", 'parameter = "damper.normal_load", from = 10, to = 1000')
+    folder = _folder(output or Path(f"{case.name}-track"), force)
+    branch = track_peak(
+        case.problem(), table.parameter, (table.start, table.stop), omega=_range(case, table), dof=table.dof,
+        requested=table.at,
+    )  # fmt: skip
+    data, unit = branch.table, after_number(str(branch.table["parameter"].attrs.get("units", "")))
+    kinds, value = data["kind"].to_numpy(), data["parameter"].to_numpy()
+    d = branch.dof_index(str(data.attrs["peak_of"]))
+    size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
+    marked = [k for k in range(len(branch)) if kinds[k] in ("optimum", "turning point", "tie")]
+    for k in marked:
+        say(f"{kinds[k]}: {table.parameter} = {value[k]:.6g}{unit}, {_peak(case, branch, size[k], omega[k])}")
+    answer["marked"] = [
+        {"kind": str(kinds[k]), "parameter": value[k], "omega": omega[k], "amplitude": size[k]} for k in marked
+    ]
+    return _written(case, branch, folder, answer, figures=figures)
+
+
+def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False) -> int:
+    """Find the optimum of ``[optimal]``, into a folder, by default ``CASE-optimal``; the exit code.
+
+    Raises
+    ------
+    InputError
+        If the case has faults or no ``[optimal]``, or the folder holds results.
+    """
+    from slipstick.analysis.optimum import optimal
+
+    case, table = _asked(path, "optimal", 'parameter = "damper.normal_load"')
+    folder = _folder(output or Path(f"{case.name}-optimal"), force)
+    found = optimal(
+        case.problem(), table.parameter, omega=_range(case, table), dof=table.dof, start=table.start
+    )  # fmt: skip
+    answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
+    if found.kind:
+        unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
+        where = _peak(case, found.branch, found.amplitude, found.omega)
+        say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
+    return _written(case, found.branch, folder, answer, figures=False)
+
+
+def _asked(path: Path, name: str, example: str) -> tuple[Case, Any]:
+    case = Case.from_file(path)
+    if name not in case.further:
+        raise InputError(f"{path}: [{name}] is missing; give it, such as {example}")
+    prepare_kernel(complain)
+    return case, case.further[name]
+
+
+def _range(case: Case, table: Any) -> tuple[float, float]:
+    return case.span if table.omega is None else table.omega
+
+
+def _folder(folder: Path, force: bool) -> Path:
+    if (folder / RESULTS).exists() and not force:
+        raise InputError(f"{folder} already holds results; choose another folder with -o, or replace them with --force")
+    return folder
+
+
+def _peak(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
+    unit = after_number(str(branch.table["amplitude"].attrs.get("units", "")))
+    return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"
+
+
+def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figures: bool) -> int:
+    """Save what was found, say how it ended; the exit code."""
+    branch.table.attrs.update(case.names)
+    for sentence in branch.warnings:
+        complain(f"warning: {sentence}")
+    answer |= {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
+    say(branch.message)
+    if len(branch):
+        folder.mkdir(parents=True, exist_ok=True)
+        branch.save(folder / RESULTS)
+        branch.report(folder / REPORT)
+        if figures:
+            from slipstick.plots import save_figure
+
+            ax = branch.plot.response(str(branch.table.attrs["peak_of"]))
+            save_figure(ax, folder / "response", formats=("png",))
+        answer |= files_in(folder)
+        say(f"results in {folder}")
+    return DONE if branch.outcome.ok else STOPPED
