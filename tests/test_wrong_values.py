@@ -254,7 +254,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "files": ["K.mtx", "M.mtx", "dofs.txt"], "output": "model.h5", "mass": None, "damping": None,
             "dof_map": None, "nodes": None, "names": None, "constraints": None, "material": None,
-            "conductivity": None, "fixed": (), "quadratic": False, "units": "N, mm, t",
+            "conductivity": None, "fixed": (), "quadratic": False, "units": "N, mm, t", "scale": None, "to": "SI",
         },
     ),
     "at_speed": (

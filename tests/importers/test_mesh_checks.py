@@ -53,7 +53,7 @@ def test_units_that_fit_nothing_or_two_systems_are_not_guessed():
     odd = Material(young=1.0, poisson=0.3, density=1.0)
     assert likely_units({"odd": odd}) == likely_units({}) == "not stated"
     assert likely_units({"a": STEEL, "b": Material(young=2.1e5, poisson=0.3, density=7.8e-9)}) == "not stated"
-    assert "fit no common system" in unit_notes(MESH, {"odd": odd})[1]
+    assert len(unit_notes(MESH, {"odd": odd})) == 1
 
 
 def test_a_material_given_is_said_where_it_differs():

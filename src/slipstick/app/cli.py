@@ -274,6 +274,10 @@ def import_(
     ] = None,
     quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
     units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,
+    scale: Annotated[
+        list[str] | None, typer.Option(help="Multiply the numbers of the files: length=25.4e-3; mass, force, time too.")
+    ] = None,
+    to: Annotated[str | None, typer.Option(help='Convert from --units to these: SI, or "N, mm, t, s".')] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
@@ -297,6 +301,8 @@ def import_(
                 fixed=fix or (),
                 quadratic=quadratic,
                 units=units,
+                scale=scale or (),
+                to=to,
                 force=force,
             )
         )

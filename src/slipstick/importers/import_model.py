@@ -9,7 +9,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from slipstick.faults import Gathering, listed, number, one, shown, table, text, truth, whole
+from slipstick.errors import UNKNOWN_KEY, Fault
+from slipstick.faults import SMALLEST, Gathering, listed, number, one, shown, suggestion, table, text, truth, whole
 from slipstick.faults import names as text_list
 from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
@@ -36,6 +37,8 @@ def import_model(
     fixed: str | Sequence[str] = (),
     quadratic: bool = False,
     units: str | None = None,
+    scale: Mapping[str, float] | None = None,
+    to: str | None = None,
 ) -> ImportedModel:
     """A finite element model from the files of another code, or from a model file of our own.
 
@@ -49,7 +52,7 @@ def import_model(
     output
         Where the model is kept as one HDF5 file, which a case file may name; a file there is replaced once the new one
         is whole.
-    mass, damping, dof_map, nodes, names, constraints, material, conductivity, fixed, quadratic, units
+    mass, damping, dof_map, nodes, names, constraints, material, conductivity, fixed, quadratic, units, scale, to
         What the files do not say: see :class:`ImportOptions`.
 
     Returns
@@ -81,6 +84,8 @@ def import_model(
         if conductivity is None
         else found.take(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
         "units": None if units is None else found.take(text, "units", units),
+        "scale": None if scale is None else found.take(scale_factors, scale),
+        "to": None if to is None else found.take(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
     }
     sources = found.take(_files, files)
     found.end()
@@ -99,6 +104,21 @@ def _files(given: Any) -> tuple[Path, ...]:
     paths = [found.take(path_of, "files", item, expected) for item in listed("files", given, expected)]
     found.end()
     return tuple(path for path in paths if path is not None)
+
+
+def scale_factors(given: Any) -> dict[str, float]:
+    """Factors by dimension, each > 0."""
+    known = ("length", "mass", "force", "time")
+    factors = table("scale", given, 'factors such as {"length": 25.4e-3}')
+    found = Gathering()
+    found.faults += [
+        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
+    ]
+    for key in known:
+        if key in factors:
+            factors[key] = found.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
+    found.end()
+    return factors
 
 
 def _names(given: Any) -> dict[str, str]:

@@ -11,6 +11,7 @@ from slipstick.fem.geometry import determinant_and_inverse, tangents
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
+from slipstick.importers.unit_systems import system_like
 from slipstick.typing import Array
 
 Variants = Mapping[str, Mapping[str, int]]
@@ -85,40 +86,17 @@ def _mass_of_mesh(model: ImportedModel, mesh: Mesh, density: Mapping[str, Array]
 
 
 def unit_notes(mesh: Mesh, materials: Mapping[str, Material]) -> tuple[str, ...]:
-    """What the size of the numbers suggests about the units, as sentences; a suspicion, never an error.
-
-    Metals have E about 1e11 Pa and density 2000 to 20000 kg/m3; in N, mm, tonne 1e5 and 1e-9; in lbf, in 1e7 and 1e-4.
-    """
+    """What the size of the numbers suggests about the units, as sentences; a suspicion, never an error."""
     size = float(np.ptp(mesh.nodes[mesh.used_nodes], axis=0).max())
     notes = [f"the largest dimension is {size:.4g} length units; stiffness and density must be in the same system"]
     for name, material in materials.items():
-        system = _system(material)
+        system = system_like(material)
         if system:
             notes.append(f"{name}: E = {material.young:.4g}, density = {material.density:.4g} look like {system}")
-        elif material.density > 0.0:
-            notes.append(
-                f"{name}: E = {material.young:.4g} and density = {material.density:.4g} fit no common system of units "
-                "(Pa and kg/m3; MPa and t/mm3; psi and lbf s2/in4): check them"
-            )
     return tuple(notes)
 
 
 def likely_units(materials: Mapping[str, Material]) -> str:
     """What to write down about units that are not stated."""
-    systems = {_system(material) for material in materials.values()} - {""}
+    systems = {system_like(material) for material in materials.values()} - {""}
     return f"not stated; E and density look like {systems.pop()}" if len(systems) == 1 else "not stated"
-
-
-_SYSTEMS = (
-    ("SI (N, m, kg)", (1e8, 2e12), (500.0, 3e4)),
-    ("N, mm, tonne", (1e2, 2e6), (5e-10, 3e-8)),
-    ("lbf, inch, s", (1e4, 2e8), (4e-5, 3e-3)),
-    ("mN, mm, kg", (1e5, 2e9), (5e-7, 3e-5)),
-)
-
-
-def _system(material: Material) -> str:
-    for name, (low, high), (lightest, heaviest) in _SYSTEMS:
-        if low <= material.young <= high and lightest <= material.density <= heaviest:
-            return name
-    return ""

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
+from slipstick.fem.conversion import Conversion, converted
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
@@ -17,6 +18,7 @@ from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_wa
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
 from slipstick.importers.turned import to_global
+from slipstick.importers.unit_systems import SI, conversion, factors_of, material_doubts
 from slipstick.io.model_file import load_model
 
 
@@ -33,7 +35,16 @@ def read_model(
         One sentence for each fault.
     """
     options = options or ImportOptions()
-    model = _read_model(files, options)
+    factors = _stated_factors(options)
+    model = _read_model(files, options if factors is None else _in_own_units(options, factors))
+    if options.to is not None and factors is None:
+        factors = _own_factors(model, options)
+    if factors is not None:
+        model = _in_new_units(model, options, factors)
+    first = files if isinstance(files, str | Path) else files[0]
+    if Path(first).suffix.lower() not in MODELS:  # a model file has its warnings already
+        doubts = material_doubts(model.materials, model.units, model.source)
+        model = replace(model, warnings=(*model.warnings, *doubts))
     if options.conductivity is not None:
         if model.mesh is None:
             raise InputError("conductivity: without a mesh it has no effect; import the mesh too, or leave it out")
@@ -41,6 +52,41 @@ def read_model(
     if not quiet:
         model.announce()
     return model
+
+
+def _stated_factors(options: ImportOptions) -> Conversion | None:
+    """How the numbers of the files change, as far as the options say it."""
+    if options.scale is not None and options.to is not None:
+        raise InputError(Fault("to", "is given together with scale", remedy="keep one"))
+    if options.scale is not None:
+        return factors_of(options.scale, "scale")
+    return None if options.to is None or options.units is None else conversion(options.units, options.to)
+
+
+def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
+    """The same by the units that the file states."""
+    if model.units.startswith("not stated") or options.material is not None:
+        found = model.units.partition("; ")[2]
+        remedy = f'give units = "N, mm, t, s"{f" ({found})" if found else ""}'
+        raise InputError(Fault("to", "the units of the files are not stated", remedy=remedy))
+    return conversion(model.units, str(options.to))
+
+
+def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
+    """What is given for after the conversion, in the units of the files."""
+    if options.material is None:
+        return options
+    return replace(options, material=factors.inverse.material(options.material))
+
+
+def _in_new_units(model: ImportedModel, options: ImportOptions, factors: Conversion) -> ImportedModel:
+    told = {"length": factors.length, "force": factors.force, "time": factors.time, "mass": factors.mass}
+    changed = ", ".join(f"{name} {value:.6g}" for name, value in told.items() if value != 1.0)
+    own = model.units.partition(";")[0]
+    note = f"numbers of the files ({own}) multiplied: {changed or 'by 1'}"
+    wanted = SI if (options.to or "").strip().upper() == "SI" else options.to
+    units = wanted or f"{own}, multiplied: {changed or 'by 1'}"
+    return replace(converted(model, factors), units=units, notes=(*model.notes, note))
 
 
 def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions) -> ImportedModel:

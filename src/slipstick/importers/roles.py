@@ -49,7 +49,12 @@ class ImportOptions:
     quadratic
         Put a node in the middle of every edge of a linear mesh.
     units
-        Text kept with the model.
+        Those of the numbers in the files, such as "N, mm, t, s"; kept with the model.
+    scale
+        New number over old number in the files, ``{"length": 25.4e-3}``: length, mass, force, time. Force and time stay
+        where they are not given, mass follows. ``material`` and ``conductivity`` hold after scaling.
+    to
+        Units to come to from ``units``, "SI" or "N, mm, t, s", instead of ``scale``.
     """
 
     mass: Path | None = None
@@ -63,6 +68,13 @@ class ImportOptions:
     fixed: Sequence[str] = ()
     quadratic: bool = False
     units: str | None = None
+    scale: Mapping[str, float] | None = None
+    to: str | None = None
+
+    @property
+    def converts(self) -> bool:
+        """Whether the numbers of the files come into other units."""
+        return self.scale is not None or self.to is not None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipstick.app.terminal.guard import complain, say
 from slipstick.errors import Fault, InputError
@@ -21,7 +21,8 @@ _SUFFIXES = (".h5", ".hdf5")
 class ImportRequest:
     """What the command line says; see :class:`slipstick.importers.roles.ImportOptions`.
 
-    ``names`` are texts such as "K=KGG"; ``force`` allows an existing output to be replaced.
+    ``names`` are texts such as "K=KGG", ``scale`` such as "length=25.4e-3"; ``force`` allows an existing output to be
+    replaced.
     """
 
     files: Sequence[Path]
@@ -39,6 +40,8 @@ class ImportRequest:
     fixed: Sequence[str] = ()
     quadratic: bool = False
     units: str | None = None
+    scale: Sequence[str] = ()
+    to: str | None = None
     force: bool = False
 
 
@@ -57,7 +60,8 @@ def import_files(request: ImportRequest) -> None:
 
     material, faults = _material(request)
     names, more = _names(request.names)
-    faults += [*more, *_file_faults(request)]
+    scale, wrong = _scale(request.scale)
+    faults += [*more, *wrong, *_file_faults(request)]
     if faults:
         raise InputError(faults)
     options = ImportOptions(
@@ -71,6 +75,8 @@ def import_files(request: ImportRequest) -> None:
         fixed=tuple(request.fixed),
         quadratic=request.quadratic,
         units=request.units,
+        scale=scale,
+        to=request.to,
     )
     say(f"reading {', '.join(path.name for path in request.files)} ...")
     model = read_model(list(request.files), options, quiet=True)
@@ -117,6 +123,25 @@ def _names(texts: Sequence[str]) -> tuple[dict[str, str], list[str]]:
         else:
             names[role.upper()] = name
     return names, faults
+
+
+def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str | Fault]]:
+    """``["length=25.4e-3"]`` as a table."""
+    from slipstick.importers.import_model import scale_factors
+
+    if not texts:
+        return None, []
+    given: dict[str, Any] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            given[name] = float(value)
+        except ValueError:
+            return None, [f"--scale {text}: expected a factor such as length=25.4e-3"]
+    try:
+        return scale_factors(given), []
+    except InputError as error:
+        return None, [*error.faults]
 
 
 def _file_faults(request: ImportRequest) -> list[str]:
