@@ -16,7 +16,7 @@ WHOLE = ("consistency", "convergence", "hostile")
 """Folders with tests of whole problems."""
 ORDER = (
     ("errors",),
-    ("faults", "html", "replacing", "typing"),
+    ("faults", "html", "interrupts", "replacing", "typing"),
     ("trig", "solve", "units"),
     ("contact", "structure"),
     ("thermal", "fem"),

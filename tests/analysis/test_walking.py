@@ -1,5 +1,8 @@
 """The walk along a branch: a generator of points that can be stepped, stopped and collected."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
@@ -42,3 +45,28 @@ def test_an_interrupted_walk_keeps_what_it_found():
     assert branch.dataset.sizes["point"] >= 4
     assert type(seen[-1]).__name__ == "Stopped"
     assert "the last of" in branch.message
+
+
+@pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
+def test_an_interrupt_waits_for_the_evaluation_under_way() -> None:
+    """It used to be raised in the middle of the law, which may be compiled code."""
+    calls = {"begun": 0, "ended": 0}
+
+    def force(q, velocity, k):
+        calls["begun"] += 1
+        if calls["begun"] == 200:
+            os.kill(os.getpid(), signal.SIGINT)
+        calls["ended"] += 1
+        return k * q**3
+
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    pair = ss.ContactPair(name="a", contact=ss.SampledLaw(force=force, parameters={"k": 1.0}), ports={"x": "x"})
+    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        branch = ss.forced_response(problem, omega=(2.0, 15.0))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert branch.outcome is ss.Outcome.INTERRUPTED
+    assert len(branch) > 0
+    assert calls["begun"] == calls["ended"]

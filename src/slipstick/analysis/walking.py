@@ -23,6 +23,7 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome, TimeIsUp
 from slipstick.faults import warn
+from slipstick.interrupts import held
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
@@ -88,14 +89,14 @@ def _follow_part(
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
     special = SpecialPoints(task.stability, task.system) if task.stability else None
-    with limit():
+    with limit(), held():
         run = _run(task, course, recorder, sought, special)
     if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
     try:
         while not (sought is not None and part.reaches(*sought)):
-            with limit():
+            with limit(), held():
                 step = next(run, None)
             if step is None:
                 part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
@@ -104,10 +105,12 @@ def _follow_part(
             part.add(step.parameter, step.x)
             if task.listeners:
                 checkpoint = course.checkpoint(step, run, time.perf_counter() - clock)
-                _tell(task, PointFound(
+                found = PointFound(
                     number=course.points, point=point, progress=_progress(course.parts), step=run.step_length,
                     recorder=recorder, checkpoint=checkpoint,
-                ))  # fmt: skip
+                )  # fmt: skip
+                with held():
+                    _tell(task, found)
             yield point
         part.outcome, part.met = Outcome.COMPLETED, True
     finally:

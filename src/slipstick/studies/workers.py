@@ -13,9 +13,11 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
+from queue import SimpleQueue
 from typing import Any
 
 from slipstick.errors import InputError
+from slipstick.interrupts import held
 from slipstick.studies.plan import StudyPlan
 from slipstick.studies.solving import CaseSolved, Job, solve
 
@@ -37,36 +39,44 @@ def in_turn(job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolv
 def on_cluster(client: Any, job: Job, plan: StudyPlan, todo: Sequence[int]) -> Iterator[CaseSolved]:
     """Cases as they are finished by the workers of a Dask client.
 
-    Where a worker dies, the cases it had are computed once more, each alone: the one that kills its worker again is a
-    case that failed.
+    Dask holds locks where an interrupt would leave them: it waits while Dask is at work, and cases are waited for in a
+    queue of our own. Where a worker dies, the cases it had are computed once more, each alone: the one that kills its
+    worker again is a case that failed.
     """
-    from distributed import as_completed
-
     # a task, not scattered data: it is made again where every worker that holds it is gone
-    with warnings.catch_warnings():
+    with held(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # a reduced model may have hundreds of megabytes
         shared = client.submit(_Shared, job, plan, pure=False)
     cases, sent, suspects = iter(todo), {}, []
+    finished: SimpleQueue[Any] = SimpleQueue()
 
-    def send(case: int) -> Any:
+    def send(case: int) -> None:
         future = client.submit(_solve_shared, shared, case, pure=False)
         sent[future.key] = case
-        return future
+        future.add_done_callback(finished.put)
 
-    first = islice(cases, _QUEUED * max(1, sum(client.nthreads().values())))
-    running = as_completed([send(case) for case in first])
-    for future in running:
-        case = sent.pop(future.key)
-        for more in islice(cases, 1):
-            running.add(send(more))
-        solved = _outcome_of(future, case)
+    with held():
+        for case in islice(cases, _QUEUED * max(1, sum(client.nthreads().values()))):
+            send(case)
+    while sent:
+        future = finished.get()
+        with held():
+            case = sent.pop(future.key)
+            for more in islice(cases, 1):
+                send(more)
+            solved = _outcome_of(future, case)
         if solved is None:
             suspects.append(case)
         else:
             yield solved
     for case in suspects:
         died = "the worker that computed it was killed, or ran out of memory; compute it once more with --missing"
-        yield _outcome_of(send(case), case) or CaseSolved.failed(case, died)
+        with held():
+            send(case)
+        future = finished.get()
+        with held():
+            solved = _outcome_of(future, sent.pop(future.key))
+        yield solved or CaseSolved.failed(case, died)
 
 
 class _Shared:
@@ -143,31 +153,38 @@ def local_workers(count: int) -> Iterator[Any]:
     reaches this process alone.
     """
     require_dask()
+    with ExitStack() as stack:
+        with held():
+            client = _begun(stack, count)
+        yield client
+
+
+def _begun(stack: ExitStack, count: int) -> Any:
+    """A client with its workers, which end with the stack."""
     import dask
     from distributed import Client, LocalCluster
 
-    quiet = {"logging.distributed": "critical", "distributed.scheduler.allowed-failures": 0}
-    with dask.config.set(quiet):
-        cluster = LocalCluster(
-            n_workers=0, host="127.0.0.1", protocol="tcp://", dashboard_address="127.0.0.1:0", silence_logs=50
-        )
-        client = Client(cluster, timeout=_WAIT)
-        with tempfile.TemporaryDirectory() as folder:
-            process = subprocess.Popen(
-                [
-                    sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
-                    "--nworkers", str(count), "--nthreads", "1", "--memory-limit", "0", "--no-dashboard",
-                    "--death-timeout", str(_WAIT), "--local-directory", folder,
-                ],
-                env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-            )  # fmt: skip
-            try:
-                client.wait_for_workers(1, timeout=2 * _WAIT)
-                yield client
-            finally:
-                _kill(process)
-                _within(_CLOSING, client.close, cluster.close)
+    stack.enter_context(
+        dask.config.set({"logging.distributed": "critical", "distributed.scheduler.allowed-failures": 0})
+    )
+    folder = stack.enter_context(tempfile.TemporaryDirectory())
+    cluster = LocalCluster(
+        n_workers=0, host="127.0.0.1", protocol="tcp://", dashboard_address="127.0.0.1:0", silence_logs=50
+    )
+    client = Client(cluster, timeout=_WAIT)
+    stack.callback(_within, _CLOSING, client.close, cluster.close)
+    process = subprocess.Popen(
+        [
+            sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
+            "--nworkers", str(count), "--nthreads", "1", "--memory-limit", "0", "--no-dashboard",
+            "--death-timeout", str(_WAIT), "--local-directory", folder,
+        ],
+        env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
+    stack.callback(_kill, process)
+    client.wait_for_workers(1, timeout=2 * _WAIT)
+    return client
 
 
 def _within(seconds: float, *steps: Callable[[], object]) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipstick.interrupts import pass_on
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton.line_search import Evaluate, line_search
 from slipstick.solve.newton.options import NewtonOptions
@@ -82,6 +83,7 @@ def iterate(evaluate: Evaluate, x: Array, inverse_scale: Array, options: NewtonO
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
     while True:
+        pass_on()
         step = _correction(result, inverse_scale)
         if step is None or _finished(result, options):
             return result if result.converged else _at_rounding_level(result)

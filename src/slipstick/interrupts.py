@@ -1,0 +1,60 @@
+"""Ctrl-C and polite kills while something is computed: they wait until nothing is half done.
+
+An exception that a signal handler raises inside compiled code, or inside a library that holds a lock, breaks what it
+meets. Inside ``held`` signals are noted, and raised by ``pass_on``, or at the end. Whoever is in a hurry sends another.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_waiting: list[Callable[[], Any]] = []
+"""What the handlers in force before are to be told."""
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Signals wait inside; in threads other than the main one, which are never interrupted, nothing changes."""
+    before = _held_back() if threading.current_thread() is threading.main_thread() else {}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if before:
+        pass_on()
+
+
+def pass_on() -> None:
+    """Raise what has been waiting, if anything: a place where it is safe."""
+    while _waiting:
+        tell = _waiting.pop()
+        _waiting.clear()
+        tell()
+
+
+def _held_back() -> dict[signal.Signals, Any]:
+    """Put handlers that wait in the place of those that would raise; those before."""
+    found = {}
+    for number in _SIGNALS:
+        handler = signal.getsignal(number)
+        if callable(handler):  # neither ignored nor left to the system
+            found[number] = handler
+            signal.signal(number, _noting(handler))
+    return found
+
+
+def _noting(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
+    def note(number: int, frame: FrameType | None) -> None:
+        again = bool(_waiting)
+        _waiting.append(lambda: handler(number, frame))
+        if again:
+            pass_on()
+
+    return note
