@@ -4,11 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from slipstick.errors import InputError
 from slipstick.fem.axis import Axis
 from slipstick.fem.box import box
+from slipstick.fem.equations import NodalEquation
 from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh
 from slipstick.fem.rotation import centrifugal
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
@@ -69,3 +72,33 @@ def test_what_cannot_turn_is_refused():
         centrifugal(free, 1.0, Axis())
     with pytest.raises(InputError, match=r"finds no static state at 100 rad/s"):
         centrifugal(model, 100.0, Axis())
+
+
+def test_tied_parts_turn_as_one_piece():
+    """Two halves that share no node, their faces tied by equations, against the whole."""
+    whole = box((3.0, 0.1, 0.1), (6, 1, 1), "hex20")
+    cells = whole.blocks["hex20"]
+    right = np.unique(cells[3:])
+    own = np.full(whole.n_nodes, -1)
+    own[right] = whole.n_nodes + np.arange(len(right))
+    halves = Mesh(
+        nodes=np.vstack([whole.nodes, whole.nodes[right]]),
+        blocks={"hex20": np.vstack([cells[:3], own[cells[3:]]])},
+        node_sets={"root": whole.node_set("x0")},
+    )
+    apart = assemble_mesh(MeshModel(mesh=halves), source="halves", material=ROD, fixed=["root"])
+    face = np.intersect1d(cells[:3], cells[3:])
+    equations = [
+        NodalEquation(terms=((int(own[n]) + 1, axis, 1.0), (int(n) + 1, axis, -1.0))) for n in face for axis in range(3)
+    ]
+    tied = apart.constrain(equations)
+    one = assemble_mesh(MeshModel(mesh=whole), source="whole", material=ROD, fixed=["x0"])
+    assert tied.n_dofs == one.n_dofs
+    axis = Axis(point=(-1.0, 0.02, 0.05), direction=(0.1, 0.0, 1.0))
+    ours, theirs = (centrifugal(model, 0.3, axis) for model in (tied, one))
+    values = [
+        eigh((m.K + c.stiffness).toarray(), m.M.toarray(), eigvals_only=True)[:6]
+        for m, c in ((tied, ours), (one, theirs))
+    ]
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-7)
+    np.testing.assert_allclose(ours.displacement[whole.n_nodes :], theirs.displacement[right], atol=1e-9)

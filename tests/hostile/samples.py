@@ -167,6 +167,23 @@ ENDDATA
 """
 
 
+SUPERELEMENT = """\
+BEGIN SUPER=101
+CORD2C,7,,1.,0.,0.,1.,0.,1.
+,2.,0.,0.
+CORD1R,8,1,2,3
+EXTRN,1,123,9,0,11,THRU,12,0
+GRID   *               1               7             2.0            30.0
+*                    1.0               7
+GRID,2,,0.,0.,0.
+GRID,3,7,1.,60.,0.
+GRID,4,8,0.,1.,0.,8
+ASET,1,123
+QSET1,0,9,11,THRU,12
+SPOINT,9,11,THRU,12
+"""
+
+
 def write_files(folder: Path) -> None:
     """What the cases name."""
     K = np.array([[400.0, -50.0], [-50.0, 1200.0]])
@@ -203,6 +220,9 @@ def write_models(folder: Path) -> list[tuple[str, ...]]:
     (folder / "job.op4").write_bytes(_op4({"KAA": K, "MAA": M}))
     (folder / "text.op4").write_text(_text_op4({"KAA": K, "MAA": M}))
     (folder / "job.bdf").write_text(BULK)
+    (folder / "se.op4").write_text(_text_op4({"KXX": K, "MXX": M, "BXX": 0.1 * K}))
+    (folder / "se.pch").write_text(SUPERELEMENT)
+    (folder / "sub.mtx").write_text(_user_element({"STIFFNESS": K, "MASS": M}))
     (folder / "job.pch").write_text(_punch({"KAAX": K, "MAAX": M}))
     for name, matrix in (("sti", K), ("mas", M)):
         (folder / f"ccx.{name}").write_text(
@@ -218,7 +238,8 @@ def write_models(folder: Path) -> list[tuple[str, ...]]:
         ("K.mtx", "M.mtx", "map.txt"), ("K.npz", "M.npz", "map.txt"), ("K.hb", "M.hb", "K.mapping"), ("bundle.npz",),
         ("map.txt", "K.mtx", "M.mtx"), ("K.mapping", "K.hb", "M.hb"), ("job.op4", "job.bdf"), ("text.op4", "job.bdf"),
         ("job.bdf", "job.op4"), ("job.pch", "job.bdf"), ("ccx.sti",), ("job_STIF1.mtx", "job_MASS1.mtx"),
-        ("beam.inp",), ("beam.msh",), ("beam.cdb",), ("model.h5",),
+        ("se.op4", "se.pch"), ("se.pch", "se.op4"), ("sub.mtx",), ("beam.inp",), ("beam.msh",), ("beam.cdb",),
+        ("model.h5",),
     ]  # fmt: skip
     full = _shipped_full()
     if full is not None:
@@ -233,6 +254,13 @@ def _shipped_full() -> Path | None:
     except ImportError:
         return None
     return Path(examples.__file__).parent / "file.full"
+
+
+def _user_element(matrices: dict[str, np.ndarray]) -> str:
+    lines = ["*USER ELEMENT, NODES= 2, LINEAR", "** ELEMENT NODES", "** 1, 2", "1, 2", "2, 1, 2, 3, 4"]
+    for name, a in matrices.items():
+        lines += [f"*MATRIX,TYPE={name}", *(", ".join(repr(float(v)) for v in a[i, : i + 1]) for i in range(6))]
+    return "\n".join(lines) + "\n"
 
 
 def _op4(matrices: dict[str, np.ndarray]) -> bytes:

@@ -132,10 +132,15 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
     found = [*model.warnings, *(coupling.beside_matrices for coupling in imported.couplings)]
     found += [coupling.beside_matrices for coupling in imported.applied]
     found += linear_warnings(imported.mesh, model.source, ("tet4",))
+    notes = (*model.notes, *imported.notes)
     if materials:
         found += mass_warnings(model, imported.mesh, material or materials)
-    assembled = (f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
-    notes = (*model.notes, *imported.notes, *assembled)
+    else:
+        what = (
+            "the mesh has no material: its mass is not compared with that of the matrices; give a material to compare"
+        )
+        notes = (*notes, f"{model.source}: {what}")
+    notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
     return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
 
 

@@ -81,9 +81,9 @@ _READ |= {*_SETS, *(f"{name}1" for name in _SETS), *COUPLED}
 class _Reader:
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.grids: dict[int, tuple[str, str, tuple[float, float, float]]] = {}
+        self.grids: dict[int, tuple[int | None, int | None, tuple[float, float, float]]] = {}
         self.systems: dict[int, Definition] = {}
-        self.default_systems = ("", "")
+        self.default_systems = (0, 0)
         self.external: list[tuple[int, int]] = []
         self.coupled: list[CoupledCard] = []
         self.points: set[int] = set()
@@ -114,7 +114,7 @@ class _Reader:
         fields = fields + [""] * 4  # a card may end after the position
         node = whole_number(fields[0])
         x, y, z = (fortran_real(text) if text else 0.0 for text in fields[2:5])
-        point = (fields[1], fields[5], (x, y, z))
+        point = (_system(fields[1]), _system(fields[5]), (x, y, z))
         if self.grids.setdefault(node, point) != point:
             raise InputError(f"{self.path.name}, line {self.line}: GRID {node} is given again at another place")
         self._hold(node, fields[6])
@@ -123,7 +123,7 @@ class _Reader:
 
     def on_grdset(self, fields: list[str]) -> None:
         fields = fields + [""] * 4
-        self.default_systems = (fields[1], fields[5])
+        self.default_systems = (_system(fields[1]) or 0, _system(fields[5]) or 0)
         self.held_by_default = fields[6]
         _pairs(0, fields[6])  # ValueError here, with the line
 
@@ -244,10 +244,11 @@ class _Reader:
     def _points(self) -> tuple[dict[int, Array], dict[int, Array]]:
         """Positions in the basic system by label, ascending, and directions where they are not the basic ones."""
         position, displacement = self.default_systems
-        placed = {n: (whole_number(p or position or "0"), at) for n, (p, _, at) in sorted(self.grids.items())}
+        placed = {n: (position if p is None else p, at) for n, (p, _, at) in sorted(self.grids.items())}
         frames = Frames(self.systems, placed, self.path.name)
         coordinates = {node: frames.position(node) for node in placed}
-        own = {node: whole_number(self.grids[node][1] or displacement or "0") for node in placed}
+        stated = {node: self.grids[node][1] for node in placed}
+        own = {node: displacement if number is None else number for node, number in stated.items()}
         fluid = [node for node, number in own.items() if number < 0]
         if fluid:
             raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
@@ -257,6 +258,11 @@ class _Reader:
         return coordinates, {
             node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)
         }
+
+
+def _system(text: str) -> int | None:
+    """Number of a coordinate system; None where nothing is said."""
+    return whole_number(text) if text else None
 
 
 def _stack(coordinates: Mapping[int, Array]) -> Array:
