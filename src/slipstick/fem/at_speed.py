@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, number, one, warn, wrong
 from slipstick.fem.axis import Axis
 from slipstick.fem.imported import ImportedModel
-from slipstick.fem.rotation import Centrifugal, centrifugal
+from slipstick.fem.rotation import Centrifugal
+from slipstick.fem.rotation_store import kept_centrifugal
 from slipstick.typing import IntArray, Sparse
 
 _LARGE_STRAIN = 1e-2
@@ -63,8 +65,10 @@ def at_speed(
     return moving
 
 
-def turned_model(model: Any, speed: Any, *, axis: Any = None, others: Any = None) -> ImportedModel:
-    """The same; what looks wrong is in the model's warnings alone."""
+def turned_model(
+    model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None
+) -> ImportedModel:
+    """The same, kept in a folder; what looks wrong is in the model's warnings alone."""
     found = Gathering()
     found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
     wanted = found.take(number, "speed", speed, "a speed >= 0, rad/s", above=0.0)
@@ -81,7 +85,7 @@ def turned_model(model: Any, speed: Any, *, axis: Any = None, others: Any = None
     from scipy.sparse import csr_array
 
     assert about is not None
-    turning = centrifugal(model, wanted, about)
+    turning = kept_centrifugal(model, wanted, about, cache)
     moved = np.linalg.norm(turning.displacement, axis=1).max()
     return replace(
         model,

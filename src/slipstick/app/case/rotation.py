@@ -11,6 +11,7 @@ from pydantic import Field, PlainValidator
 from slipstick.app.case.body import Tell
 from slipstick.app.case.paths import inside
 from slipstick.app.case.quantity_texts import read_frequency
+from slipstick.app.case.reducing import CACHE, reduction_folder
 from slipstick.app.case.rotor import AxisTable, axis_arguments
 from slipstick.app.case.sentences import unexpected
 from slipstick.app.case.tables import Frequency, Table
@@ -71,10 +72,10 @@ def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tel
 
     if table is None:
         return model
-    tell(f"structure: stiffness at {table.speed:g} rad/s ...")
+    tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
     try:
         if table.models is None:
-            return turned_model(model, table.speed, axis=axis_arguments(table.axis))
+            return turned_model(model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder))
         others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
         return turned_model(model, table.speed, others=others)
     except InputError as error:
