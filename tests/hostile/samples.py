@@ -231,6 +231,7 @@ def write_models(folder: Path) -> list[tuple[str, ...]]:
     (folder / "ccx.dof").write_text("".join(f"{i // 3 + 1}.{i % 3 + 1}\n" for i in range(6)))
     mesh = box((0.2, 0.02, 0.01), (2, 1, 1), "hex8")
     _input(folder / "beam.inp", mesh)
+    _bulk(folder / "beam.bdf", mesh)
     _gmsh(folder / "beam.msh", mesh)
     _archive(folder / "beam.cdb", mesh)
     save_model(assemble_mesh(MeshModel(mesh=mesh), source="beam", material=STEEL, fixed=("x0",)), folder / "model.h5")
@@ -238,8 +239,8 @@ def write_models(folder: Path) -> list[tuple[str, ...]]:
         ("K.mtx", "M.mtx", "map.txt"), ("K.npz", "M.npz", "map.txt"), ("K.hb", "M.hb", "K.mapping"), ("bundle.npz",),
         ("map.txt", "K.mtx", "M.mtx"), ("K.mapping", "K.hb", "M.hb"), ("job.op4", "job.bdf"), ("text.op4", "job.bdf"),
         ("job.bdf", "job.op4"), ("job.pch", "job.bdf"), ("ccx.sti",), ("job_STIF1.mtx", "job_MASS1.mtx"),
-        ("se.op4", "se.pch"), ("se.pch", "se.op4"), ("sub.mtx",), ("beam.inp",), ("beam.msh",), ("beam.cdb",),
-        ("model.h5",),
+        ("se.op4", "se.pch"), ("se.pch", "se.op4"), ("sub.mtx",), ("beam.inp",), ("beam.bdf",), ("beam.msh",),
+        ("beam.cdb",), ("model.h5",),
     ]  # fmt: skip
     full = _shipped_full()
     if full is not None:
@@ -305,6 +306,20 @@ def _input(path: Path, mesh: object) -> None:
     lines += ["*NSET, NSET=ROOT, GENERATE", "1, 4, 1", "*ELSET, ELSET=FIRST", "1", "*SURFACE, NAME=FACE", "FIRST, S1"]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "2e11, 0.3", "*DENSITY", "7800.,"]
     lines += ["*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL", "*BOUNDARY", "ROOT, 1, 3"]
+    lines += ["*NODE", "99, 0.3, 0.01, 0.0", "*NSET, NSET=TIP", "11, 12", "*RIGID BODY, NSET=TIP, REF NODE=99"]
+    lines += ["*TRANSFORM, NSET=TIP", "1., 0.1, 0., -0.1, 1., 0.", "*EQUATION", "2", "9, 1, 1., 10, 1, -1."]
+    lines += ["*ELEMENT, TYPE=SPRING1, ELSET=P", "50, 9", "*SPRING, ELSET=P", "2", "1.e5"]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def _bulk(path: Path, mesh: object) -> None:
+    nodes, cells = mesh.nodes.tolist(), (mesh.blocks["hex8"] + 1).tolist()  # type: ignore[attr-defined]
+    lines = ["SOL 103", "SPC = 1", "BEGIN BULK", "CORD2C,4,,0.,0.,0.,0.,0.,1.", ",1.,0.,0."]
+    lines += [f"GRID,{i},,{x:.9f},{y:.9f},{z:.9f}" for i, (x, y, z) in enumerate(nodes, 1)]
+    lines += [f"CHEXA,{n},7,{','.join(map(str, c[:6]))}\n,{c[6]},{c[7]}" for n, c in enumerate(cells, 1)]
+    lines += ["PSOLID,7,3", "MAT1,3,2.+11,,.3,7800.", "SPC1,1,123,1,THRU,4", "GRID,99,4,.3,10.,0.,4"]
+    lines += ["RBE2,9,99,123,11,12", "MPC,5,9,1,1.,10,1,-1.", "CONM2,8,99,,.1,.01,0.,0.", ",,1.-3"]
+    lines += ["CELAS2,18,1.+5,9,2", "RBE3,19,,98,123,1.,123,5,6", ",7", "GRID,98,,.1,.01,.02", "ENDDATA"]
     path.write_text("\n".join(lines) + "\n")
 
 
@@ -330,6 +345,8 @@ def _archive(path: Path, mesh: object) -> None:
         head = (1, 1, 1, 1, 0, 0, 0, 0, 8, 0, number)
         lines.append("".join(f"{n:9d}" for n in (*head, *row)))
     lines += ["       -1", "MP,EX,1,2.0E+11", "MP,PRXY,1,0.3", "MP,DENS,1,7.8E+03", "D,1,UX,0.", "D,2,ALL,0."]
+    lines += ["CE,R5.0,DEFI,       2,       1,  0.0", "CE,R5.0,NODE,      9,UX  ,  1.0    ,     10,UX  , -0.5    ,"]
+    lines += ["CP,1,UY,9,11,12"]
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -78,7 +78,8 @@ class Findings:
         """Give an entry the verdict of its row; without a row it is not understood."""
         unknown = Verdict.APPROXIMATED if of_the_model else Verdict.UNKNOWN
         verdict, what = table.get(name, (unknown, "is not understood: it has no effect here"))
-        self.add(verdict, shown, what, line)
+        if verdict is not Verdict.READ:
+            self.add(verdict, shown, what, line)
 
     def refuse_incomplete(self) -> None:
         """Raise InputError with all entries without which the file says too little."""

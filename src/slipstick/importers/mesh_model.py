@@ -173,7 +173,7 @@ def assemble_mesh(
         dof_map=dof_map,
         nodes=nodes,
         equations=tuple(equation for stated in imported.constraints for equation in stated.equations(mesh)),
-        notes=imported.notes,
+        notes=(*imported.notes, *_orphans(imported, mesh, source)),
         warnings=(
             *imported.warnings,
             *refine.linear_warnings(mesh, source),
@@ -188,6 +188,15 @@ def assemble_mesh(
         mesh = replace(mesh, element_sets={**mesh.element_sets, "all": everything})
         materials = {"all": materials}
     return replace(model, mesh=mesh, materials=dict(materials))
+
+
+def _orphans(imported: MeshModel, mesh: Mesh, source: str) -> Iterator[str]:
+    """Nodes that belong to no element, and that no mass or spring uses; references of couplings are among them."""
+    lone = np.setdiff1d(mesh.labels, mesh.labels[mesh.used_nodes])
+    lone = np.setdiff1d(lone, [node for part in imported.lumped for node, _ in part.pairs])
+    if len(lone):
+        some = ", ".join(map(str, lone[:8].tolist())) + (", ..." if len(lone) > 8 else "")
+        yield f"{source}: {len(lone)} nodes belong to no element: {some}"
 
 
 def _with_lumped(

@@ -129,3 +129,13 @@ def test_nodes_named_one_by_one_do_not_fit_a_mesh_made_quadratic(tmp_path):
     assert read_model(path, quiet=True).n_dofs == 2
     with pytest.raises(InputError, match=r"\*EQUATION names nodes one by one: those that quadratic adds"):
         read_model(path, ImportOptions(quadratic=True))
+
+
+@pytest.mark.parametrize("data", ["DI1", "1., 0., 0., 0., 1., 0.\n3, DI2", "1., 0., 0., 2., 0., 0."])
+def test_orientations_that_nothing_uses_have_no_effect(tmp_path, data):
+    more = f"*ORIENTATION, NAME=O\n{data}\n"
+    if data.startswith("1., 0., 0., 2."):
+        with pytest.raises(InputError, match="points on one line"):
+            read_model(write(tmp_path, CUBE + HELD + more))
+    else:
+        assert read_model(write(tmp_path, CUBE + HELD + more)).n_dofs == 12

@@ -68,6 +68,7 @@ def test_temperatures_have_no_effect():
         (WRITTEN.rsplit("CE", 1)[0], "announces 3 terms, 2 are there"),
         ("CE,1,0,5,UX,much\n", "line 1: CE cannot be read"),
         ("CP,1\n", "line 1: CP cannot be read"),
+        ("CE,R5.0,NODE,5,UX,1.\n", "line 1: CE cannot be read"),
     ],
 )
 def test_damaged_lines(text, said):

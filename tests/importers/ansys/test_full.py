@@ -84,3 +84,17 @@ def test_full_with_a_wild_number_is_refused_or_read(shipped, tmp_path, at):
     words.tofile(path)
     with contextlib.suppress(InputError):
         assert read_model(path).n_dofs == 900
+
+
+def test_a_whole_file_that_is_laid_out_otherwise_is_not_called_damaged(shipped, tmp_path):
+    """Records of another kind, as compression leaves them: the release is told, and the way round."""
+    words = np.fromfile(shipped / "file.full", dtype="<i4")
+    words[104] = 0  # flags of the header of the file
+    words[11] = int.from_bytes(b"20.1", "big")
+    path = tmp_path / "newer.full"
+    words.tofile(path)
+    with pytest.raises(InputError, match=r"newer\.full: is a whole \.full file of Ansys 20\.1, .* in one \.npz"):
+        read_model(path)
+    words[:140_000].tofile(path)
+    with pytest.raises(InputError, match="damaged or truncated"):
+        read_model(path)

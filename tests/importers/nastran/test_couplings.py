@@ -131,6 +131,7 @@ def test_sets_of_equations():
         (("RBE3", 1, "", 1, "123", "1.", "123", 2, 3, "UM", 2, 3), "dependent directions of its own"),
         (("RBE3", 1, "", 1, "123456", "1.", "123", 2), "do not tell the motion"),
         (("MPC", 1, 2, 1, "one", 3, 1, "-1."), "MPC cannot be read"),
+        (("MPC", "x", 2, 1, "1.", 3, 1, "-1."), "line 7: MPC cannot be read"),
     ],
 )
 def test_cards_that_are_refused(given, said):

@@ -94,11 +94,21 @@ def read_axes(words: list[str], kind: str) -> Axes:
 def on_orientation(content: Content, block: Block) -> None:
     """A system of directions by name; without effect on isotropic materials."""
     kind = block.parameters.get("SYSTEM", "RECTANGULAR")
-    turned = any(fortran_real(word) for row in block.rows[1:] for word in row[1:2] if word)
-    plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES"
-    if kind[0] in "RC" and not turned and plain and block.rows and "NAME" in block.parameters:
+    turned = not _numbers(block.rows[1:]) or any(
+        fortran_real(word or "0") for row in block.rows[1:] for word in row[1:2]
+    )
+    plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES" and _numbers(block.rows[:1])
+    if kind[0] in "RC" and not turned and plain and "NAME" in block.parameters:
         content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
     content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _numbers(rows: list[list[str]]) -> bool:
+    """Whether rows hold six numbers, or the few of an added turn: not names of distributions."""
+    try:
+        return bool([fortran_real(word) for row in rows for word in row if word]) or not rows
+    except ValueError:
+        return False
 
 
 def on_mpc(content: Content, block: Block) -> None:

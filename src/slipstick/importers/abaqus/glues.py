@@ -107,7 +107,8 @@ def untied(content: Content, mesh: Mesh) -> Iterator[str]:
 def on_cyclic(content: Content, block: Block) -> None:
     """Number of sectors, and two points of the axis."""
     parameters = block.parameters
-    sectors = whole_number(parameters["N"])
+    count = fortran_real(parameters["N"])  # some programs write 36.0
+    sectors = int(count) if count == int(count) else 0
     axis = [fortran_real(word) for row in block.rows for word in row if word]
     cyclic = [glue for glue in content.glues if glue.cyclic]
     sides = [glue for glue in cyclic if glue.name == parameters.get("TIE", glue.name)]

@@ -1,6 +1,7 @@
 """What becomes of each keyword of an input file (.inp) and of each element type; keywords without their blanks.
 
-Keywords that are read have a handler in abaqus_input.py; every other one has a row here, or is named as not understood.
+``KEYWORD_VERDICTS`` is the whole of it at a glance: read, refused, approximated, without effect. What stands nowhere is
+named as not understood.
 """
 
 from __future__ import annotations
@@ -94,7 +95,12 @@ OTHER_SECTIONS = (
 )
 """Sections of elements that are no solids: refused where these share nodes with solids, else listed."""
 
+_READ = """PART INSTANCE NODE ELEMENT NSET ELSET SURFACE MATERIAL ELASTIC DENSITY CONDUCTIVITY SOLIDSECTION STEP
+    INITIALCONDITIONS DLOAD TRANSFORM ORIENTATION BOUNDARY EQUATION MPC RIGIDBODY COUPLING KINEMATIC DISTRIBUTING
+    DISTRIBUTINGCOUPLING MASS ROTARYINERTIA SPRING DASHPOT TIE SELECTCYCLICSYMMETRYMODES CYCLICSYMMETRYMODEL"""
+
 KEYWORD_VERDICTS: dict[str, VerdictRow] = {
+    **rows(" ".join((_READ, *OTHER_SECTIONS, *sorted(MATERIAL_FAULTS))), Verdict.READ),
     **_INCOMPLETE,
     **_COUPLING,
     **_APPROXIMATED,

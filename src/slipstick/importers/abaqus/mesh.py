@@ -55,7 +55,7 @@ def read_input(path: Path) -> MeshModel:
         materials=materials,
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
-        notes=(*alone, *findings.notes, *unit_notes(mesh, materials)),
+        notes=(*alone, *findings.notes, *_mass_note(mesh, path), *unit_notes(mesh, materials)),
         warnings=(*findings.warnings, *untied(content, mesh)),
         couplings=findings.couplings,
         constraints=(*content.stated, *([turned] if along else [])),
@@ -64,6 +64,14 @@ def read_input(path: Path) -> MeshModel:
         variants=content.variants,
         axes=frames(content),
     )
+
+
+def _mass_note(mesh: Mesh, path: Path) -> tuple[str, ...]:
+    """Elements whose mass CalculiX integrates with fewer points."""
+    names = {"tet10": "C3D10", "wedge15": "C3D15"}
+    found = [name for kind, name in names.items() if len(mesh.blocks.get(kind, ()))]
+    what = "is integrated exactly; CalculiX takes the points of the stiffness, and its frequencies differ a little"
+    return (f"{path.name}: the mass of {' and '.join(found)} {what}",) if found else ()
 
 
 def touching(content: Content) -> tuple[str, ...]:

@@ -55,6 +55,8 @@ def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
 def _read(sets: dict[tuple[str, str], _Set], last: dict[str, _Set], line: int, name: str, words: list[str]) -> None:
     written = words[0][:1].upper() == "R" and words[1].upper() in ("DEFI", "NODE")
     if written and words[1].upper() == "NODE":
+        if name not in last:
+            raise ValueError("nodes stand before what they belong to")
         _add(last[name], name, words[2:])
         return
     if written:

@@ -21,6 +21,7 @@ Words = NDArray[np.int32]
 
 _DAMAGED = "the file is damaged or truncated, or not an Ansys .full file"
 _SYMBOLIC = -4
+_FULL_FILE = 4
 _PLAIN_INTEGERS = -(2**31)
 _EQUATIONS, _LUMPED, _UNSYMMETRIC, _CONSTRAINT_EQUATIONS = 1, 10, 13, 20
 _STIFFNESS, _MASS, _DAMPING, _DIRECTIONS = (18, 19), (26, 27), (28, 29), (35, 36)
@@ -43,7 +44,24 @@ def read_full(path: Path) -> RawModel:
         words = _words(path)
         return _read(words, path)
     except _Damaged:
-        raise InputError(f"{path.name}: {_DAMAGED}") from None
+        release = _release(path)
+        raise InputError(f"{path.name}: {_newer(release) if release else _DAMAGED}") from None
+
+
+def _release(path: Path) -> str:
+    """The release that wrote a .full file as long as it says it is; nothing where it is cut off or no such file."""
+    head = np.fromfile(path, dtype="<i4", count=102)
+    if len(head) < 102 or head[0] != 100 or head[2] != _FULL_FILE or path.stat().st_size < 4 * int(head[28]):
+        return ""
+    return head[11:12].tobytes()[::-1].decode("latin-1").strip()
+
+
+def _newer(release: str) -> str:
+    return (
+        f"is a whole .full file of Ansys {release}, but its records are compressed or laid out in a way that is not "
+        "read; export with HBMAT, or from Python (PyMAPDL: math.stiff, math.mass) as K, M, dof_nodes, dof_components "
+        "in one .npz"
+    )
 
 
 def _read(words: Words, path: Path) -> RawModel:

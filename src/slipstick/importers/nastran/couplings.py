@@ -94,12 +94,16 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
 
 
 def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> set[int]:
-    numbers = {whole_number(card.fields[0]) for card in cards if card.name == "MPC"}
-    sums = {
-        whole_number(card.fields[0]): {whole_number(word) for word in card.fields[1:] if word}
-        for card in cards
-        if card.name == "MPCADD"
-    }
+    numbers: set[int] = set()
+    sums: dict[int, set[int]] = {}
+    for card in cards:
+        try:
+            if card.name == "MPC":
+                numbers.add(whole_number(card.fields[0]))
+            elif card.name == "MPCADD":
+                sums[whole_number(card.fields[0])] = {whole_number(word) for word in card.fields[1:] if word}
+        except ValueError as error:
+            raise InputError(f"{source}, line {card.line}: {card.name} cannot be read ({error})") from None
     if chosen is None:
         others = numbers - set().union(*sums.values()) if sums else numbers
         heads = {*sums, *others}
