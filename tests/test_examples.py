@@ -158,7 +158,7 @@ def test_lobed_casing(tmp_path):
     assert float(speed.dataset.stick_fraction.max()) == 0.0  # which is why the velocity need not follow the speed
     data = height.dataset
     touching = data.parameter.values[data.separation_fraction.values[:, 0] < 1.0]
-    assert touching.min() == pytest.approx(module.CLEARANCE, abs=1.5e-6)  # a step of the curve
+    assert touching.min() == pytest.approx(module.CLEARANCE, abs=2.5e-6)  # a step of the curve
     assert np.all(data.amplitude.sel(dof="y").values[data.parameter.values < module.CLEARANCE] == 0.0)
     module.draw(branches, tmp_path)
     assert (tmp_path / "lobed_casing.png").stat().st_size > 10_000

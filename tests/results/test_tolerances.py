@@ -12,7 +12,8 @@ def test_a_band_holds_what_small_tolerances_do():
     """Against curves computed with the parameters at their ends, at the same frequencies."""
     own, shares = branch(), {"c0.mu": 1e-3, "load.x0.amplitude": 1e-3}
     found = amplitude_band(own, "x0", shares)
-    omega = own.dataset.omega.values[1:-1:20]
+    solved = np.flatnonzero(own.dataset.kind.values != "interpolated")[1:-1:6]
+    omega = own.dataset.omega.values[solved]
     least, most = np.full(omega.size, np.inf), np.zeros(omega.size)
     for mu in (-1e-3, 1e-3):
         for load in (-1e-3, 1e-3):
@@ -20,8 +21,8 @@ def test_a_band_holds_what_small_tolerances_do():
             other = ss.forced_response(problem, omega=(5.0, 8.0), requested=omega)
             size = np.array([float(other.dataset.amplitude.sel(dof="x0")[other.at(w)]) for w in omega])
             least, most = np.minimum(least, size), np.maximum(most, size)
-    assert found.low[1:-1:20] == pytest.approx(least, rel=2e-5)
-    assert found.high[1:-1:20] == pytest.approx(most, rel=2e-5)
+    assert found.low[solved] == pytest.approx(least, rel=2e-5)
+    assert found.high[solved] == pytest.approx(most, rel=2e-5)
 
 
 def test_bars_are_ranked():

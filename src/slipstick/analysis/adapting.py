@@ -197,6 +197,11 @@ class _AtPoint(Adapted):
         """How many harmonics, 0 included."""
         return len(self.rung.balance.harmonics.orders)
 
+    @property
+    def given(self) -> Array:
+        """The context with which the same harmonics are in use, near the same temperatures."""
+        return self._context(self._number)
+
     @cached_property
     def truncation(self) -> float:
         """What those left out would add, relative to the largest amplitude."""

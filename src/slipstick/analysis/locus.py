@@ -9,6 +9,7 @@ jumps through zero (a corner of the curve): it is found by bracketing.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -152,7 +153,7 @@ class Locus:
         if at != self.span[0]:
             direction = np.append(np.zeros(y.size), self._way)
         return continuation(
-            self.system, y, *self.span, at=at, direction=direction, options=self.options,
+            self.system, y, *self.span, at=at, direction=direction, options=replace(self.options, output_step=np.inf),
             scaling=ArclengthScaling(x=unit), requested=self.requested, events=(
                 BranchEvent(name=TIE, kind=TIE, function=lambda s: s.evaluation.detail.ahead - _LEVEL, direction=1,
                             terminal=True),

@@ -21,7 +21,7 @@ from slipstick.typing import Array
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseOptions(ContinuationOptions):
-    """Options of a response curve: those of a continuation, with steps so short that figures look smooth, and these.
+    """Options of a response curve: those of a continuation, with points so near that figures look smooth, and these.
 
     Parameters
     ----------
@@ -34,15 +34,16 @@ class ResponseOptions(ContinuationOptions):
         ``harmonics_in_use`` in the results says how many. None: all of them at every point.
     """
 
-    first_step: float = 1 / 300
-    max_step: float = 1 / 120
+    first_step: float = 1 / 60
+    max_step: float = 1 / 30
+    output_step: float = 1 / 120
     event_tolerance: float = 1e-9
     jacobian: Kind | str = "auto"
     adapt_harmonics: float | None = None
 
 
 def response_options(**given: Any) -> ResponseOptions:
-    """``ResponseOptions`` with the fields given: steps of at most 1/120 of the range by default."""
+    """``ResponseOptions`` with the fields given: steps of at most 1/30 of the range, points each 1/120 by default."""
     return ResponseOptions(**given)
 
 

@@ -19,6 +19,7 @@ from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.ports import Balance
+from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome, TimeIsUp
@@ -34,6 +35,9 @@ from slipstick.typing import Array
 
 _KEPT = 5_000_000
 """Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
+
+
+_ORDINARY = ("regular", "interpolated", STATE_CHANGE)
 
 
 Limit = Callable[[], AbstractContextManager[Any]]
@@ -101,7 +105,7 @@ def _follow_part(
             if step is None:
                 part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
                 return
-            point = _point(step, task, part, run.residual, special)
+            point = _point(step, task, part, run.residual, recorder, special)
             part.add(step.parameter, step.x)
             if task.listeners:
                 checkpoint = course.checkpoint(step, run, time.perf_counter() - clock)
@@ -134,6 +138,7 @@ def _run(
     own = from_inside.events if from_inside is not None else ()
     run = WarmContinuation(
         task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
+        each=special is not None or adapted_to(task.options) is not None,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=(*own, *peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),
@@ -196,17 +201,20 @@ def _settled_in_time(task: Task) -> Array | None:
     return -task.balance.moved_by(forces, task.inputs.P, compliance)
 
 
-def _point(step: Step, task: Task, part: Part, residual: float, special: SpecialPoints | None) -> Point:
-    value, kind = step.evaluation, step.kind
+def _point(
+    step: Step, task: Task, part: Part, residual: float, recorder: Recorder, special: SpecialPoints | None
+) -> Point:
+    kind = step.kind
     if kind == "requested" and step.parameter not in task.requested:
         kind = "regular"
     if special is not None and not special.confirmed(step):
         kind = "regular"
+    detail = step.evaluation.detail if step.evaluation else unanswered(*task.system.at(step.parameter))
     return Point.at(
-        value.detail, x=step.x, residual=residual,
+        detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
-        peak_of=step.name if kind == "peak" else "",
-        stability=special.judged(step, compare=kind not in ("regular", STATE_CHANGE)) if special else None,
+        peak_of=step.name if kind == "peak" else "", motion=recorder.outputs.motion_between(step, task.system),
+        stability=special.judged(step, compare=kind not in _ORDINARY) if special else None,
     )  # fmt: skip
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from slipstick.analysis.settling import settled_body
+from slipstick.balance.many import evaluated_together
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
@@ -76,6 +78,15 @@ class Jump:
         return f"{self.parameter:.6g} (temperature of {', '.join(changes)}{more})"
 
 
+def _context_between(step: Step) -> Any:
+    """With what an interpolated point is evaluated: as the next solution, or the one before if that has more."""
+    assert step.place is not None
+    before, after = (end.evaluation for end in step.place[:2])
+    if after.detail.adapted is None:
+        return after.context
+    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
+
+
 def relative_residual(step: Step) -> float:
     """Norm of the residual of a step, each entry over the size of its own terms.
 
@@ -100,9 +111,11 @@ class WarmContinuation(Iterator[Step]):
     jumps
         The text of every ``Jump`` so far, added to those of the list given.
     residual
-        Relative residual of the last step.
+        Relative residual of the last step; nan of an interpolated one that is evaluated with others later.
     earlier
         Work of the runs before the present one; given, together with ``places``, to go on where another stood.
+
+    ``each`` asks for an evaluation of every interpolated point; without, those that can are evaluated together later.
     """
 
     def __init__(
@@ -115,11 +128,12 @@ class WarmContinuation(Iterator[Step]):
         jumps: list[str] | None = None,
         earlier: Work = NO_WORK,
         places: Sequence[Place] = (),
+        each: bool = False,
         **options: Any,
     ) -> None:
         self._system, self._ends, self._options = system, (start, stop), options
         self._balance: Balance = system.balance
-        self._names = self._balance.heated_names
+        self._names, self._together = self._balance.heated_names, not each and evaluated_together(self._balance)
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message, self.residual, self.earlier = "", 0.0, earlier
@@ -155,8 +169,11 @@ class WarmContinuation(Iterator[Step]):
         while True:
             run, over = self._run, False
             last = run.standing
-            outcome, message = run.outcome, run.message
+            outcome, message, waiting = run.outcome, run.message, list[Step]()
             for step in run:
+                if step.kind == "interpolated":  # it counts once the point it leads to does
+                    waiting.append(step)
+                    continue
                 self.residual = relative_residual(step)
                 if self.residual > UNSOLVED:
                     outcome = Outcome.STEP_TOO_SMALL
@@ -167,6 +184,9 @@ class WarmContinuation(Iterator[Step]):
                     return
                 if landed:
                     step.kind, landed = "regular", False
+                residual = self.residual
+                yield from self._evaluated(waiting)
+                self.residual, waiting = residual, []
                 yield step
                 over = step.kind == "turning point" and last is not None and self._jump(step, last, turned=True)
                 if over:
@@ -182,6 +202,18 @@ class WarmContinuation(Iterator[Step]):
                 if last is None or not stuck or not self._jump(last, last):
                     return
             landed = True
+
+    def _evaluated(self, waiting: Sequence[Step]) -> Iterator[Step]:
+        """Interpolated points, each evaluated where all together cannot be."""
+        for step in waiting:
+            self.residual = nan
+            if not self._together:
+                step.evaluation = self._system.evaluate(step.x, step.parameter, _context_between(step))
+                if step.evaluation.detail is None:
+                    continue
+                step.residual_norm = norm(step.evaluation.residual)
+                self.residual = relative_residual(step)
+            yield step
 
     def _fault(self, step: Step) -> str | None:
         """A sentence where the temperatures of a step are no result."""

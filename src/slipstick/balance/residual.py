@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -32,18 +32,29 @@ class Adapted(Protocol):
         """What those left out would add, relative to the largest amplitude."""
         ...
 
+    @property
+    def given(self) -> Array:
+        """The context with which the same harmonics are in use, near the same temperatures."""
+        ...
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Detail:
     """What a solution keeps of its evaluation."""
 
     responses: tuple[Response, ...]
-    """One for each batch."""
+    """One for each batch; none where they are still to be had (``balance.many``)."""
     inputs: Inputs
     omega: float
     heat: Heat | None = None
     adapted: Adapted | None = None
     """Which harmonics are in use; None: all."""
+
+    @property
+    def warm(self) -> Inputs:
+        """The inputs with the parameters that the laws were asked with: at the contact temperatures."""
+        given = zip(self.inputs.batches, self.responses, strict=True)
+        return replace(self.inputs, batches=tuple(own.changed(**response.values) for own, response in given))
 
     @property
     def forces(self) -> Forces:
@@ -77,6 +88,11 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, temperature
         else:
             responses.append(batch.law.respond(motion, given.values))
     return Detail(responses=tuple(responses), inputs=inputs, omega=omega, heat=heat)
+
+
+def unanswered(inputs: Inputs, omega: float) -> Detail:
+    """Of a state whose forces are asked for later, together with those of others."""
+    return Detail(responses=(), inputs=inputs, omega=omega)
 
 
 def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyCompliance) -> Balanced:

@@ -106,7 +106,7 @@ def _provenance(branch: Branch) -> dict[str, Any]:
     if "newton_iterations" in dataset and len(branch):
         about.append(["Newton iterations", str(int(dataset["newton_iterations"].to_numpy().sum()))])
     if "residual" in dataset and len(branch):
-        about.append(["largest residual", f"{float(dataset['residual'].to_numpy().max()):.2g}"])
+        about += _residuals(dataset)
     return told | {"outcome": {"name": branch.outcome.name, "ok": branch.outcome.ok, "text": branch.message}}
 
 
@@ -122,6 +122,19 @@ def provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
         "case": str(attributes.get("case", "")),
         "case_file": str(attributes.get("case_file", "")),
     }
+
+
+def _residuals(dataset: ResultTable) -> list[list[str]]:
+    """Of the points that were solved for, and of those between them."""
+    residual = dataset["residual"].to_numpy()
+    between = (
+        dataset["kind"].to_numpy() == "interpolated" if "kind" in dataset else np.zeros(residual.shape, dtype=bool)
+    )
+    found = [["largest residual", f"{float(residual[~between].max(initial=0.0)):.2g}"]]
+    if between.any():
+        of = f"{int(between.sum())} of {between.size}, residual up to {float(residual[between].max()):.2g}"
+        found.append(["interpolated points", of])
+    return found
 
 
 def _text(value: Any) -> str:

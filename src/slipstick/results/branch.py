@@ -325,9 +325,9 @@ class Branch:
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 
-        Both use the same structure, so an error of its reduction to modes stays unseen: ``reduction_error`` of the
-        outcome tells its estimate. Heated contacts keep the parameters they have at this point. ``options`` are those
-        of ``slipstick.transient``.
+        An interpolated point is solved for first. Both use the same structure, so an error of its reduction to modes
+        stays unseen: ``reduction_error`` of the outcome tells its estimate. Heated contacts keep the parameters they
+        have at this point. ``options`` are those of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """
         from slipstick.results.verbs import check_in_time

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
+from slipstick.balance.many import answered
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -43,6 +44,8 @@ class Point:
     """Number of the part of the branch: 2 where it was also followed from the other end."""
     stability: PointStability | None = None
     """None where it was not asked for."""
+    motion: Array | None = None
+    """Coefficients (n_outputs, L) of an interpolated point; None: by the forces."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
@@ -70,6 +73,7 @@ class Outputs:
         self._ports = [_same_direction(balance.directions, column) for column in wanted.T]
         self._far = [i for i, port in enumerate(self._ports) if port is None]
         self.receptance = balance.rows_to(wanted[:, self._far]) if self._far else None
+        self._known: list[tuple[Any, tuple[Array, Array]]] = []
 
     def __len__(self) -> int:
         return len(self.names)
@@ -90,7 +94,30 @@ class Outputs:
         return out
 
     def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
-        """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L)."""
+        """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L).
+
+        Those of the last steps are remembered.
+        """
+        for known, found in self._known:
+            if known is step:
+                return found
+        found = self._motion_along(step, system)
+        self._known = [*self._known[-2:], (step, found)]
+        return found
+
+    def motion_between(self, step: Any, system: FrequencySystem | ParameterSystem) -> Array | None:
+        """Motion (n_outputs, L) at an interpolated step: the cubic through the motions on both sides.
+
+        Not by the forces: near resonance a receptance makes much of the little they are wrong by. None where all
+        outputs are contact ports, whose motion is interpolated already.
+        """
+        if not self._far or step.place is None:
+            return None
+        first, second, arc, u = step.place
+        (a, da), (b, db) = self.motion_along(first, system), self.motion_along(second, system)
+        return np.asarray(arc.between(a, b, da, db, np.array([u]))[0][0])
+
+    def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
         motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
         if self._far:
@@ -158,7 +185,7 @@ class Recorder:
 
     def values(self, points: Sequence[Point]) -> dict[str, AnyArray]:
         """Every variable, (n_points, ...)."""
-        b = self.balance
+        b, points = self.balance, _with_responses(self.balance, points)
         x = _stack([p.x for p in points], (b.size,))
         omega = np.array([p.omega for p in points], dtype=float)
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
@@ -172,6 +199,9 @@ class Recorder:
         for k in range(len(b.batches)):
             self._of_batch(k, points, found, force)
         motion = self.outputs.motion(x, force, P, omega, [p.detail.inputs.structure for p in points])
+        for i, point in enumerate(points):
+            if point.motion is not None:
+                motion[i] = point.motion
         outputs = self.outputs.names
         found |= {
             "omega": omega,
@@ -246,6 +276,19 @@ class Recorder:
 def _in_use(balance: Balance, point: Point) -> int:
     adapted = point.detail.adapted
     return len(balance.harmonics.orders) if adapted is None else adapted.in_use
+
+
+def _with_responses(balance: Balance, points: Sequence[Point]) -> Sequence[Point]:
+    """The points; those whose forces are still to be had are evaluated all together."""
+    without = [i for i, p in enumerate(points) if not p.detail.responses]
+    if not without:
+        return points
+    x = np.array([points[i].x for i in without])
+    details, residuals = answered(balance, x, [points[i].detail for i in without])
+    known = list(points)
+    for i, detail, residual in zip(without, details, residuals.tolist(), strict=True):
+        known[i] = replace(known[i], detail=detail, residual=residual)
+    return known
 
 
 def _stack(arrays: Sequence[Array], shape: tuple[int, ...]) -> Array:

@@ -32,6 +32,7 @@ VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 
 POINT_KINDS = (
     "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
+    "interpolated",
 )  # fmt: skip
 
 RELATIVE = "relative to the moving support"

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.contact.law import Motion
+from slipstick.balance.many import respond
 from slipstick.results.measures import largest_deviation
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
@@ -72,20 +72,8 @@ def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wid
     batch, shape = balance.batches[k], (len(points), balance.batches[k].count, wide.size)
     if not points:
         return [np.zeros(shape) for _ in batch.ports]
-    given = [p.detail.inputs.batches[k] for p in points]
-    at = [wide.index(0), *(wide.index(m, part) for m in balance.harmonics.orders[1:] for part in ("c", "s"))]
-    X = np.array([p.x for p in points]).reshape(len(points), balance.n_ports, balance.L)
-    Q = []
-    for i, port in enumerate(batch.ports):
-        own = np.array([g.motion[i] for g in given])
-        own[:, port.members] += X[:, port.rows]
-        spread = np.zeros(shape)
-        spread[..., at] = own
-        Q.append(spread.reshape(-1, wide.size))
-    drift = np.concatenate([g.drift(w) for g, w in zip(given, omega, strict=True)], axis=1)
-    responses = [p.detail.responses[k] for p in points]
-    values = {name: np.concatenate([r.values[name] for r in responses]) for name in batch.law.values}
-    found = batch.law.respond(Motion(wide, np.repeat(omega, batch.count), tuple(Q), drift), values)
+    x = np.array([p.x for p in points])
+    found = respond(balance, k, x, omega, [p.detail.warm for p in points], wide)
     return [F.reshape(shape) for F in found.force]
 
 

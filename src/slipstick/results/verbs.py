@@ -58,6 +58,9 @@ def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
     return subharmonic_response(branch, point, **options)
 
 
+_COMPARED = ("contact_tangential", "contact_normal", "amplitude", "mean", *FRICTION_VARIABLES.values())
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
     """A point of a branch against time integration, by output dof, both (n_outputs,)."""
@@ -78,23 +81,25 @@ class TimeCheck:
 
 def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
+    from slipstick.analysis.correcting import corrected
     from slipstick.analysis.starting import HarmonicStart
     from slipstick.analysis.transient import transient
 
-    d, problem = branch.point(point, friction=True), branch.problem_at(point)
+    found, problem = branch.point(point, friction=True), branch.problem_at(point)
+    omega = float(found["omega"])
+    between = "kind" in found and str(found["kind"].to_numpy()) == "interpolated"
+    d = corrected(branch, point) if between else {name: found[name].to_numpy() for name in _COMPARED}
     start = HarmonicStart(
-        harmonics=problem.harmonics,
-        tangential=d["contact_tangential"].to_numpy(),
-        normal=d["contact_normal"].to_numpy(),
-    )
-    held = {name: d[variable].to_numpy() for name, variable in FRICTION_VARIABLES.items()}
-    result = transient(problem, float(d["omega"]), initial=start, held=held, **options)
-    amplitude, mean = d["amplitude"].to_numpy(), d["mean"].to_numpy()
+        harmonics=problem.harmonics, tangential=d["contact_tangential"], normal=d["contact_normal"]
+    )  # fmt: skip
+    held = {name: d[variable] for name, variable in FRICTION_VARIABLES.items()}
+    result = transient(problem, omega, initial=start, held=held, **options)
+    amplitude, mean = d["amplitude"], d["mean"]
     pairs = ((amplitude, result.amplitude), (mean, result.mean))
-    worst = worst_error(problem, [float(d["omega"])])
+    worst = worst_error(problem, [omega])
     size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
     return TimeCheck(
-        omega=float(d["omega"]),
+        omega=omega,
         dofs=tuple(result.outputs),
         amplitude=amplitude,
         amplitude_in_time=result.amplitude,

@@ -50,7 +50,7 @@ def test_run(tmp_path: Path) -> None:
 
 
 def test_run_that_stops_early_and_one_that_is_refused(tmp_path: Path) -> None:
-    path = case(tmp_path, ("to = 15.0", "to = 15.0\nmax_points = 5"))
+    path = case(tmp_path, ("to = 15.0", "to = 15.0\nmax_points = 5\noutput_step = 1.0"))
     code, found, _ = asked("run", path, "-o", tmp_path / "out", "--no-figures")
     assert (code, found["points"]) == (1, 5)
     assert found["outcome"] != "COMPLETED"

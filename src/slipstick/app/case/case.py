@@ -15,6 +15,7 @@ from slipstick.app.case.response_table import ResponseTable, frequencies_met, sw
 from slipstick.app.case.sentences import in_case
 from slipstick.app.case.source import parse, read_text
 from slipstick.app.case.spacing import Spacing
+from slipstick.app.case.steps import STEP_KEYS
 from slipstick.app.case.studying import check_study, study_plan
 from slipstick.errors import InputError
 from slipstick.faults import Gathering, one, warn, wrong
@@ -181,8 +182,7 @@ class Case:
         """Continuation options given in ``[response]``, over the defaults."""
         from slipstick.analysis.response import response_options
 
-        names = ("first_step", "max_step", "min_step", "max_points", "adapt_harmonics")
-        given = {name: value for name in names if (value := getattr(self.response, name)) is not None}
+        given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
         return response_options(**given)
 
     def warnings(self) -> list[str]:

@@ -11,11 +11,12 @@ from pydantic import Field, PlainValidator
 from slipstick.app.case.quantity_texts import ratio_of_periods
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.app.case.spacing import MOST_VALUES, Spacing, spacing_or_list
+from slipstick.app.case.steps import StepKeys
 from slipstick.app.case.tables import Frequency, Table, is_number, positive_frequency
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 
 
-class ResponseTable(Table):
+class ResponseTable(StepKeys, Table):
     """``[response]``: what is followed, from where to where."""
 
     start: Any = Field(alias="from", description="a number")
@@ -31,15 +32,6 @@ class ResponseTable(Table):
     peaks_of: str | list[str] | None = Field(default=None, description="the name of a dof, or a list of names")
     stability: bool | Literal["full"] = Field(
         default=False, description='true, false or "full": whether every point is judged stable or not'
-    )
-    max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
-        default=None, description="a whole number from 2 to 1000000"
-    )
-    first_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    max_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    min_step: Annotated[float, Field(gt=0)] | None = Field(default=None, description="a number > 0")
-    adapt_harmonics: Annotated[float, Field(gt=0, lt=1)] | None = Field(
-        default=None, description="a number between 0 and 1 such as 1e-3, the relative accuracy"
     )
 
     @classmethod

@@ -22,6 +22,7 @@ from slipstick.app.case.script_heat import heat_lines
 from slipstick.app.case.script_text import GivenText, call, file_code, here, listed_text, literal, quantity_text
 from slipstick.app.case.source import parse
 from slipstick.app.case.spacing import Spacing
+from slipstick.app.case.steps import STEP_KEYS
 from slipstick.app.case.structure_tables import MatricesTable, ModalTable
 from slipstick.app.case.tables import (
     LoadTable,
@@ -300,7 +301,7 @@ class _Script:
             given.take(key)
         more = {"requested": _requested(at, ends)} if at else {}
         more |= given.rest("peaks_of", "stability")
-        options = given.rest("first_step", "max_step", "min_step", "max_points", "adapt_harmonics")
+        options = given.rest(*STEP_KEYS)
         if options:
             more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"
         given.end("[response]")

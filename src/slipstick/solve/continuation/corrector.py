@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import acos
+from dataclasses import replace
+from math import acos, inf
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from slipstick.typing import Array
 _ENOUGH_DIMENSIONS = 5
 _SHARPEST = 0.1
 _CORNER_FIT = 0.05
+_LOCATED = 1e-14
+"""Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
 
 
 class Corrector:
@@ -29,6 +32,8 @@ class Corrector:
 
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
         self._system, self._size, self.metric, self._options = system, size, metric, options
+        self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
+        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
 
@@ -45,11 +50,19 @@ class Corrector:
         return Step.again(place, self._evaluate(place.state[:-1], float(place.state[-1])))
 
     def correct(
-        self, guess: Array, normal: Array | None, kind: str, *, forward: Array | None = None, name: str = ""
+        self,
+        guess: Array,
+        normal: Array | None,
+        kind: str,
+        *,
+        forward: Array | None = None,
+        name: str = "",
+        options: NewtonOptions | None = None,
     ) -> tuple[Step | None, NewtonResult]:
         """The solution on the plane through ``guess`` (N + 1,) across ``normal``, None if the iteration fails.
 
         ``normal`` None keeps the parameter of ``guess`` exactly; the tangent then points along ``forward`` if given.
+        ``options`` are those of the corrector, or its ``exact`` or ``patient`` ones.
         """
         size, weights = self._size, self.metric.weights
         if normal is None:
@@ -58,10 +71,11 @@ class Corrector:
         else:
             row = normal * weights * weights
             row /= np.abs(row).max()
-        result = self._solve(guess, row)
+        options = options or self._options
+        result = self._solve(guess, row, options)
         while result.converged and (finer := _again(result.evaluation)) is not None:
             guess[:] = result.x
-            result = self._solve(guess, row, finer)
+            result = self._solve(guess, row, options, finer)
         if not result.converged:
             return None, result
         if normal is None:
@@ -73,7 +87,7 @@ class Corrector:
             step.reverse()
         return step, result
 
-    def _solve(self, guess: Array, row: Array, context: Any = None) -> NewtonResult:
+    def _solve(self, guess: Array, row: Array, options: NewtonOptions, context: Any = None) -> NewtonResult:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
@@ -84,7 +98,7 @@ class Corrector:
             residual[size] = row.dot(z) - level
             return residual, value.jacobian.bordered(value.parameter_derivative, row), value
 
-        result = iterate(bordered, guess, self.metric.inverse, self._options)
+        result = iterate(bordered, guess, self.metric.inverse, options)
         self.evaluations += result.evaluations
         self.solves += result.solves
         return result
@@ -101,6 +115,29 @@ class Corrector:
         right[-1] = 1.0
         self.solves += 1
         return jacobian.solve(right)
+
+    def off(self, state: Array, near: Step) -> Array | None:
+        """How far a state (N + 1,) is off the branch, by the Jacobian of a step nearby; None where it has none."""
+        if near.jacobian is None:
+            return None
+        right = np.zeros(self._size + 1)
+        right[:-1] = self._evaluate(state[:-1], float(state[-1])).residual
+        self.evaluations += 1
+        self.solves += 1
+        return near.jacobian.solve(right) if np.all(np.isfinite(right)) else np.full(right.size, inf)
+
+    def size(self, off: Array) -> float:
+        """A difference of states (N + 1,) over the size of the solution."""
+        return norm(off * self.metric.inverse)
+
+    def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
+        """Bound on the distance, over the size of the solution, between two cubics of some ``length``.
+
+        They share an end; at the other one is at ``guess`` with ``direction``, the other at the step.
+        """
+        metric = self.metric
+        turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
+        return 0.5 * self.size(step.state - guess) + 0.125 * length * self.size(turned)
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.
@@ -122,11 +159,10 @@ class Corrector:
     def arc(self, first: Step, second: Step) -> Arc:
         """The cubic between two neighbouring points in the present metric."""
         metric = self.metric
-        length = metric.length(second.state - first.state)
-        a = first.tangent / metric.length(first.tangent)
-        b = second.tangent / metric.length(second.tangent)
-        turn = angle_of(metric.cosine(a, b))
-        return Arc(first.state, a, second.state, b, length * (1.0 + turn * turn / 24.0))
+        turn = angle_of(metric.cosine(first.tangent, second.tangent))
+        length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
+        rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
+        return Arc(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
 
     def is_kink(self, first: Step, second: Step) -> bool:
         """Whether two points with different tangents lie on the two straight sides of one corner.

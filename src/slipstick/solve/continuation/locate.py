@@ -15,6 +15,11 @@ from slipstick.typing import Array
 
 _MAX_TRIALS = 60
 _TOO_FAR = 0.5
+_ENDS, _PLACES = np.linspace(0.0, 1.0, 2), np.linspace(0.0, 1.0, 9)
+_SECANTS = 8
+
+
+Both = tuple[float, float]
 
 
 class Locator:
@@ -37,28 +42,26 @@ class Locator:
 
     def begin(self, first: Step) -> None:
         """Take note of the event functions at the first point."""
-        self.values = self._at_step(first)
-
-    def _at_step(self, step: Step) -> tuple[float, ...]:
-        return tuple(float(event.function(step)) for event in self._events)
+        self.values = tuple(float(event.function(first)) for event in self._events)
 
     def between(self, first: Step, second: Step) -> list[Step]:
         """Located points between two neighbours in order along the branch."""
-        arc: Arc | None = None
+        arc = self._corrector.arc(first, second) if self._events or self._requested.size else None
+        if arc is None:
+            return []
         found: list[tuple[float, Step]] = []
-        values = self._at_step(second)
-        for event, before, after in zip(self._events, self.values, values, strict=True):
-            if event.crossed(before, after):
-                arc = arc or self._corrector.arc(first, second)
-                jump = event.place
-                located = (
-                    self._event(event, arc, (0.0, before), (1.0, after))
-                    if jump is None
-                    else self._jump(event, arc, jump(first, second, arc))
-                )
-                if located is not None:
-                    found.append(located)
-        self.values = values
+        ends = []
+        for event, before in zip(self._events, self.values, strict=True):
+            places, values = self._expected(event, before, first, second, arc)
+            ends.append(values[-1])
+            changes = zip(pairwise(places), pairwise(values), strict=True)
+            crossed = [(at, of) for at, of in changes if event.crossed(*of)]
+            if event.place is None:
+                located = [self._change(event, arc, at, of) for at, of in crossed]
+            else:
+                located = [self._jump(event, arc, event.place(first, second, arc)) for _ in crossed]
+            found += [step for step in located if step is not None]
+        self.values = tuple(ends)
         if self._requested.size:
             found += self._passages(first, second, sorted(found, key=_place), arc)
         found.sort(key=_place)
@@ -66,8 +69,66 @@ class Locator:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in found]
 
+    @staticmethod
+    def _expected(
+        event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
+    ) -> tuple[list[float], list[float]]:
+        """Places on the arc, its ends among them, and the event function there: exact at the ends.
+
+        Where the arc is not known to be near the branch its ends alone count.
+        """
+        if event.along is None:
+            return [0.0, 1.0], [before, float(event.function(second))]
+        places = _PLACES if second.smooth else _ENDS
+        return places.tolist(), [before, *event.along(first, second, arc, places).tolist()[1:]]
+
+    def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both) -> tuple[float, Step] | None:
+        """The sign change expected between two places, from the values expected there."""
+        margin = at[1] - at[0]
+        room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
+        quick = self._quickly(event, arc, at, of, room) if event.along else None
+        if quick is not None or margin == 1.0:
+            return quick or self._event(event, arc, (at[0], of[0]), (at[1], of[1]))
+        low, high = (self._solved(event, arc, u, 0.0) for u in room)
+        if low is None or high is None or not event.crossed(low[1], high[1]):
+            return None
+        return self._event(event, arc, (room[0], low[1]), (room[1], high[1]))
+
+    def _quickly(self, event: BranchEvent, arc: Arc, at: Both, of: Both, room: Both) -> tuple[float, Step] | None:
+        """By secants from where the sign change is expected; None where they lead out of the ``room``."""
+        rate = (of[1] - of[0]) / (at[1] - at[0])
+        u, off, known = at[0] - of[0] / rate, np.zeros(1), None
+        for _ in range(_SECANTS):
+            solved = self._solved(event, arc, u, off)
+            if solved is None:
+                return None
+            step, value = solved
+            if known is not None and u != known[0]:
+                slope = (value - known[1]) / (u - known[0])
+                if slope * rate <= 0.0:
+                    return None
+                rate = slope
+            known, off = (u, value), step.state - arc.point(u)
+            shift = -value / rate
+            if abs(shift) * arc.length < self._tolerance:
+                return u, step
+            u += shift
+            if not room[0] <= u <= room[1]:
+                return None
+        return None
+
+    def _solved(self, event: BranchEvent, arc: Arc, u: float, off: Array | float) -> tuple[Step, float] | None:
+        """The solution on the plane across the arc at ``u``, expected ``off`` it, and the event function there."""
+        guess = arc.point(u) + off
+        step, _ = self._corrector.correct(
+            guess, arc.derivative(u), event.kind, name=event.name, options=self._corrector.exact
+        )
+        if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * arc.length:
+            return None
+        return step, float(event.function(step))
+
     def _passages(
-        self, first: Step, second: Step, found: list[tuple[float, Step]], arc: Arc | None
+        self, first: Step, second: Step, found: list[tuple[float, Step]], arc: Arc
     ) -> list[tuple[float, Step]]:
         """Points at the requested parameter values; turning points in between (already found) part the passages."""
         passages = []
@@ -78,7 +139,6 @@ class Locator:
             for value in inside.tolist():
                 if second.kind == "end" and value == second.parameter:
                     continue
-                arc = arc or self._corrector.arc(first, second)
                 passage = self._passage(value, arc, (u0, p0 - value), (u1, p1 - value))
                 if passage is not None:
                     passages.append(passage)
@@ -101,7 +161,7 @@ class Locator:
 
     def _at(self, value: float, guess: Array, forward: Array, length: float) -> Step | None:
         guess[-1] = value
-        step, _ = self._corrector.correct(guess, None, "requested", forward=forward)
+        step, _ = self._corrector.correct(guess, None, "requested", forward=forward, options=self._corrector.patient)
         if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * length:
             return None
         return step
@@ -123,11 +183,10 @@ class Locator:
         best: tuple[float, float, Step] | None = None
         for _ in range(_MAX_TRIALS):
             u = root.trial
-            guess = arc.point(u)
-            step, _result = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name)
-            if step is None or metric.length(step.state - guess) > _TOO_FAR * arc.length:
+            solved = self._solved(event, arc, u, 0.0)
+            if solved is None:
                 break
-            value = float(event.function(step))
+            step, value = solved
             shift = np.inf if best is None else metric.length(step.state - best[2].state)
             if best is None or abs(value) <= abs(best[1]):
                 best = (u, value, step)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from slipstick.errors import Outcome, Reason
 from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
+from slipstick.solve.continuation.dense_output import DenseOutput
 from slipstick.solve.continuation.events import BranchEvent, turning_points
 from slipstick.solve.continuation.judging import Rejection, objection
 from slipstick.solve.continuation.locate import Locator
@@ -64,6 +66,7 @@ class Continuation(Iterator[Step]):
         self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
         self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance)
+        self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance)
         self.outcome: Outcome | None = None
         self.message = ""
         self.rejected = self.points = 0
@@ -105,14 +108,23 @@ class Continuation(Iterator[Step]):
             if isinstance(new, Reason):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
-            for located in self._locator.between(last, new):
-                yield located
-                if self._terminal(located):
-                    return self._end(Outcome.COMPLETED, f"ended at the event {located.name}")
+            for between in self._between(last, new):
+                yield between
+                if self._terminal(between):
+                    return self._end(Outcome.COMPLETED, f"ended at the event {between.name}")
             self._accepted(new)
             yield new
             last, arc = new, self._ahead(last, new)
         return self._end(Outcome.TURNED_BACK if last.parameter == self._span.start else Outcome.COMPLETED)
+
+    def _between(self, last: Step, new: Step) -> Iterator[Step]:
+        """What comes between two neighbours: corrected, located and interpolated points, in order."""
+        for a, b in pairwise([last, *self._dense.halves(last, new), new]):
+            for c, d in pairwise([a, *self._locator.between(a, b), b]):
+                if b.smooth:
+                    yield from self._dense.points(c, d)
+                if d is not new:
+                    yield d
 
     def _ahead(self, last: Step, new: Step) -> Arc | None:
         """The arc that leads on from two neighbours, unless there is a corner between; the metric follows the newer."""
@@ -176,6 +188,7 @@ class Continuation(Iterator[Step]):
             else:
                 reason = objection(corrector, span, options, last, new, ahead.guess, length)
                 if reason is None:
+                    new.apart = corrector.apart(new, ahead.guess, ahead.direction, length)
                     return self._accept(last, new, result, length, 2 if arc is None else 4)
             self.rejected += 1
             if length <= options.kink_step:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 import numpy as np
 
+from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.place import Place
+from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton.result import NewtonResult
 from slipstick.typing import Array
 
@@ -20,7 +23,7 @@ class Step:
         ``(x, parameter)`` and its derivative along the branch, both (N + 1,); the tangent points forward and has unit
         length in the scaled arclength of the step which found it.
     kind
-        "start", "regular", "requested", "turning point", "end", or the kind of an event such as "peak".
+        "start", "regular", "requested", "turning point", "end", "interpolated", or the kind of an event such as "peak".
     name
         Name of the event, "" for ordinary points.
     iterations
@@ -28,7 +31,16 @@ class Step:
     residual_norm
         Euclidean norm of the residual at ``x``.
     evaluation
-        What the system returned at exactly this ``x`` and ``parameter``.
+        What the system returned at exactly this ``x`` and ``parameter``; None of an interpolated point.
+    jacobian
+        The bordered Jacobian that it was corrected with last; None of a point that was not.
+    apart
+        Bound on the distance between the cubic from the point before and the one that predicted this point, over the
+        size of the solution.
+    place
+        Of an interpolated point: the steps on both sides, the arc between them and the place ``u`` on it; else None.
+    smooth
+        Whether the cubic from the point before is as near to the branch as was asked for.
     arclength
         Scaled length of the branch from the start (chords).
     orientation
@@ -36,13 +48,17 @@ class Step:
     """
 
     __slots__ = (
+        "apart",
         "arclength",
         "evaluation",
         "iterations",
+        "jacobian",
         "kind",
         "name",
         "orientation",
+        "place",
         "residual_norm",
+        "smooth",
         "state",
         "tangent",
     )
@@ -52,8 +68,18 @@ class Step:
         self.iterations, self.evaluation = result.iterations, result.evaluation
         residual = result.residual[:size]
         self.residual_norm = float(np.sqrt(residual.dot(residual)))
+        self.jacobian: Jacobian | None = getattr(result, "jacobian", None)
         self.orientation = 0
         self.arclength = 0.0
+        self.apart, self.smooth = inf, False
+        self.place: tuple[Step, Step, Arc, float] | None = None
+
+    @classmethod
+    def interpolated(cls, state: Array, tangent: Array, place: tuple[Step, Step, Arc, float]) -> Step:
+        """A point of an arc, at a ``place``."""
+        step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
+        step.place = place
+        return step
 
     @classmethod
     def again(cls, place: Place, evaluation: Any = None) -> Step:

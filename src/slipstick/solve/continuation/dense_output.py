@@ -1,0 +1,85 @@
+"""The branch between corrected points: the cubic through them, halved by another where it is not good enough."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+
+from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.predictor import Span
+from slipstick.solve.continuation.step import Step
+from slipstick.typing import Array
+
+_TOO_FAR = 0.5
+_LONGER = 1.1
+"""Arcs are a little longer than the steps that were taken along them."""
+
+
+class DenseOutput:
+    """Points so near to each other that a line through them looks smooth.
+
+    Parameters
+    ----------
+    step
+        Scaled arclength between two of them.
+    tolerance
+        Largest error of an interpolated solution over its size: measured in the middle of each arc, where the error of
+        a cubic between two points is largest, by one Newton correction. Where another cubic that is as good at one end
+        is that near at the other, nothing is measured: a kink anywhere between would have parted them.
+    """
+
+    def __init__(self, corrector: Corrector, span: Span, step: float, tolerance: float) -> None:
+        self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
+
+    def halves(self, first: Step, second: Step, apart: float | None = None) -> list[Step]:
+        """Corrected points between two neighbours, so that the cubics meet the tolerance; both ends left out.
+
+        ``apart`` bounds the distance of the cubic from another one, by default from that which predicted ``second``.
+        """
+        arc = self._corrector.arc(first, second)
+        if arc.length <= self._step:
+            return []
+        second.smooth = (second.apart if apart is None else apart) <= self._tolerance
+        middle = None if second.smooth else self._middle(arc, first, second)
+        if middle is None:
+            return []
+        apart = middle.apart
+        return [*self.halves(first, middle, apart), middle, *self.halves(middle, second, apart)]
+
+    def _middle(self, arc: Arc, first: Step, second: Step) -> Step | None:
+        """The corrected point in the middle, where the arc turns out not to be near enough."""
+        corrector, guess, direction = self._corrector, arc.point(0.5), arc.derivative(0.5)
+        off = corrector.off(guess, second)
+        if off is None:
+            return None
+        second.smooth = corrector.size(off) <= self._tolerance
+        if second.smooth:
+            return None
+        middle, _ = corrector.correct(guess - off if self._near(off, arc) else guess, direction, "regular")
+        if middle is None or middle.orientation * first.orientation < 0:
+            return None
+        if not self._near(middle.state - guess, arc) or self._span.passed(middle.parameter) is not None:
+            return None
+        middle.apart = corrector.apart(middle, guess, direction, 0.5 * arc.length)
+        middle.arclength = first.arclength + corrector.metric.length(middle.state - first.state)
+        return middle
+
+    def _near(self, off: Array, arc: Arc) -> bool:
+        return self._corrector.metric.length(off) <= _TOO_FAR * arc.length
+
+    def points(self, first: Step, second: Step) -> list[Step]:
+        """Interpolated points between two neighbours, whose cubic has met the tolerance."""
+        arc, metric = self._corrector.arc(first, second), self._corrector.metric
+        count = ceil(arc.length / self._step)
+        if count < 2:
+            return []
+        u = np.arange(1, count) / count
+        found = []
+        for state, slope, at in zip(arc.points(u), arc.derivatives(u), u.tolist(), strict=True):
+            if self._span.passed(state[-1]) is None:
+                step = Step.interpolated(state, slope / metric.length(slope), (first, second, arc, at))
+                step.arclength = first.arclength + metric.length(state - first.state)
+                found.append(step)
+        return found

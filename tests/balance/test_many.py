@@ -1,0 +1,76 @@
+"""Many states at once: what each of them gives alone."""
+
+import numpy as np
+import pytest
+from helpers.problems import random_problem
+
+import slipstick as ss
+from slipstick.balance.many import answered, evaluated_together, respond
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import unanswered
+from slipstick.balance.systems import FrequencySystem
+from slipstick.solve.norm import norm
+from slipstick.trig.harmonics import Harmonics
+
+
+def states(seed, count=5):
+    """A balance, unknowns (count, N) and frequencies of states that are no solutions."""
+    rng, problem = np.random.default_rng(seed), random_problem(seed)
+    balance = Balance(problem)
+    return problem, balance, rng.normal(size=(count, balance.size)), rng.uniform(0.5, 3.0, count)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_and_residuals_are_those_of_each_alone(seed):
+    problem, balance, x, omega = states(seed)
+    inputs = [problem.inputs.scaled(1.0 + 0.1 * i) for i in range(len(x))]
+    details, residuals = answered(balance, x, [unanswered(i, w) for i, w in zip(inputs, omega, strict=True)])
+    for i, found in enumerate(details):
+        alone = FrequencySystem(balance, inputs[i]).evaluate(x[i], float(omega[i]))
+        terms = alone.terms()
+        assert residuals[i] == pytest.approx(norm(alone.residual / np.where(terms > 0, terms, 1.0)), rel=1e-10)
+        for one, other in zip(found.responses, alone.detail.responses, strict=True):
+            assert one.work == pytest.approx(other.work, rel=1e-12)
+            for name, value in other.values.items():
+                assert np.array_equal(one.values[name], value)
+            for a, b in zip(one.force, other.force, strict=True):
+                assert a == pytest.approx(b, rel=1e-12, abs=1e-12 * np.abs(b).max())
+            for pair, tangent in other.by_motion.items():
+                assert one.by_motion[pair] == pytest.approx(tangent, rel=1e-12, abs=1e-12 * np.abs(tangent).max())
+            assert set(one.by_parameter("mu")) == set(other.by_parameter("mu"))
+            assert one.detail.stick_fraction == pytest.approx(other.detail.stick_fraction, abs=1e-12)
+
+
+def test_a_parameter_of_the_structure_that_varies():
+    structure = ss.ModalStructure(
+        omega=[2.0, 5.0], mode_shapes=np.array([[0.6, 0.8], [0.8, -0.6]]), dofs=["x", "y"], loss_factor=0.02,
+    )  # fmt: skip
+    pair = ss.ContactPair(name="c", contact=ss.FrictionContact(kt=4.0, mu=0.3, kn=2.0, gap=-1.0), tangential="x")
+    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="y", sin=1.0)], harmonics=range(4))
+    balance, path = Balance(problem), parameter_path(problem, "loss_factor")
+    x = np.random.default_rng(0).normal(size=(3, balance.size))
+    inputs = [path.at(value)[0] for value in (0.01, 0.02, 0.3)]
+    _, residuals = answered(balance, x, [unanswered(one, 2.5) for one in inputs])
+    for i, one in enumerate(inputs):
+        alone = FrequencySystem(balance, one).evaluate(x[i], 2.5)
+        assert residuals[i] == pytest.approx(norm(alone.residual / alone.terms()), rel=1e-10)
+
+
+def test_further_harmonics_leave_the_forces_of_the_others_as_they_are():
+    problem, balance, x, omega = states(3)
+    own = balance.harmonics
+    wide = Harmonics(range(own.highest + 4))
+    for k in range(len(balance.batches)):
+        plain = respond(balance, k, x, omega, [problem.inputs] * len(x))
+        more = respond(balance, k, x, omega, [problem.inputs] * len(x), wide)
+        at = [wide.index(0), *(wide.index(m, part) for m in own.orders[1:] for part in ("c", "s"))]
+        for a, b in zip(plain.force, more.force, strict=True):
+            assert b[:, at] == pytest.approx(a, abs=1e-11 * np.abs(a).max())
+
+
+def test_heat_and_springs_on_both_sides_are_evaluated_one_by_one():
+    balance = states(0)[1]
+    assert evaluated_together(balance)
+    balance.springs = np.ones(balance.n_ports)
+    assert not evaluated_together(balance)
