@@ -9,7 +9,7 @@ from slipstick.app.case.body import Body, Tell
 from slipstick.app.case.fe_tables import FeTable
 from slipstick.app.case.paths import inside
 from slipstick.app.case.reducing import CACHE, NEEDED, material_of, reduced, reduction_folder
-from slipstick.app.case.rotation import turning
+from slipstick.app.case.turning import turning
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:

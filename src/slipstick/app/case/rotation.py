@@ -1,24 +1,17 @@
-"""``rotation`` of a structure in a case file: a model at speed, from its mesh or between matrices."""
+"""The table ``rotation`` of a structure in a case file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.app.case.body import Tell
-from slipstick.app.case.paths import inside
 from slipstick.app.case.quantity_texts import read_frequency
-from slipstick.app.case.reducing import CACHE, reduction_folder
-from slipstick.app.case.rotor import AxisTable, axis_arguments
+from slipstick.app.case.rotor import AxisTable
 from slipstick.app.case.sentences import unexpected
 from slipstick.app.case.tables import Frequency, Table
-from slipstick.errors import IS_MISSING, Fault, InputError
-
-if TYPE_CHECKING:
-    from slipstick.fem.imported import ImportedModel
+from slipstick.errors import IS_MISSING, Fault
 
 
 def _by_speed(value: Any) -> dict[float, str]:
@@ -63,20 +56,3 @@ def rotation_faults(raw: Mapping[str, Any]) -> list[Fault]:
         remedy = "give axis = { point = [0, 0, 0], direction = [0, 0, 1] }, or models by speed"
         return [Fault(("rotation", "axis"), IS_MISSING, remedy=remedy)]
     return []
-
-
-def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
-    """The model at the speed of its ``rotation`` table; what looks wrong is in its warnings."""
-    from slipstick.fem.at_speed import turned_model
-    from slipstick.io.model_file import load_model
-
-    if table is None:
-        return model
-    tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
-    try:
-        if table.models is None:
-            return turned_model(model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder))
-        others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
-        return turned_model(model, table.speed, others=others)
-    except InputError as error:
-        raise InputError([fault.inside("rotation") for fault in error.faults]) from None

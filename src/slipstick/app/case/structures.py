@@ -94,7 +94,7 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Des
 
 def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
     """The matrices of a model file, with its names."""
-    from slipstick.app.case.rotation import turning
+    from slipstick.app.case.turning import turning
     from slipstick.io.model_file import load_model
     from slipstick.structure.matrices import MatrixStructure
 
