@@ -1,0 +1,86 @@
+"""A compressor blade in permanent contact with two lobes of its casing: a gap closed by continuation.
+
+The configuration of E. Piollet, F. Nyssen, A. Batailly, "Blade/casing rubbing interactions in aircraft engines:
+Numerical benchmark and design guidelines based on NASA rotor 37", J. Sound Vib. 460 (2019) 114878, in the variant of
+C. Monjaraz-Tec, J. Gross, M. Krack, Computers & Structures 260 (2022) 106698: two Gaussian lobes, 16 contacts, 50
+modes. The blade is our own, of about the same dimensions.
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import slipstick as ss
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+
+HUB, TIP = 0.455, 0.637  # m, radii
+CHORD = 0.14  # m
+STAGGER = (40.0, 62.0)  # degrees from the axis, at the hub and at the tip
+THICKNESS = (0.0125, 0.0045)  # m, in the middle of the chord
+EDGE = 0.4  # thickness of the edges over that
+CAMBER = 0.02  # of the chord
+STEEL = ss.Material(young=2.1e11, poisson=0.3, density=7850.0)
+SPEED = 1344.0  # rad/s
+LOBES, CONTACTS, MODES, HARMONICS = 2, 16, 50, 20
+GAP = 0.356e-3  # m, between the tip and the casing away from the lobes; they reach as far beyond the tip
+MU = 0.15
+KN = 2.0e8  # N/m: 1/KN is well under the compliance of the tip around each contact
+AXIS = {"point": (0.0, 0.0, 0.0), "direction": (0.0, 0.0, 1.0)}
+OPEN = 2.1 * GAP  # no lobe reaches the tip
+DOF = "c1y"  # circumferential motion of one corner of the tip
+SI = {"length": "m", "force": "N", "time": "s"}
+
+
+def placed(unit):
+    """Nodes of the unit cube (along the chord, across it, along the span) in the blade: x radial, z the rotor axis."""
+    s, n, span = unit.T
+    s = s - 0.5
+    stagger = np.radians(STAGGER[0] + span * (STAGGER[1] - STAGGER[0]))
+    thickness = THICKNESS[0] + span * (THICKNESS[1] - THICKNESS[0])
+    bulge = 1.0 - (1.0 - EDGE) * (2.0 * s) ** 2
+    height = (n - 0.5) * thickness * bulge + CAMBER * CHORD * (1.0 - span) * (1.0 - (2.0 * s) ** 2)
+    radius = HUB + span * (TIP - HUB)
+    around = CHORD * s * np.sin(stagger) - height * np.cos(stagger)
+    along = CHORD * s * np.cos(stagger) + height * np.sin(stagger)
+    return np.column_stack([radius * np.cos(around / radius), radius * np.sin(around / radius), along])
+
+
+def blade(fine=False):
+    """The blade, clamped at the hub and reduced to 16 contacts on its tip."""
+    cube = box((1.0, 1.0, 1.0), (16, 2, 20) if fine else (8, 1, 8), "hex20")
+    mesh = MeshModel(mesh=replace(cube, nodes=placed(cube.nodes)))
+    model = assemble_mesh(mesh, source="rotor blade", material=STEEL, fixed=["z0"])
+    return ss.reduced_body(model, surface="z1", contacts=CONTACTS, radius=4e-3, modes=MODES, damping_ratio=0.03)
+
+
+def lobes(angle):
+    """Height of the casing towards the axis over the angle: two lobes, 2 GAP high."""
+    return 2.0 * GAP * np.exp(-(((np.mod(angle, np.pi) / np.pi - 0.5) / 0.15) ** 2))
+
+
+def problem(body, damping=0.03, gap=GAP):
+    """The blade turning in the casing at rest, every contact with its own radius and angle."""
+    tip = ss.surface_contacts(
+        body,
+        "tip",
+        contact=ss.FrictionContact(kt=KN, mu=MU, kn=KN, gap=gap),
+        direction="circumferential",
+        normal="radial",
+        axis=AXIS,
+        rubbing=lambda radius, angles: ss.casing_motion(
+            lobes, radius=radius, angles=angles, speed=SPEED, lobes=LOBES, orders=HARMONICS
+        ),
+    )
+    whole = ss.Problem(body.structure, contacts=tip, harmonics=range(HARMONICS + 1), outputs=[DOF], units=SI)
+    return whole.with_parameter("damping", damping / 0.03)
+
+
+def closed(problem, gap=GAP, **options):
+    """From a gap that no lobe reaches, where the blade is at rest, to the gap wanted."""
+    return ss.parameter_response(
+        problem.with_parameter("*.gap", OPEN), "*.gap", (OPEN, gap), omega=LOBES * SPEED, **options
+    )
