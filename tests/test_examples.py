@@ -162,3 +162,39 @@ def test_lobed_casing(tmp_path):
     assert np.all(data.amplitude.sel(dof="y").values[data.parameter.values < module.CLEARANCE] == 0.0)
     module.draw(branches, tmp_path)
     assert (tmp_path / "lobed_casing.png").stat().st_size > 10_000
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # 50 modes; where the tip begins to touch
+def test_rotor_rub_with_two_contacts():
+    """A coarse variant of the example: the gap closes, the tip touches, time integration agrees."""
+    module = load("rotor_rub/rotor_rub.py")
+    module.CONTACTS, module.HARMONICS = 2, 12
+    branch = module.closed(module.problem(module.blade()), 0.5e-3)
+    data = branch.dataset
+    assert branch.outcome.ok
+    assert float(data.amplitude[0, 0]) == 0.0
+    assert float(data.parameter[-1]) == 0.5e-3
+    assert float(data.amplitude[-1, 0]) == pytest.approx(1.0917e-3, rel=1e-3)
+    assert 0.05 < 1.0 - float(data.separation_fraction[-1].min()) < 0.5
+    assert float(data.rubbing_velocity[-1, 0]) == pytest.approx(module.SPEED * module.TIP, rel=1e-6)
+    assert branch.check_in_time(len(branch) - 1).relative_difference < 2e-3
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+def test_rotor_rub(tmp_path):
+    """The numbers of the page; at both dampings time integration stays at the motion found."""
+    module = load("rotor_rub/rotor_rub.py")
+    branches = module.compute()
+    for name, (amplitude, mean) in {"3 %": (3.747e-3, -2.497e-3), "0.5 %": (3.248e-3, -2.611e-3)}.items():
+        branch = branches[name]
+        last = branch.dataset.isel(point=-1)
+        assert branch.outcome.ok
+        assert float(last.parameter) == pytest.approx(module.GAP)
+        assert float(last.amplitude[0]) == pytest.approx(amplitude, rel=2e-3)
+        assert float(last["mean"][0]) == pytest.approx(mean, rel=2e-3)
+        check = branch.check_in_time(len(branch) - 1)
+        assert check.converged
+        assert check.relative_difference < 3e-3
+    module.draw(branches, tmp_path)
+    assert (tmp_path / "rotor_rub.png").stat().st_size > 10_000

@@ -84,3 +84,47 @@ def closed(problem, gap=GAP, **options):
     return ss.parameter_response(
         problem.with_parameter("*.gap", OPEN), "*.gap", (OPEN, gap), omega=LOBES * SPEED, **options
     )
+
+
+def compute(fine=False, **options):
+    """The gap closed at 3 % and at 0.5 % of damping."""
+    body = blade(fine)
+    return {f"{100 * damping:g} %": closed(problem(body, damping), **options) for damping in (0.03, 0.005)}
+
+
+def draw(branches, folder):
+    """Motion of the corner of the tip while the gap closes, and the part of the period that the tip touches."""
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for name, branch in branches.items():
+        data = branch.dataset
+        gap = 1e3 * data.parameter
+        (line,) = left.plot(gap, 1e3 * data.amplitude[:, 0], label=f"{name} damping")
+        if "stable" in data:
+            unstable = np.where(data.stable.values == 0, 1e3 * data.amplitude[:, 0], np.nan)
+            left.plot(gap, unstable, linestyle=":", linewidth=5, color=line.get_color(), label=f"{name}, unstable")
+        right.plot(gap, 1.0 - data.separation_fraction.min("contact"), color=line.get_color())
+    left.set_ylabel("amplitude of the corner (mm)")
+    right.set_ylabel("part of the period in contact")
+    left.legend()
+    for axes in (left, right):
+        axes.set_xlabel("gap (mm)")
+        axes.invert_xaxis()
+    figure.savefig(folder / "rotor_rub.png", dpi=120)
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    branches = compute(stability=True)
+    for name, branch in branches.items():
+        last = branch.dataset.isel(point=-1)
+        check = branch.check_in_time(len(branch) - 1)
+        share = 1.0 - float(last.separation_fraction.min())
+        print(f"{name} damping, gap {1e3 * float(last.parameter):.3f} mm:")
+        print(f"  amplitude {1e3 * float(last.amplitude[0]):.4f} mm about {1e3 * float(last['mean'][0]):.4f} mm,")
+        print(f"  in contact for {share:.3f} of the period")
+        print(f"  in time: {1e3 * check.amplitude_in_time[0]:.4f} mm, difference {check.relative_difference:.1e}")
+        gaps = 1e3 * branch.dataset.parameter.values[branch.dataset.stable.values == 0]
+        print(f"  unstable: {f'gaps from {gaps.min():.3f} to {gaps.max():.3f} mm' if gaps.size else 'nowhere'}")
+    draw(branches, folder)

@@ -43,6 +43,7 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
     show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
     _request(case, problem)
     _contacts(problem)
+    _stiffness(problem)
     if case.plan is not None:
         say(f"study: {cases_text(case.plan)}: 'slipstick study {path}' computes them")
         answer["cases"] = len(case.plan)
@@ -123,6 +124,13 @@ def _contacts(problem: Problem) -> None:
                 for quantity in _told(pair, k)
             ]
             say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
+
+
+def _stiffness(problem: Problem) -> None:
+    from slipstick.balance.contact_stiffness import stiffness_sentence
+
+    if sentence := stiffness_sentence(problem):
+        say(f"normal stiffness: {sentence}")
 
 
 def _motion(pair: ContactPair, k: int, units: Units) -> str:
