@@ -1,4 +1,4 @@
-"""A compressor blade in permanent contact with two lobes of its casing: a gap closed by continuation.
+"""A compressor blade that rubs on two lobes of its casing: a gap closed by continuation.
 
 The configuration of E. Piollet, F. Nyssen, A. Batailly, "Blade/casing rubbing interactions in aircraft engines:
 Numerical benchmark and design guidelines based on NASA rotor 37", J. Sound Vib. 460 (2019) 114878, in the variant of
@@ -28,7 +28,7 @@ SPEED = 1344.0  # rad/s
 LOBES, CONTACTS, MODES, HARMONICS = 2, 16, 50, 20
 GAP = 0.356e-3  # m, between the tip and the casing away from the lobes; they reach as far beyond the tip
 MU = 0.15
-KN = 2.0e8  # N/m: 1/KN is well under the compliance of the tip around each contact
+KN = 2.0e8  # N/m, a casing that gives; hard contacts: docs/rotor-rub.md
 AXIS = {"point": (0.0, 0.0, 0.0), "direction": (0.0, 0.0, 1.0)}
 OPEN = 2.1 * GAP  # no lobe reaches the tip
 DOF = "c1y"  # circumferential motion of one corner of the tip

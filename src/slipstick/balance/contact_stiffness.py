@@ -58,7 +58,7 @@ def stiffness_sentence(problem: Problem) -> str | None:
     unit = problem.units.after("force/length")
     hard = f"a hard contact has less than {HARD:g} of it, kn = {1.0 / (HARD * left_out.min()):.2g}{unit} or more"
     if shares.max() <= HARD:
-        return f"{told}: hard beside the body; more kn changes nothing but the harmonics it needs"
+        return f"{told}: hard beside the body; more kn changes little but the harmonics it needs"
     if shares.max() <= SOFT:
         return f"{told}: {hard}"
     return f"{told}, so it is kn that says how far bodies meet: {hard}"
