@@ -102,7 +102,7 @@ def draw(branches, folder):
         (line,) = left.plot(gap, 1e3 * data.amplitude[:, 0], label=f"{name} damping")
         if "stable" in data:
             unstable = np.where(data.stable.values == 0, 1e3 * data.amplitude[:, 0], np.nan)
-            left.plot(gap, unstable, linestyle=":", linewidth=5, color=line.get_color(), label=f"{name}, unstable")
+            left.plot(gap, unstable, linewidth=5, alpha=0.4, color=line.get_color(), label=f"{name}, unstable")
         right.plot(gap, 1.0 - data.separation_fraction.min("contact"), color=line.get_color())
     left.set_ylabel("amplitude of the corner (mm)")
     right.set_ylabel("part of the period in contact")
