@@ -85,16 +85,16 @@ def test_every_element_at_speed_is_that_of_calculix(kind, tmp_path):
 
 @needs_ccx
 def test_campbell_lines_of_a_blade_are_those_of_calculix(tmp_path):
-    """The parametric blade about an axis below its root, to 10 000 rpm: every frequency to 1e-3."""
+    """The parametric blade about an axis below its root, to 15 000 rpm and 0.5 % strain: every frequency to 1e-5."""
     mesh = blade_mesh(BladeShape(element_size=0.05, stretch=4.0))
     model = held(mesh, "root")
     axis, origin = (1.0, 0.0, 0.0), (0.0, 0.0, -0.3)
     rises = []
-    for rpm in (0.0, 5000.0, 10000.0):
+    for rpm in (0.0, 5000.0, 15000.0):
         speed = rpm * np.pi / 30.0
         ours = frequencies(at_speed(model, speed, axis={"point": origin, "direction": axis}), 8)
         theirs = calculix(mesh, "root", tmp_path, speed, axis, origin, 8)
-        np.testing.assert_allclose(ours, theirs, rtol=1e-3)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-5)
         rises.append(ours[0])
     assert rises[-1] > 1.02 * rises[0]
 
