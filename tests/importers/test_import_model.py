@@ -26,3 +26,13 @@ def test_gmsh_to_a_model_with_options(gmsh, tmp_path):
         read_model(gmsh, ImportOptions(material=STEEL, fixed=["root"]))
     with pytest.raises(InputError, match="is a mesh without material"):
         read_model(gmsh)
+
+
+def test_the_summary_tells_of_dofs_that_depend_on_others(tmp_path):
+    from helpers.input_file import CUBE, HELD, write
+
+    tied = summary(read_model(write(tmp_path, CUBE + HELD + "*EQUATION\n2\n2, 1, 1., 5, 1, -1.\n")))
+    assert ", 1 that depend on others" in tied[0]
+    assert "the mass that moves along x is" in tied[1]
+    lever = summary(read_model(write(tmp_path, CUBE + HELD + "*EQUATION\n2\n2, 1, 1., 5, 1, -2.\n")))
+    assert "its equations do not let it move along x as a whole" in lever[1]

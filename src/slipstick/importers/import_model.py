@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from slipstick.errors import UNKNOWN_KEY, Fault
+from slipstick.errors import UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import SMALLEST, Gathering, listed, number, one, shown, suggestion, table, text, truth, whole
 from slipstick.faults import names as text_list
 from slipstick.faults import path as path_of
@@ -131,14 +131,19 @@ def summary(model: ImportedModel) -> tuple[str, ...]:
     nodes = len(set(model.dof_nodes.tolist()))
     known = "with coordinates" if len(model.node_ids) else "without coordinates"
     sets = f"; sets: {', '.join(user_names(model.node_sets))}" if model.node_sets else ""
-    head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {len(model.constrained)} constrained{sets}"
+    tied = f", {len(model.dependent)} that depend on others" if len(model.dependent) else ""
+    held = f"{len(model.constrained)} constrained{tied}"
+    head = f"{model.source}: {model.n_dofs} dofs on {nodes} nodes, {known}, {held}{sets}"
     return (head, f"units: {model.units}; {_sizes(model)}", *model.notes, *support_notes(model))
 
 
 def _sizes(model: ImportedModel) -> str:
     """Numbers by which a wrong system of units shows."""
-    along = (model.dof_components == 0).astype(float)
-    mass = f"the mass that moves along x is {along @ (model.M @ along):.4g}"
+    try:
+        along = model.translation("x")
+        mass = f"the mass that moves along x is {along @ (model.M @ along):.4g}"
+    except InputError:
+        mass = "its equations do not let it move along x as a whole"
     if not len(model.node_ids):
         return mass
     return f"{mass}, the largest dimension {np.ptp(model.coordinates, axis=0).max():.4g}"
