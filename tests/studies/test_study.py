@@ -105,3 +105,17 @@ def test_a_case_says_itself_what_is_followed(tmp_path: Path) -> None:
     assert ss.study(case, workers=1)["peak_amplitude"].sizes == {"damper.velocity": 3, "dof": 1}
     with pytest.raises(ss.InputError, match="omega: it is given, but the case says what is followed"):
         ss.study(case, omega=(1.0, 2.0))
+
+
+def test_a_study_tells_stability_of_peaks_and_curves() -> None:
+    """Sliding beyond its flutter is unstable everywhere, below it nowhere."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=200.0, mu=0.3, kn=40.0, gap=-1.25)
+    pad = ss.ContactPair(
+        name="pad", contact=contact, tangential="x", normal="y", rubbing=ss.RubbingMotion(velocity=100.0)
+    )
+    problem = ss.Problem(structure, contacts=pad, loads=ss.Load(dof="x", sin=0.1), harmonics=range(6))
+    found = ss.study(problem, {"pad.mu": [0.3, 0.7]}, omega=(6.0, 7.0), stability=True, options={"max_step": 0.2})
+    assert found.peak_stable.values.tolist() == [[1, 1], [0, 0]]
+    assert found.unstable_points.values[0] == 0
+    assert found.unstable_points.values[1] == found.points.values[1]

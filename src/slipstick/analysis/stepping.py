@@ -134,6 +134,7 @@ class Stepper:
         operator, magnitude = self._margin_operator(linear)
         c = operator @ z
         scale = np.maximum(magnitude @ np.abs(z), 1e-300)
+        scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
         touching = (c[0] == 0.0) & (np.abs(c[1]) < 1e3 * _ROUNDING * np.maximum(scale[1], scale[0] * self.step))

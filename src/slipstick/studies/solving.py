@@ -135,7 +135,10 @@ def _peaks(values: Mapping[str, Any], followed: str) -> dict[str, Any]:
     """The largest amplitude of every dof, where it is, and whether it is a located peak."""
     amplitude, dofs = values["amplitude"], np.arange(values["amplitude"].shape[1])
     top = amplitude.argmax(axis=0)
-    return {
+    told = {}
+    if "stable" in values:
+        told = {"peak_stable": values["stable"][top], "unstable_points": int(np.sum(values["stable"] == 0))}
+    return told | {
         "peak_amplitude": amplitude[top, dofs],
         f"peak_{followed}": values[followed][top],
         "peak_located": (values["peak_dof"][top] == dofs).astype(int),

@@ -46,6 +46,7 @@ def study(
     seed: int = 0,
     peaks_of: Any = None,
     options: Any = None,
+    stability: Any = False,
     workers: int | None = None,
     client: Any = None,
     folder: str | Path | None = None,
@@ -67,6 +68,8 @@ def study(
     method
         "grid": every combination; "list": the values side by side; "latin-hypercube" and "sobol": ``samples`` points in
         the ranges, the same for the same ``seed``.
+    stability
+        As in ``ss.forced_response``: ``peak_stable`` and ``unstable_points`` of every case, ``stable`` along its curve.
     peaks_of, options
         As in ``forced_response``, of a problem.
     workers
@@ -106,7 +109,7 @@ def study(
     >>> found.peak_amplitude.sel(dof="x").values.round(2).tolist()
     [16.76, 18.25]
     """
-    job, about = job_of(problem, omega, peaks_of, options)
+    job, about = job_of(problem, omega, peaks_of, options, stability)
     plan = getattr(problem, "plan", None) if parameters is None else None
     plan = plan or make_plan(job.problem, parameters, method=method, samples=samples, seed=seed)
     if workers is not None:
@@ -167,11 +170,13 @@ def _listeners(given: Any) -> tuple[Any, ...]:
     return found
 
 
-def job_of(given: Any, omega: Any, peaks_of: Any = None, options: Any = None) -> tuple[Job, dict[str, Any]]:
+def job_of(
+    given: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
+) -> tuple[Job, dict[str, Any]]:
     """What is done for every case, and what the results say of where it comes from."""
     if hasattr(given, "study_job"):
-        for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options}.items():
-            if value is not None:
+        for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options, "stability": stability}.items():
+            if value is not None and value is not False:
                 said = "it is given, but the case says what is followed"
                 raise InputError(Fault(("study", name), said, remedy="leave it out"))
         job: Job = given.study_job()
@@ -184,7 +189,8 @@ def job_of(given: Any, omega: Any, peaks_of: Any = None, options: Any = None) ->
     if faults:
         raise InputError(faults)
     problem = replace(problem, told=None)
-    arguments = common_arguments(problem, (), peaks_of, options)
+    arguments = common_arguments(problem, (), peaks_of, options, (), None, stability)
     return Job(
-        problem=problem, span=(start, stop), peaks_of=arguments["peaks_of"], options=arguments["options"]
+        problem=problem, span=(start, stop), peaks_of=arguments["peaks_of"], options=arguments["options"],
+        stability=stability,
     ), {}  # fmt: skip

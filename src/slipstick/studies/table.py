@@ -26,6 +26,8 @@ _ROWS = {
     "peak_omega": Declared(("dof",), "rad/time", "principal frequency of the largest amplitude"),
     "peak_parameter": Declared(("dof",), "1", "value of the followed parameter at the largest amplitude"),
     "peak_located": Declared(("dof",), "1", "1 where that is a peak, 0 where it is at an end of the curve", whole=True),
+    "peak_stable": Declared(("dof",), "1", "whether the motion is stable there: 1, 0, or -1", whole=True),
+    "unstable_points": Declared((), "1", "points of the curve whose motion is unstable", whole=True),
     "truncation": Declared((), "1", "largest estimate of what the harmonics left out would add along the curve"),
     "outcome": Declared((), "1", "how the case ended; empty where it was not computed yet", texts=OUTCOMES),
     "points": Declared((), "1", "points of the curve", whole=True),
@@ -38,7 +40,8 @@ def row_layout(job: Job, plan: StudyPlan) -> Layout:
     """What is kept of every case."""
     units = job.problem.units
     followed, other = ("peak_parameter", "peak_omega") if job.parameter else ("peak_omega", "peak_parameter")
-    rows = {name: declared for name, declared in _ROWS.items() if name != other}
+    without = {other} if job.stability else {other, "peak_stable", "unstable_points"}
+    rows = {name: declared for name, declared in _ROWS.items() if name not in without}
     if job.parameter:
         rows[followed] = rows[followed]._replace(units=parameter_units(job.problem, job.parameter))
     for name in plan.names:
