@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
-from slipstick.analysis.stability.verdict import StabilityRequest, StabilityWatch, stability_request
+from slipstick.analysis.stability.request import StabilityRequest, stability_request
 from slipstick.analysis.task import ResponseOptions, response_options
 from slipstick.balance.checks import peak_faults
 from slipstick.balance.kinds import KINDS, Kind
@@ -20,6 +20,9 @@ from slipstick.faults import Gathering, listed, names, number, numbers, one, sho
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.stability.verdict import StabilityWatch
 
 PEAK_OUTPUTS = 3
 """Up to that many outputs, the peaks of all of them are located."""
@@ -58,7 +61,7 @@ def common_arguments(
     balance = found.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
     start = found.take(_guess, guess, balance) if guess is not None and balance is not None else None
     asked = found.take(stability_request, stability)
-    watch = found.take(StabilityWatch, balance, full=asked == "full") if asked and balance is not None else None
+    watch = found.take(_watch, balance, asked) if asked and balance is not None else None
     found.end()
     return {
         "balance": balance,
@@ -69,6 +72,12 @@ def common_arguments(
         "listeners": heard,
         "guess": start,
     }
+
+
+def _watch(balance: Balance, asked: StabilityRequest) -> StabilityWatch:
+    from slipstick.analysis.stability.verdict import StabilityWatch
+
+    return StabilityWatch(balance, full=asked == "full")
 
 
 def _balance(problem: Problem, options: ContinuationOptions) -> Balance:

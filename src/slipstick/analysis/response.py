@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import Listener
 from slipstick.analysis.linear import linear_response
-from slipstick.analysis.stability.subharmonic import subharmonics_of
-from slipstick.analysis.stability.verdict import StabilityRequest
+from slipstick.analysis.stability.request import StabilityRequest
 from slipstick.analysis.task import response_options
 from slipstick.analysis.tasks import frequency_task, parameter_task
 from slipstick.analysis.walking import collect, walk
@@ -158,6 +157,8 @@ def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRe
 
 def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest) -> Branch:
     """The branch with those of twice the period that begin on it."""
+    from slipstick.analysis.stability.subharmonic import subharmonics_of
+
     branch.subharmonics = subharmonics_of(branch, options=options, stability=stability)
     return branch
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.course import Checkpoint
 from slipstick.analysis.events import Listener
-from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import Kind
 from slipstick.balance.ports import Balance
@@ -17,6 +16,9 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.stability.verdict import StabilityWatch
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
-from slipstick.analysis.stability.special_points import SpecialPoints
 from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
@@ -32,6 +31,9 @@ from slipstick.results.schema import attributes_of, make_table
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.solve.continuation import Step
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.stability.special_points import SpecialPoints
 
 _KEPT = 5_000_000
 """Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
@@ -92,7 +94,7 @@ def _follow_part(
 ) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
-    special = SpecialPoints(task.stability, task.system) if task.stability else None
+    special = _special_points(task)
     with limit(), held():
         run = _run(task, course, recorder, sought, special)
     if run is None:
@@ -119,6 +121,15 @@ def _follow_part(
         part.outcome, part.met = Outcome.COMPLETED, True
     finally:
         course.done = course.done.plus(run.work)
+
+
+def _special_points(task: Task) -> SpecialPoints | None:
+    """Test functions of the kinds of motion, where stability is asked for."""
+    if task.stability is None:
+        return None
+    from slipstick.analysis.stability.special_points import SpecialPoints
+
+    return SpecialPoints(task.stability, task.system)
 
 
 def _run(

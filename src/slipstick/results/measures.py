@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.trig.extremes import largest_deviations
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
@@ -55,7 +54,7 @@ def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
     if harmonics.n == 0:
         zero = np.zeros(X.shape[:-1])
         return Amplitude(zero, zero, zero + 1.0)
-    value, time = _of_one_harmonic(harmonics, flat) or largest_deviations(harmonics, flat)
+    value, time = _of_one_harmonic(harmonics, flat) or _of_several(harmonics, flat)
     shape = X.shape[:-1]
     sign = np.where(value < 0, -1.0, 1.0)
     return Amplitude(np.abs(value).reshape(shape), time.reshape(shape), sign.reshape(shape))
@@ -76,6 +75,13 @@ def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array] | No
     rows, own = np.arange(len(X)), sizes.argmax(axis=1)
     angle = np.arctan2(X[rows, 2 * own + 2], X[rows, 2 * own + 1])
     return sizes[rows, own], np.mod(angle, 2.0 * np.pi) / harmonics.m[own]
+
+
+def _of_several(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
+    """Largest deviation and its time of rows (k, L); compiled, and linear responses do without."""
+    from slipstick.trig.extremes import largest_deviations
+
+    return largest_deviations(harmonics, X)
 
 
 def amplitude_slope(harmonics: Harmonics, at: Amplitude, dX: ArrayLike) -> Array:

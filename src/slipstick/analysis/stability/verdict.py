@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from slipstick.analysis.stability.argument_principle import count_unstable, folded
@@ -17,26 +15,15 @@ from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.traits import kind
 from slipstick.errors import Fault, InputError
-from slipstick.faults import shown
 from slipstick.results.stability import UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
-
-StabilityRequest = bool | Literal["full"]
-"""What users ask for."""
 
 _BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
 
 _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
-
-
-def stability_request(given: object) -> StabilityRequest:
-    """Whether stability is asked for; InputError for anything but True, False, "full"."""
-    if isinstance(given, bool) or (isinstance(given, str) and given == "full"):
-        return given  # type: ignore[return-value]
-    raise InputError(Fault("stability", found=shown(given), expected='True, False, or "full" (all modes in motion)'))
 
 
 class StabilityWatch:
