@@ -4,8 +4,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent))
+
+
+settings.register_profile("any machine", deadline=None)  # how long one example takes is not what is tested
+settings.load_profile("any machine")
 
 
 def pytest_configure(config: pytest.Config) -> None:
