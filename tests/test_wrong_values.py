@@ -37,6 +37,9 @@ STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"], loa
 PAIR = ss.ContactPair(name="damper", contact=CONTACT, tangential="x", rubbing=RUB)
 LOAD = ss.Load(dof="x", sin=100.0)
 PROBLEM = ss.Problem(STRUCTURE, contacts=[PAIR], loads=[LOAD], harmonics=H)
+STEADY = ss.Problem(
+    STRUCTURE, contacts=[ss.ContactPair(name="damper", contact=CONTACT, tangential="x")], loads=[LOAD], harmonics=H
+)
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
@@ -216,6 +219,13 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "problem": PROBLEM, "parameter": "damper.normal_load", "span": (700.0, 800.0), "omega": (9.0, 12.0),
             "dof": "x", "requested": (), "options": SHORT,
+        },
+    ),
+    "nonlinear_modes": (
+        lambda: ss.nonlinear_modes,
+        {
+            "problem": STEADY, "amplitude": (20.0, 30.0), "mode": 1, "dof": "x", "load_factors": (0.5,),
+            "options": SHORT,
         },
     ),
     "optimal": (

@@ -219,6 +219,23 @@ def optimal(
 
 
 @app.command()
+def modes(
+    case: CasePath,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-modes, here.")
+    ] = None,
+    force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Follow free vibration in a mode over its amplitude ([modes]): frequency, damping, the peaks of all loads."""
+    with answering(as_json) as answer:
+        from slipstick.app.verbs.peaks import modes_case
+
+        raise typer.Exit(modes_case(case, output, answer, force=force, figures=figures))
+
+
+@app.command()
 def check(
     case: CasePath,
     in_time: Annotated[

@@ -21,6 +21,8 @@ _PUBLIC = {
     "stability": "slipstick.plots.multipliers",
     "tolerance_band": "slipstick.plots.tolerances",
     "tornado": "slipstick.plots.tolerances",
+    "backbone": "slipstick.plots.modes",
+    "damping": "slipstick.plots.modes",
     "compare": "slipstick.plots.comparison",
     "study_map": "slipstick.plots.study",
     "study_curves": "slipstick.plots.study",

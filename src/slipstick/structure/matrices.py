@@ -21,6 +21,7 @@ from slipstick.structure.checks import (
     real,
 )
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
+from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 from slipstick.structure.system_checks import system_matrices
@@ -188,6 +189,24 @@ class MatrixStructure:
             if not np.abs((modes / (1j * w - poles)) @ modes.T - exact).max() <= _POLE_ERROR * np.abs(exact).max():
                 return None
         return poles, modes
+
+    def by_modes(self) -> ModalStructure:
+        """The same by all of its modes; InputError where these do not exist, or are too many."""
+        if not self._dense:
+            raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
+        if self._modal_damping is None:
+            raise InputError("the viscous damping couples the modes: give damping ratios of the modes instead")
+        squared, modes = self._modes
+        omega = np.sqrt(squared)
+        shapes = {
+            name: LoadShape(participation=modes.T @ load, static_response=self._static_solve(load))
+            for name, load in self._shapes.items()
+        }
+        return ModalStructure(
+            omega=omega, mode_shapes=modes, dofs=self._dofs, static_compliance=self._static_solve(np.eye(omega.size)),
+            loss_factor=self.loss_factor, damping_ratio=self._modal_damping / (2.0 * omega), load_shapes=shapes,
+            damping=self.damping,
+        )  # fmt: skip
 
     def _columns(self, columns: ArrayLike, shapes: Sequence[str]) -> Array:
         known_shapes(shapes, self._shapes)

@@ -303,7 +303,7 @@ class ModalStructure:
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""
-        return self._receptance(*self._parts(rows, columns, shapes))
+        return self._receptance(*self.modal_parts(rows, columns, shapes))
 
     def _receptance(self, left: Array, right: Array, static: Array, second: Array | None) -> Receptance:
         return ModalReceptance(
@@ -319,7 +319,9 @@ class ModalStructure:
 
     def receptance_to(self, left: Array, static: Array, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance to what is no dof: ``left`` its modes (n_rows, n_modes), ``static`` exact (n_rows, n_columns)."""
-        return self._receptance(left, self._parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1], static, None)
+        return self._receptance(
+            left, self.modal_parts(np.zeros((len(self._dofs), 0)), columns, shapes)[1], static, None
+        )
 
     @property
     def values(self) -> dict[str, float]:
@@ -340,7 +342,7 @@ class ModalStructure:
         """Viscous damping ratios (n_modes,), the factor ``damping`` included."""
         return self.damping * self._viscous
 
-    def _parts(
+    def modal_parts(
         self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str]
     ) -> tuple[Array, Array, Array, Array | None]:
         """Modes at the rows, participations of the columns, static and second compliance."""
@@ -364,7 +366,7 @@ class ModalStructure:
 
         A loss factor ``eta_r`` becomes a viscous damping ratio ``eta_r / 2``, equal at the mode's own frequency.
         """
-        left, right, static, _ = self._parts(rows, columns, shapes)
+        left, right, static, _ = self.modal_parts(rows, columns, shapes)
         return TimeEquations(
             M=np.eye(self.omega.size),
             C=np.diag((2.0 * self.damping_ratio + self.loss_factor) * self.omega),

@@ -55,6 +55,20 @@ def test_optimal_says_the_value(tmp_path):
     assert (answer["kind"], answer["outcome"], answer["points"]) == ("lowest", "COMPLETED", 1)
 
 
+def test_modes_leave_a_folder(tmp_path):
+    case, out = written(tmp_path, "[modes]\nfrom = 2\nto = 8.0\nload_factors = [1.0]\n"), tmp_path / "out"
+    result = slipstick("modes", case, "-o", out, "--json")
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in out.iterdir()} == {"results.nc", "report.html", "backbone.png", "damping.png"}
+    (peak,) = json.loads(result.stdout)["peaks"]
+    branch = ss.load(out / "results.nc")
+    k = int((branch.dataset.kind.values == "requested").argmax())
+    assert peak["omega"] == pytest.approx(float(branch.dataset.omega[k]))
+    assert peak["load_factor"] == pytest.approx(1.0)
+    wrong = slipstick("modes", written(tmp_path, "[modes]\nfrom = 2.0\nto = 2.0\n"), "-o", tmp_path / "other")
+    assert (wrong.exit_code, "[modes] to is 2, the same as from" in wrong.output) == (2, True)
+
+
 def test_what_is_not_found_ends_with_one(tmp_path):
     case = written(tmp_path, TRACK + "omega = [2.0, 3.0]\n")
     result = slipstick("track", case, "-o", tmp_path / "out")

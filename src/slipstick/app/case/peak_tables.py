@@ -1,4 +1,4 @@
-"""The tables ``[track]`` and ``[optimal]`` of a case file: a peak over a parameter, and where it is lowest."""
+"""The tables ``[track]``, ``[optimal]``, ``[modes]``: a peak over a parameter, where it is lowest, a nonlinear mode."""
 
 from __future__ import annotations
 
@@ -51,7 +51,19 @@ class OptimalTable(Table):
     omega: Frequencies | None = Field(default=None, description=_OMEGA)
 
 
-PEAK_TABLES: Mapping[str, type[Table]] = {"track": TrackTable, "optimal": OptimalTable}
+class ModesTable(Table):
+    """``[modes]``: free vibration in a mode over its amplitude."""
+
+    start: Annotated[float, Field(gt=0)] = Field(alias="from", description="a number > 0, the first amplitude")
+    stop: Annotated[float, Field(gt=0)] = Field(alias="to", description="a number > 0, the last amplitude")
+    mode: int = Field(default=1, ge=1, description="a whole number >= 1, the mode of the structure without contacts")
+    dof: str | None = Field(default=None, description="the name of an output")
+    load_factors: list[Annotated[float, Field(gt=0)]] = Field(
+        default=[], description="a list of factors > 0 on the loads, whose forced peaks become exact points"
+    )
+
+
+PEAK_TABLES: Mapping[str, type[Table]] = {"track": TrackTable, "optimal": OptimalTable, "modes": ModesTable}
 
 
 def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
@@ -71,17 +83,22 @@ def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
 def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
     """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
     for name, table in tables.items():
-        values = [getattr(table, end) for end in ("start", "stop") if getattr(table, end, None) is not None]
-        try:
-            problem.parameter_target(table.parameter)
-            for value in values:
-                problem.at_parameter(table.parameter, value)
-        except InputError as error:
-            yield from (fault.inside(name, "parameter") for fault in error.faults)
+        if isinstance(table, TrackTable | OptimalTable):
+            yield from _parameter_faults(problem, name, table, swept=swept)
         known = tuple(problem.outputs or ())
         if table.dof is not None and table.dof not in known:
             yield Fault((name, "dof"), f"there is no output {shown(table.dof)}", remedy=suggestion(table.dof, known))
-        if swept and table.omega is None:
-            yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")
-        if name == "track" and table.start == table.stop:
+        if name in ("track", "modes") and table.start == table.stop:
             yield Fault((name, "to"), f"is {table.stop:g}, the same as from", remedy="give a range that is not empty")
+
+
+def _parameter_faults(problem: Problem, name: str, table: TrackTable | OptimalTable, *, swept: bool) -> Iterator[Fault]:
+    values = [value for end in ("start", "stop") if (value := getattr(table, end, None)) is not None]
+    try:
+        problem.parameter_target(table.parameter)
+        for value in values:
+            problem.at_parameter(table.parameter, value)
+    except InputError as error:
+        yield from (fault.inside(name, "parameter") for fault in error.faults)
+    if swept and table.omega is None:
+        yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")

@@ -79,10 +79,12 @@ def python_script(text: str, name: str, folder: Path) -> str:
     """
     raw = parse(text, name)
     study = raw.pop("study", None)
+    further = {"track": "track_peak", "optimal": "optimal", "modes": "nonlinear_modes"}
     calls = [
         f"# The case has [{section}] too: see ss.{verb}, which takes problem() and what stands there.\n"
-        for section, verb in (("track", "track_peak"), ("optimal", "optimal")) if raw.pop(section, None) is not None
-    ]  # fmt: skip
+        for section, verb in further.items()
+        if raw.pop(section, None) is not None
+    ]
     script = _Script(raw, folder).text(name)
     if study is not None:
         calls.insert(0, f"# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n")

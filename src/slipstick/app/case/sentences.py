@@ -9,7 +9,7 @@ from slipstick.errors import UNKNOWN_KEY, Fault, InputError, Where
 from slipstick.faults import shown
 
 REPEATED_SECTIONS = ("load", "contact")
-CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", "track", "optimal")
+CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", "track", "optimal", "modes")
 
 _LONGEST = 60
 

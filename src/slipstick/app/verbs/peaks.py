@@ -1,7 +1,9 @@
-"""The verbs ``track`` and ``optimal``: a peak over a parameter, and the value at which it is lowest."""
+"""The verbs ``track``, ``optimal``, ``modes``: a peak over a parameter, where it is lowest, a nonlinear mode."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +12,7 @@ from slipstick.app.terminal.answers import Answer, files_in
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.app.verbs.output import REPORT, RESULTS
 from slipstick.app.verbs.prepare import prepare_kernel
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -29,7 +31,8 @@ def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
 
     case, table = _asked(path, "track", 'parameter = "damper.normal_load", from = 10, to = 1000')
     folder = _folder(output or Path(f"{case.name}-track"), force)
-    branch = track_peak(
+    branch = _quietly(
+        track_peak,
         case.problem(), table.parameter, (table.start, table.stop), omega=_range(case, table), dof=table.dof,
         requested=table.at,
     )  # fmt: skip
@@ -43,7 +46,9 @@ def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
     answer["marked"] = [
         {"kind": str(kinds[k]), "parameter": value[k], "omega": omega[k], "amplitude": size[k]} for k in marked
     ]
-    return _written(case, branch, folder, answer, figures=figures)
+    of = str(data.attrs["peak_of"])
+    drawn = {"response": lambda branch: branch.plot.response(of)} if figures else {}
+    return _written(case, branch, folder, answer, figures=drawn)
 
 
 def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False) -> int:
@@ -58,7 +63,8 @@ def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool
 
     case, table = _asked(path, "optimal", 'parameter = "damper.normal_load"')
     folder = _folder(output or Path(f"{case.name}-optimal"), force)
-    found = optimal(
+    found = _quietly(
+        optimal,
         case.problem(), table.parameter, omega=_range(case, table), dof=table.dof, start=table.start
     )  # fmt: skip
     answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
@@ -66,7 +72,46 @@ def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool
         unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
         where = _peak(case, found.branch, found.amplitude, found.omega)
         say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
-    return _written(case, found.branch, folder, answer, figures=False)
+    return _written(case, found.branch, folder, answer, figures={})
+
+
+def modes_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:
+    """Follow the nonlinear mode of ``[modes]`` into a folder, by default ``CASE-modes``; the exit code.
+
+    Raises
+    ------
+    InputError
+        If the case has faults or no ``[modes]``, or the folder holds results.
+    """
+    from slipstick.analysis.nonlinear_modes import nonlinear_modes
+    from slipstick.plots import backbone, damping
+
+    case, table = _asked(path, "modes", "from = 0.01, to = 10.0")
+    folder = _folder(output or Path(f"{case.name}-modes"), force)
+    branch = _quietly(
+        nonlinear_modes,
+        case.problem(), amplitude=(table.start, table.stop), mode=table.mode, dof=table.dof,
+        load_factors=table.load_factors,
+    )  # fmt: skip
+    data, d = branch.table, branch.dof_index(table.dof)
+    factor, ratio = data["load_factor"].to_numpy(), data["modal_damping"].to_numpy()
+    size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
+    asked = (data["kind"].to_numpy() == "requested").nonzero()[0]
+    for k in asked:
+        peak = _peak(case, branch, size[k], omega[k])
+        say(f"loads times {factor[k]:.6g}: {peak}, damping ratio {100.0 * ratio[k]:.3g} %")
+    answer["peaks"] = [
+        {"load_factor": factor[k], "omega": omega[k], "amplitude": size[k], "damping": ratio[k]} for k in asked
+    ]
+    drawn = {"backbone": backbone, "damping": damping} if figures else {}
+    return _written(case, branch, folder, answer, figures=drawn)
+
+
+def _quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+    """What is computed; its warnings are told from the results."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)
+        return compute(*arguments, **more)
 
 
 def _asked(path: Path, name: str, example: str) -> tuple[Case, Any]:
@@ -92,7 +137,7 @@ def _peak(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
     return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"
 
 
-def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figures: bool) -> int:
+def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figures: Mapping[str, Any]) -> int:
     """Save what was found, say how it ended; the exit code."""
     branch.table.attrs.update(case.names)
     for sentence in branch.warnings:
@@ -103,11 +148,10 @@ def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figure
         folder.mkdir(parents=True, exist_ok=True)
         branch.save(folder / RESULTS)
         branch.report(folder / REPORT)
-        if figures:
+        for name, draw in figures.items():
             from slipstick.plots import save_figure
 
-            ax = branch.plot.response(str(branch.table.attrs["peak_of"]))
-            save_figure(ax, folder / "response", formats=("png",))
+            save_figure(draw(branch), folder / name, formats=("png",))
         answer |= files_in(folder)
         say(f"results in {folder}")
     return DONE if branch.outcome.ok else STOPPED

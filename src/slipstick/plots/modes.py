@@ -1,0 +1,76 @@
+"""Nonlinear modes: the line through the peaks of all load levels, drawn over forced curves, and their damping."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.errors import InputError
+from slipstick.plots.overlay import Curves
+from slipstick.plots.quantities import abscissa, chosen, dataset_of, quantity, values_of
+from slipstick.plots.style import GREY, legend, styled, titled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def backbone(
+    mode: Any, forced: Any = None, dof: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
+) -> Axes:
+    """Amplitude of a nonlinear mode over its frequency: the line through the peaks of forced curves of all load levels.
+
+    Parameters
+    ----------
+    mode
+        The branch of ``ss.nonlinear_modes``. Points of the load factors that were asked for are marked.
+    forced
+        Forced responses to be drawn too: a branch, a list of them, or ``{label: branch}``.
+    dof
+        Name of the dof; by default the first.
+    ax, frequency
+        As of ``response``.
+
+    Raises
+    ------
+    InputError
+        For what is no nonlinear mode, and names that are not there.
+    """
+    data = mode_dataset(mode)
+    name = chosen(data, "dof", dof)[0]
+    curves = Curves(mode if forced is None else forced, ax, None, frequency)
+    ax = curves.draw("amplitude", "dof", name)
+    x, y = abscissa(data, curves.abscissa.unit).values(data), values_of(data, "amplitude", "dof", name)
+    if forced is not None:
+        ax.plot(x, y, color=GREY, linestyle="--", linewidth=1.3, label="nonlinear mode", zorder=3)
+    at = np.flatnonzero(data["kind"].to_numpy() == "requested")
+    if at.size:
+        label = "predicted peak" if forced is not None else "load factor"
+        ax.plot(x[at], y[at], "D", color="black", ms=4.0, markerfacecolor="white", linestyle="none", label=label)
+        for k in at if forced is None else ():
+            ax.annotate(f" {float(data['load_factor'][k]):.4g}", (x[k], y[k]), fontsize="small")
+    ax.set_ylim(0.0, None)
+    legend(ax)
+    return ax
+
+
+def damping(mode: Any, *, ax: Axes | None = None) -> Axes:
+    """Damping ratio of a nonlinear mode over its amplitude."""
+    data, new = mode_dataset(mode), ax is None
+    ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
+    a, D = data["modal_amplitude"].to_numpy(), data["modal_damping"].to_numpy()
+    ax.plot(a, D, linewidth=1.6)
+    if a.size and a.max() > 10.0 * a.min():
+        ax.set_xscale("log")
+    ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
+    if new:
+        titled(ax.figure, str(data.attrs.get("title", "")))  # type: ignore[arg-type]
+    return ax
+
+
+def mode_dataset(mode: Any) -> Any:
+    """The dataset of a nonlinear mode; InputError for another branch."""
+    data = dataset_of(mode)
+    if "modal_damping" not in data:
+        raise InputError("nothing to draw: these results are not of a nonlinear mode; give those of ss.nonlinear_modes")
+    return data

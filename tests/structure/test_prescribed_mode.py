@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.problems import difference
+
+import slipstick as ss
+from slipstick.structure.prescribed_mode import MODE, XI, PrescribedMode
+
+ORDERS = np.array([1.0, 2.0, 3.0])
+
+
+def setting() -> tuple[ss.ModalStructure, PrescribedMode]:
+    rng = np.random.default_rng(1)
+    shapes, omega = rng.standard_normal((3, 4)), np.array([3.0, 5.0, 9.0, 14.0])
+    own = ss.ModalStructure(
+        omega=omega, mode_shapes=shapes, static_compliance=(shapes / omega**2) @ shapes.T + 0.01 * np.eye(3),
+        dofs=["a", "b", "c"], loss_factor=0.02, damping_ratio=[0.01, 0.02, 0.0, 0.03], second_residual=1e-4 * np.eye(3),
+    )  # fmt: skip
+    return own, PrescribedMode(own, 1, float(shapes[0, 1]))
+
+
+def test_without_what_is_taken_it_is_the_structure_but_for_the_mode():
+    own, held = setting()
+    full, receptance = own.project(np.eye(3), np.eye(3)), held.project(np.eye(3), np.eye(3), [MODE])
+    value, _ = receptance.at(ORDERS, 4.0)
+    expected, _ = full.at(ORDERS, 4.0)
+    D = 1.0 / (25.0 * (1.0 + 0.02j) - 16.0 + 4.0j * 2.0 * 0.02 * 5.0)
+    phi = own.mode_shapes[:, 1]
+    assert np.allclose(value[1:, :, :3], expected[1:], rtol=1e-12)
+    assert np.allclose(value[0, :, :3], expected[0] - D * np.outer(phi, phi), rtol=1e-10)
+    assert np.allclose(value[0, :, 3], phi / phi[0])
+    assert not value[1:, :, 3].any()
+    assert np.allclose(receptance.static, np.column_stack([full.static, np.zeros(3)]))
+
+
+def test_derivatives_and_factors():
+    _, held = setting()
+    receptance = held.project(np.eye(3), np.eye(3), [MODE]).changed(xi=0.3)
+    value, slope = receptance.at(ORDERS, 4.0)
+    assert np.allclose(slope, difference(lambda w: receptance.at(ORDERS, w)[0], 4.0, 1e-3), rtol=1e-7, atol=1e-9)
+    by_xi = difference(lambda xi: receptance.changed(xi=xi).at(ORDERS, 4.0)[0], 0.3, 1e-3)
+    assert np.allclose(receptance.by_parameter(XI, ORDERS, 4.0), by_xi, rtol=1e-7, atol=1e-9)
+    many, rates = receptance.at(ORDERS, np.array([4.0, 5.0]))
+    assert np.allclose(many[0], value)
+    assert np.allclose(rates[0], slope)
+    for along in (None, {XI: 1.0}):
+        f = receptance.factors(ORDERS, 4.0, along)
+        parts = np.array(f.parts)
+        whole = np.einsum("rj,kj,cj->krc", f.left, f.weight, f.right) + np.einsum("pk,prc->krc", f.part_weight, parts)
+        assert np.allclose(whole, np.concatenate([receptance.static[None], value]), rtol=1e-10)
+        rate = np.einsum("rj,kj,cj->krc", f.left, f.slope, f.right) + np.einsum("pk,prc->krc", f.part_slope, parts)
+        assert np.allclose(rate[1:], slope if along is None else receptance.by_parameter(XI, ORDERS, 4.0), rtol=1e-10)
+
+
+def test_it_is_a_structure_without_equations_in_time():
+    _, held = setting()
+    assert held.load_shapes == (MODE,)
+    assert held.changed(xi=0.2).values == {XI: 0.2}
+    with pytest.raises(ss.InputError, match="has no equations in time"):
+        held.time_equations(np.eye(3), np.eye(3))
