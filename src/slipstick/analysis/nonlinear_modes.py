@@ -219,7 +219,8 @@ class _Followed:
         system = ModeSystem(Outputs(balance, (self.dof,)), target, shape)
         force = self.free.mode_force()
         run = continuation(
-            system, self._begun(system), log(self.ends[0]), log(self.ends[1]), options=self.options,
+            system, self._begun(system), log(self.ends[0]), log(self.ends[1]),
+            options=replace(self.options, output_step=np.inf),
             scaling=ArclengthScaling(x=self._unit(system)), events=[self._level(f, force) for f in self.factors],
         )  # fmt: skip
         steps: list[Step] = []
