@@ -43,7 +43,8 @@ def import_model(
     """A finite element model from the files of another code, or from a model file of our own.
 
     Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
-    .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh; model.h5.
+    .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh, .bdf;
+    model.h5.
 
     Parameters
     ----------

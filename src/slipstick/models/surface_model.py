@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.fem.assembly import conduction
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
 from slipstick.fem.contact_points import ContactPoints
@@ -135,6 +135,11 @@ def _influence(
 ) -> Array | None:
     if not films and cold is None:
         return None
+    if model.basis is not None:
+        found = "some nodes depend on others (glued parts, rigid bodies), and heat is not led through that here"
+        raise InputError(
+            Fault("films", found, remedy="mesh the body in one piece, or give the resistance of the contacts")
+        )
     if model.conduction is None or not model.conduction.diagonal().max() > 0.0:
         raise InputError("convection is given, but no material has a conductivity; give one > 0, W/(m K)")
     matrix = conductance(model.mesh, model.conduction, films)

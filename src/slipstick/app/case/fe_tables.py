@@ -147,7 +147,9 @@ class FeTable(ReductionTable):
     """``[structure] kind = "fe"``."""
 
     kind: Literal["fe"]
-    file: str = Field(description="the name of a model.h5 made by 'slipstick import', or of a mesh (.cdb, .inp, .msh)")
+    file: str = Field(
+        description="the name of a model.h5 made by 'slipstick import', or a mesh (.cdb, .inp, .msh, .bdf)"
+    )
     material: MaterialTable | None = Field(
         default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
     )
