@@ -85,7 +85,6 @@ BY_OTHERS = {
     "structure/reduction/request.py": "test_reduce.py, by what it refuses",
     "balance/notebook.py": "test_html.py, as every table that a notebook shows",
     "results/notebook.py": "test_html.py",
-    "faults.py": "test_wrong_values.py, argument by argument",
     "io/notes.py": "app/verbs/test_resume.py, by runs that go on",
     "importers/abaqus/content.py": "test_input_file.py, which fills it",
     "importers/nastran/lumps.py": "nastran/test_couplings.py, beside what ties points",

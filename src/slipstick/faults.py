@@ -117,6 +117,8 @@ def number(name: Name, value: Any, expected: str = "a finite number", *, above: 
             result = float(found)
         except (OverflowError, ValueError):
             result = float("inf")
+        if 0.0 < abs(result) < SMALLEST:
+            raise wrong(name, value, f"{expected}, 0 or above {SMALLEST:g}: check the units")
         if abs(result) <= LARGEST and result >= above:
             return result
         if LARGEST < abs(result) < float("inf"):
