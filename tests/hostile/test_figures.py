@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.figures import branch
+from helpers.figures import branch, problem
 
 import slipstick as ss
 from slipstick import plots
@@ -24,8 +24,15 @@ WRONG = (
 GOOD: dict[str, Any] = {
     "branch": None, "branches": None, "dof": "x0", "contact": "c0", "point": 3, "harmonic": 1, "frequency": "Hz",
     "label": "a", "labels": ["a"], "references": None, "peaks": True, "log": None, "over": "sliding", "limit": True,
-    "ax": None,
+    "ax": None, "tolerances": {"c0.mu": 0.2}, "most": 5,
 }  # fmt: skip
+
+
+@cache
+def stable() -> ss.Branch:
+    """A short branch that knows its stability, and whose sensitivities are soon there."""
+    options = {"max_step": 0.5, "first_step": 0.5, "output_step": 1.0}
+    return ss.forced_response(problem(10.0), omega=(5.0, 5.2), options=options, stability=True)
 
 
 @cache
@@ -39,6 +46,7 @@ def studied() -> dict[str, Any]:
 
 
 DRAWN = [name for name in plots.__all__ if name not in ("save_figure", "abscissa_text", "temperature")]
+SHORT = ("stability", "tolerance_band", "tornado")
 
 
 @pytest.mark.parametrize("name", DRAWN)
@@ -46,7 +54,11 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
     draw = getattr(plots, name)
     names = list(inspect.signature(draw).parameters)
     good = {key: GOOD.get(key) for key in names if key != "label" and not (key == "contact" and "dof" in names)}
-    good |= {key: [branch()] if name == "compare" else branch() for key in ("branch", "branches") if key in names}
+    good |= {
+        key: [branch()] if name == "compare" else stable() if name in SHORT else branch()
+        for key in ("branch", "branches")
+        if key in names
+    }
     if "study" in names:
         good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
     draw(**good)
