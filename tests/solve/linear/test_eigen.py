@@ -144,6 +144,17 @@ def test_a_free_body_needs_a_negative_shift() -> None:
         modes(sparse.diags_array([1.0, 2.0, 3.0]), sparse.eye_array(3), 1, shift=1.0)
 
 
+def test_modes_are_found_and_counted_with_one_ordering(monkeypatch: pytest.MonkeyPatch) -> None:
+    rslab = pytest.importorskip("rslab")
+    analyze, patterns = rslab.analyze, []
+    monkeypatch.setattr(rslab, "analyze", lambda A, *given, **own: patterns.append(A.nnz) or analyze(A, *given, **own))
+    K, exact = lattice((9, 8, 7))
+    found = modes(K, sparse.eye_array(K.shape[0], format="csr"), 8, solver="rslab")
+    assert found.complete
+    np.testing.assert_allclose(found.eigenvalues, exact[:8], rtol=1e-10)
+    assert patterns == [K.nnz]
+
+
 def test_work_done_is_kept_when_more_modes_are_asked() -> None:
     K, exact = lattice((9, 8, 7))
     iteration = BlockLanczos(K, sparse.eye_array(K.shape[0], format="csr"))

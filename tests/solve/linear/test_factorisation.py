@@ -125,3 +125,18 @@ def test_one_blas_thread_around_the_solver() -> None:
 
     with one_blas_thread():
         assert all(pool["num_threads"] == 1 for pool in threadpool_info() if pool["user_api"] == "blas")
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("shift", [0.0, 1.7])
+def test_an_ordering_serves_every_matrix_of_its_pattern_and_no_other(solver: str, shift: float) -> None:
+    A, b = grid(12), np.ones(144)
+    ordering = factorise(A, solver=solver).ordering
+    alike, other = shifted(A, sparse.eye_array(144), shift), grid(12) @ grid(12)
+    for matrix in (alike, other, alike * (1 + 0.1j), grid(9)):
+        given = factorise(matrix, solver=solver, ordering=ordering)
+        own = factorise(matrix, solver=solver)
+        n = matrix.shape[0]
+        np.testing.assert_allclose(given.solve(b[:n]), own.solve(b[:n]), rtol=1e-9)
+        assert given.inertia == own.inertia
+    assert factorise(alike, solver=solver, ordering=ordering).ordering is ordering

@@ -14,7 +14,7 @@ A = np.diag([4.0, 5.0, 6.0]) + np.ones((3, 3))
 @pytest.mark.parametrize("shape", [(3,), (3, 1), (3, 5), (3, 0)])
 @pytest.mark.parametrize("factor", [1.0, 1.0 + 2.0j])
 def test_every_solver_solves_every_shape(solver, shape, factor):
-    factors = solver_named(solver)(csc_array(A))
+    factors = solver_named(solver)(csc_array(A), None)
     assert isinstance(factors, Factorisation)
     B = factor * np.random.default_rng(0).normal(size=shape)
     np.testing.assert_allclose(A @ factors.solve(B), B, atol=1e-13)

@@ -18,4 +18,4 @@ def test_choice():
 
 def test_a_zero_pivot_is_a_singular_matrix():
     with pytest.raises(SingularMatrixError, match="the matrix is singular"):
-        solver_named("superlu")(csc_array(np.array([[1.0, 1.0], [1.0, 1.0]])))
+        solver_named("superlu")(csc_array(np.array([[1.0, 1.0], [1.0, 1.0]])), None)

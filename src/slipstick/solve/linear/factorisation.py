@@ -6,7 +6,6 @@ factorisation down.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,17 +13,18 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from slipstick.solve.linear.factors import Factorisation, SingularMatrixError, one_blas_thread
-from slipstick.solve.linear.solvers import solver_named
+from slipstick.solve.linear.solvers import Solver, solver_named
 from slipstick.typing import AnyArray, Sparse
 
 _ANNIHILATED = 1e-14
 """A matrix scaled to unit rows is called singular when some vector is annihilated to this relative size."""
 
 
-def factorise(A: Sparse, *, solver: str | None = None, check: bool = True) -> Factorisation:
+def factorise(A: Sparse, *, solver: str | None = None, check: bool = True, ordering: Any = None) -> Factorisation:
     """Factorise a sparse symmetric matrix (n, n), real or complex symmetric.
 
     ``solver`` names one of :func:`slipstick.solve.linear.solvers.available_solvers`; None or "auto" takes the first.
+    ``ordering`` is that of factors made before: where the pattern is the same, it is not sought again.
     With ``check`` two solutions are spent on making sure that the matrix is not singular to working accuracy. Raises
     SingularMatrixError (an InputError) for a singular matrix and InputError for an unknown or missing solver.
 
@@ -41,7 +41,7 @@ def factorise(A: Sparse, *, solver: str | None = None, check: bool = True) -> Fa
     _require_no_empty_row(matrix)
     try:
         with one_blas_thread():
-            factors = function(matrix)
+            factors = function(matrix, ordering)
     except SingularMatrixError as error:
         raise SingularMatrixError(str(error), _free_motion(matrix, function)) from error
     if check:
@@ -85,11 +85,11 @@ def _require_regular(A: Sparse, factors: Factorisation) -> None:
         )
 
 
-def _free_motion(A: Sparse, function: Callable[[Any], Factorisation]) -> AnyArray | None:
+def _free_motion(A: Sparse, function: Solver) -> AnyArray | None:
     """What a singular matrix annihilates: inverse iteration with a trace of stiffness added; None if that fails too."""
     added = sparse.diags_array(1e-10 * _row_maximum(A), format="csc")
     try:
-        factors = function(sparse.csc_array(A + added))
+        factors = function(sparse.csc_array(A + added), None)
     except SingularMatrixError:
         return None
     x = np.random.default_rng(0).standard_normal(A.shape[0])

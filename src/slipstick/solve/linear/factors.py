@@ -48,13 +48,18 @@ class Factorisation(Protocol):
         """Bytes held by the factors, estimated."""
         ...
 
+    @property
+    def ordering(self) -> Any:
+        """What the solver found out about the pattern alone; serves other matrices of the pattern. None if nothing."""
+        ...
+
     def solve(self, B: AnyArray) -> AnyArray:
         """Solution X of ``A X = B``; B is (n,) or (n, n_columns), X has its shape."""
         ...
 
 
 class SolvedFactors:
-    """What the three solvers share: a name, an inertia, a size, and a function that solves (n, n_columns)."""
+    """What the solvers share: a name, an inertia, a size, an ordering, and a function that solves (n, n_columns)."""
 
     def __init__(
         self,
@@ -63,10 +68,12 @@ class SolvedFactors:
         memory: int,
         inertia: Inertia | None = None,
         dtype: Any = np.float64,
+        ordering: Any = None,
     ) -> None:
         self.name = name
         self.memory = memory
         self.inertia = inertia
+        self.ordering = ordering
         self._solve = solve
         self._dtype = dtype
 

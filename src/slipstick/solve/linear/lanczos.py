@@ -6,6 +6,8 @@ number of eigenvalues below a shift is the number of negative ones of ``K - shif
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from slipstick.errors import InputError
@@ -24,10 +26,12 @@ from slipstick.solve.linear.modes import (
 from slipstick.typing import Array, Sparse
 
 
-def factorise_shifted(K: Sparse, M: Sparse, shift: float, *, solver: str | None = None) -> Factorisation:
+def factorise_shifted(
+    K: Sparse, M: Sparse, shift: float, *, solver: str | None = None, ordering: Any = None
+) -> Factorisation:
     """Factors of ``K - shift M``; a singular K is explained."""
     try:
-        return factorise(K if shift == 0.0 else shifted(K, M, shift), solver=solver)
+        return factorise(K if shift == 0.0 else shifted(K, M, shift), solver=solver, ordering=ordering)
     except SingularMatrixError as error:
         size = -1e-6 * K.diagonal().sum() / M.diagonal().sum()
         remedy = f"constrain the body or, for its free modes, give a negative shift such as {size:.0e}"
@@ -50,20 +54,21 @@ class BlockLanczos:
         options: EigenOptions | None = None,
         start: Array | None = None,
         listener: StageListener | None = None,
+        ordering: Any = None,
     ) -> None:
         self.K, self.M, self.shift = K.tocsr(), M.tocsr(), shift
         self.options = options or EigenOptions()
         self.listener = listener
         self.n = K.shape[0]
         self._report("factorising", 0, 1)
-        self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver)
-        self.solver, self.inertia = self._factors.name, self._factors.inertia
+        self._factors: Factorisation | None = factorise_shifted(K, M, shift, solver=solver, ordering=ordering)
+        self.solver, self.inertia, self._ordering = self._factors.name, self._factors.inertia, self._factors.ordering
         self.basis = KrylovBasis(self.solve, self.M, self.options.block, start)
 
     def solve(self, B: Array) -> Array:
         """``(K - s M)^-1 B``, B (n, n_columns); factors dropped to save memory are made again."""
         if self._factors is None:
-            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver)
+            self._factors = factorise_shifted(self.K, self.M, self.shift, solver=self.solver, ordering=self._ordering)
         return self._factors.solve(B)
 
     def modes(self, n_modes: int, *, count: bool = True) -> Modes:
@@ -95,7 +100,8 @@ class BlockLanczos:
             return True
         self._report("counting modes", n_modes, n_modes)
         self._factors = None  # two sets of factors would double the memory
-        inertia = factorise(shifted(self.K, self.M, at), solver=self.solver, check=False).inertia
+        moved = shifted(self.K, self.M, at)
+        inertia = factorise(moved, solver=self.solver, check=False, ordering=self._ordering).inertia
         if inertia is None:
             return None
         self._complete(at, inertia.negative, n_modes)

@@ -28,8 +28,12 @@ def available_solvers() -> tuple[str, ...]:
     return tuple(name for name, (module, _) in _SOLVERS.items() if find_spec(module) is not None)
 
 
-def solver_named(solver: str | None) -> Callable[[Any], Factorisation]:
-    """What factorises a matrix stored by columns; None or "auto" takes the first solver there is."""
+Solver = Callable[[Any, Any], Factorisation]
+"""Factorises a matrix stored by columns; takes an ``ordering`` known from another matrix too, or None."""
+
+
+def solver_named(solver: str | None) -> Solver:
+    """The function of a solver; None or "auto" takes the first there is."""
     return _SOLVERS[_choose(solver)][1]
 
 
@@ -52,23 +56,34 @@ def _home() -> int:
     return os.getpid()
 
 
-def _rslab(A: Sparse) -> Factorisation:
-    import rslab
-
+def _rslab(A: Sparse, known: Any) -> Factorisation:
     own: dict[str, Any] = {} if _home() == os.getpid() else {"threads": 1}
     try:
-        factors = rslab.ldlt(A, **own)
+        factors, ordering = _ordered(A, known, own)
     except RuntimeError as error:
         raise SingularMatrixError("the matrix is singular: a pivot is zero") from error
     inertia = None if np.iscomplexobj(A.data) else Inertia(**dict(zip(_SIGNS, factors.inertia, strict=True)))
     bytes_held = int(factors.factor_nnz) * (A.dtype.itemsize + 4)
-    return SolvedFactors("rslab", factors.solve_many, bytes_held, inertia, A.dtype)
+    return SolvedFactors("rslab", factors.solve_many, bytes_held, inertia, A.dtype, ordering)
+
+
+def _ordered(A: Sparse, known: Any, own: dict[str, Any]) -> tuple[Any, Any]:
+    """Factors and the ordering they were made with: the one known where A has its pattern, else its own."""
+    import rslab
+
+    if known is not None:
+        try:
+            return known.factor(A, **own), known
+        except ValueError:  # another pattern
+            pass
+    ordering = rslab.analyze(A, path="ldlt", **own)
+    return ordering.factor(A, **own), ordering
 
 
 _SIGNS = ("positive", "negative", "zero")
 
 
-def _pardiso(A: Sparse) -> Factorisation:
+def _pardiso(A: Sparse, known: Any) -> Factorisation:
     from slipstick.solve.linear.pardiso import Pardiso
 
     factors = Pardiso(A)
@@ -76,7 +91,7 @@ def _pardiso(A: Sparse) -> Factorisation:
     return SolvedFactors("pardiso", factors.solve, factors.memory, inertia, A.dtype)
 
 
-def _superlu(A: Sparse) -> Factorisation:
+def _superlu(A: Sparse, known: Any) -> Factorisation:
     from scipy.sparse.linalg import splu
 
     try:
@@ -86,7 +101,7 @@ def _superlu(A: Sparse) -> Factorisation:
     return SolvedFactors("superlu", factors.solve, int(factors.nnz) * (A.dtype.itemsize + 4), None, A.dtype)
 
 
-_SOLVERS: dict[str, tuple[str, Callable[[Any], Factorisation]]] = {
+_SOLVERS: dict[str, tuple[str, Solver]] = {
     "rslab": ("rslab", _rslab),
     "pardiso": ("pypardiso", _pardiso),
     "superlu": ("scipy", _superlu),

@@ -168,7 +168,7 @@ def compute(
         clock.start("direct solution at the highest frequency")
         probe = direct_receptance(K, M, B, want.highest, solver)
     clock.start("factorisation")
-    iteration = _iteration(K, M, solver, dofs, listener)
+    iteration = _iteration(K, M, solver, dofs, listener, None if probe is None else probe.ordering)
     clock.start("static solutions")
     static, second, seen = _static_solutions(iteration, M, B, skin)
     clock.start("modes")
@@ -189,7 +189,7 @@ def compute(
     elif probe is None:
         data, found = _grow_by_estimate(iteration, partial, B, n_keep, want)
     else:
-        data, found = _grow(iteration, partial, B, n_keep, want, *probe)
+        data, found = _grow(iteration, partial, B, n_keep, want, probe)
     if skin is not None:
         data = replace(data, skin_modes=np.asarray(skin.T @ found.shapes))
     _require_positive(data)
@@ -214,17 +214,16 @@ def _grow(
     B: Sparse,
     n_keep: int,
     want: Accuracy,
-    exact: Array,
-    below: int | None,
+    probe: Probe,
 ) -> tuple[ReducedData, Modes]:
     """Take more modes until the receptance up to the highest frequency is right to half the error allowed."""
     assert want.highest is not None
-    n_modes, limit = max(8, (below or 0) + 4), min(MOST_MODES, iteration.n)
+    n_modes, limit = max(8, (probe.below or 0) + 4), min(MOST_MODES, iteration.n)
     while True:
         n_modes = min(n_modes, limit)
         last = n_modes == limit
         data = _with_modes(partial, iteration.modes(n_modes, count=False), B)
-        error = data.band_error(n_keep, want.highest, exact)
+        error = data.band_error(n_keep, want.highest, probe.exact)
         if error <= (1.0 if last else 0.5) * want.relative or n_modes == iteration.n:
             break
         if last:
@@ -268,10 +267,15 @@ def _with_modes(partial: ReducedData, found: Modes, B: Sparse) -> ReducedData:
 
 
 def _iteration(
-    K: Sparse, M: Sparse, solver: str | None, dofs: Sequence[str] | None, listener: StageListener | None
+    K: Sparse,
+    M: Sparse,
+    solver: str | None,
+    dofs: Sequence[str] | None,
+    listener: StageListener | None,
+    ordering: Any,
 ) -> BlockLanczos:
     try:
-        iteration = BlockLanczos(K, M, solver=solver, listener=listener)
+        iteration = BlockLanczos(K, M, solver=solver, listener=listener, ordering=ordering)
     except SingularMatrixError as error:
         raise InputError(_singular_sentence(error, dofs)) from error
     inertia = iteration.inertia
@@ -307,16 +311,26 @@ def _require_positive(data: ReducedData) -> None:
         raise InputError("the structure has modes of zero or negative stiffness; constrain it and check its matrices")
 
 
-def direct_receptance(
-    K: Sparse, M: Sparse, directions: Sparse, omega: float, solver: str | None
-) -> tuple[Array, int | None]:
-    """Undamped receptance between directions by one factorisation, and the number of modes below omega if known."""
+class Probe(NamedTuple):
+    """The full model at one frequency."""
+
+    exact: Array
+    """Undamped receptance between the directions."""
+    below: int | None
+    """Number of modes below the frequency, where the solver tells."""
+    ordering: Any
+    """Of the factors."""
+
+
+def direct_receptance(K: Sparse, M: Sparse, directions: Sparse, omega: float, solver: str | None) -> Probe:
+    """The full model between directions at a frequency (rad/s), by one factorisation."""
     try:
         factors = factorise(shifted(K, M, omega**2), solver=solver)
     except SingularMatrixError as error:
         raise InputError(f"{omega:g} rad/s is a natural frequency to working accuracy; choose one beside it") from error
     exact = directions.T @ factors.solve(directions.toarray())
-    return np.asarray(exact), None if factors.inertia is None else factors.inertia.negative
+    below = None if factors.inertia is None else factors.inertia.negative
+    return Probe(np.asarray(exact), below, factors.ordering)
 
 
 def modes_below(K: Sparse, M: Sparse, omega: float, solver: str | None = None) -> int | None:

@@ -273,7 +273,7 @@ def receptance_error(
     grows with the receptance's own sensitivity to frequency. Raises InputError at a resonance itself.
     """
     s = structure
-    exact = direct_receptance(as_csr(K), as_csr(M), directions, omega, solver)[0]
+    exact = direct_receptance(as_csr(K), as_csr(M), directions, omega, solver).exact
     found = undamped(s.omega, s.mode_shapes, s.static_compliance, s.second_residual).at([1], omega)[0][0]
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
