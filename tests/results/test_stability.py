@@ -3,7 +3,7 @@
 import numpy as np
 from helpers.stability import oscillator
 
-from slipstick.results.stability import PointStability, ranks, stability_sentences, stability_values
+from slipstick.results.stability import PointStability, between_known, ranks, stability_sentences, stability_values
 
 
 def test_multipliers_are_padded_and_cut() -> None:
@@ -32,3 +32,8 @@ def test_doubts_are_told_once_with_the_worst_point() -> None:
     )
     sound = {"stable": np.array([1, 0]), "hill_pw_difference": np.array([np.nan, 0.001])}
     assert list(stability_sentences("omega", np.array([1.0, 2.0]), sound, "rad/s")) == []
+
+
+def test_what_is_not_known_is_drawn_as_a_straight_line() -> None:
+    assert between_known(np.array([1.0, np.nan, np.nan, 4.0, np.nan])).tolist() == [1.0, 2.0, 3.0, 4.0, 4.0]
+    assert np.isnan(between_known(np.full(2, np.nan))).all()

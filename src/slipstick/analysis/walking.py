@@ -149,7 +149,7 @@ def _run(
     own = from_inside.events if from_inside is not None else ()
     run = WarmContinuation(
         task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
-        each=special is not None or adapted_to(task.options) is not None,
+        each=(special is not None and special.every) or adapted_to(task.options) is not None,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=(*own, *peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),

@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import chosen, quantity, values_of
 from slipstick.plots.style import GREY
+from slipstick.results.stability import between_known
 from slipstick.typing import Names
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def stability(branches: Any, *, ax: Axes | None = None, label: str | None = None
     curves = Curves(branches, ax, label, frequency)
     if any("multiplier_max" not in dataset for _, dataset in curves.found):
         raise InputError("there is no stability in these results: follow the branch with stability=True")
-    values = {id(dataset): {"": dataset["multiplier_max"].to_numpy()} for _, dataset in curves.found}
+    values = {id(dataset): {"": between_known(dataset["multiplier_max"].to_numpy())} for _, dataset in curves.found}
     ax = curves.draw_values(quantity(curves.first, "multiplier_max"), values)
     ax.axhline(1.0, color=GREY, linewidth=0.8, zorder=0)
     for _, dataset in curves.found:

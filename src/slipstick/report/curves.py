@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.report.encoding import Indices, packed
+from slipstick.results.stability import between_known
 from slipstick.typing import Array
 from slipstick.units import after_number
 
@@ -59,7 +60,8 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
 def _of_points(dataset: ResultTable) -> Iterator[dict[str, Any]]:
     for name in ("multiplier_max", "truncation", "newton_iterations"):
         if name in dataset and dataset[name].dims == ("point",):
-            yield _curve(dataset, name, "", dataset[name].to_numpy().astype(float))
+            values = dataset[name].to_numpy().astype(float)
+            yield _curve(dataset, name, "", between_known(values) if name == "multiplier_max" else values)
 
 
 def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[str, Any]:

@@ -75,6 +75,15 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
         )
 
 
+def between_known(values: Array) -> Array:
+    """Values (n_points,) for drawing: straight lines where points between known ones have none."""
+    known = np.isfinite(values)
+    if not known.any():
+        return values
+    at = np.arange(len(values))
+    return np.asarray(np.interp(at, at[known], values[known]))
+
+
 def ranks(problem: Problem) -> tuple[str, ...]:
     """Labels of the multipliers that are kept of every point of a problem."""
     n = len(problem.structure.natural_frequencies) or len(problem.structure.dofs)
@@ -89,7 +98,7 @@ def stability_values(found: Sequence[PointStability | None], n_ranks: int) -> Ma
         if own is not None and own.multipliers.size:
             kept = own.multipliers[:n_ranks]
             multipliers[i, : kept.size] = np.stack([kept.real, kept.imag], axis=1)
-            largest[i] = abs(own.multipliers[0])
+            largest[i] = abs(kept[0])
     unstable = np.array([UNKNOWN if own is None else own.unstable for own in found], dtype=np.int32)
     return {
         "multiplier": multipliers,

@@ -74,3 +74,23 @@ def test_what_is_no_request_is_told(given) -> None:
 
 def test_multipliers_beyond_the_unit_circle_are_counted_beyond_rounding() -> None:
     assert unstable(np.array([1.0 + 1e-9, -1.1, 0.9j, 1.1j])) == 2
+
+
+def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:
+    """The same damper in five parts: verdicts as with one, and the multipliers of that at the solved points."""
+    whole = oscillator(10.0)
+    contact = ss.FrictionContact(kt=20.0, mu=0.3, normal_load=160.0)
+    parts = [
+        ss.ContactPair(name=f"d{i}", tangential="x", contact=contact, rubbing=ss.RubbingMotion(velocity=10.0))
+        for i in range(5)
+    ]
+    five = ss.Problem(whole.structure, contacts=parts, loads=whole.loads, harmonics=whole.harmonics)
+    one, many = (ss.forced_response(p, omega=(4.0, 7.0), stability=True).dataset for p in (whole, five))
+    between = many.kind.values == "interpolated"
+    assert between.any()
+    assert np.isnan(many.multiplier.values[between]).all()
+    assert set(many.stable.values.tolist()) == {1}
+    solved = many.isel(point=~between)
+    assert np.isfinite(solved.multiplier_max.values).all()
+    wanted = np.interp(solved.omega, one.omega, one.multiplier_max)
+    assert np.abs(solved.multiplier_max - wanted).max() < 0.02

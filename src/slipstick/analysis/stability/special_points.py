@@ -15,7 +15,14 @@ import numpy as np
 from slipstick.analysis.stability.intervals import Word, word_of
 from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.results.stability import BRANCH_POINT, NEIMARK_SACKER, PERIOD_DOUBLING, STATE_CHANGE, PointStability
+from slipstick.results.stability import (
+    BRANCH_POINT,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    SPECIAL_KINDS,
+    STATE_CHANGE,
+    PointStability,
+)
 from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import ComplexArray
@@ -25,6 +32,11 @@ _HALVINGS = 10
 
 _REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
+
+_REMEMBERED = 8
+
+CHEAP_CONTACTS = 4
+"""So many contacts cost next to nothing: interpolated points are judged too."""
 
 _NEAR = {PERIOD_DOUBLING: 1e-3, NEIMARK_SACKER: 1e-3, BRANCH_POINT: 5e-2}
 """Distance from the unit circle within which a located multiplier stands on it."""
@@ -37,6 +49,8 @@ class SpecialPoints:
         self._watch, self._system = watch, system
         h = watch.balance.harmonics
         self._complete = h.highest == h.n
+        self.every = watch.systems.in_time and watch.balance.n_contacts <= CHEAP_CONTACTS
+        """Whether interpolated points are judged too."""
         self._known: list[tuple[Any, PointStability]] = []
         self._last: tuple[Word, float] | None = None
 
@@ -61,7 +75,13 @@ class SpecialPoints:
         self._last = self._word_at(step), value
 
     def judged(self, step: Any, *, compare: bool) -> PointStability:
-        """Stability of a step for the record; ``compare``: with the difference of both methods."""
+        """Stability of a step for the record; ``compare``: with the difference of both methods.
+
+        Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
+        has the verdict of its neighbours.
+        """
+        if step.place is not None and not self.every:
+            return self._between(*step.place)
         found, known = self.at(step), step.evaluation.detail
         return replace(found, difference=self._watch.difference(step.x, known, found)) if compare else found
 
@@ -71,8 +91,12 @@ class SpecialPoints:
             if known is step:
                 return found
         found = self._watch.at(step.x, step.evaluation.detail)
-        self._known = [*self._known[-2:], (step, found)]
+        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
         return found
+
+    def _between(self, first: Any, second: Any, *_: Any) -> PointStability:
+        on_the_circle = first.kind == "turning point" or first.kind in SPECIAL_KINDS
+        return replace(self.at(second if on_the_circle else first), multipliers=np.zeros(0, dtype=complex))
 
     def confirmed(self, step: Any) -> bool:
         """Whether a located step is what it was located as: a jump of multipliers is none."""
