@@ -1,4 +1,4 @@
-"""How many disturbances grow, counted on the imaginary axis: structures known by receptances alone [STABILITY (19)].
+"""How many disturbances grow, counted on the imaginary axis: structures known by receptances alone (THEORY.md (13.8)).
 
 ``det D`` has no poles at growing disturbances where the structure itself is stable. The turns of its phase from 0 to
 half the principal frequency count its zeros there.

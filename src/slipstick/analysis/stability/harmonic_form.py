@@ -1,4 +1,4 @@
-"""Disturbances as growing vibration: ``D(lambda) = I + A(lambda + i k omega) J(lambda)`` [STABILITY section 4].
+"""Disturbances as growing vibration: ``D(lambda) = I + A(lambda + i k omega) J(lambda)`` (THEORY.md (13.5)).
 
 A disturbance ``e^(lambda t) sum_k d_k e^(i k tau)`` keeps itself up where ``det D = 0``. The contacts' answer J is in
 closed form; lambda enters it through what each stick remembers of its beginning, one vector a stick.
@@ -58,7 +58,7 @@ class HarmonicForm:
     """Contacts stuck all period."""
 
     def contact_answer(self, exponent: complex) -> ComplexArray:
-        """``J(lambda)`` (n_ports, K, n_ports, K) [STABILITY (14) to (17)]."""
+        """``J(lambda)`` (n_ports, K, n_ports, K) (THEORY.md (13.7))."""
         out, c = self.fixed.copy(), self.contacts
         for stick in self.sticks:
             rate = exponent / self.omega + 1j * self.orders
@@ -137,7 +137,7 @@ def harmonic_form(
 
 
 def _windows(at: Array, states: IntArray, highest: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """``W`` (K, K) of stick, of slip with its sign, and of contact [STABILITY (13)]."""
+    """``W`` (K, K) of stick, of slip with its sign, and of contact (THEORY.md (13.6))."""
     k = np.arange(-2 * highest, 2 * highest + 1)
     parts = np.zeros((3, k.size), dtype=complex)
     divisor = np.where(k == 0, 1, k)
@@ -158,7 +158,7 @@ def _windows(at: Array, states: IntArray, highest: int) -> tuple[ComplexArray, C
 def _factor(
     i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array]
 ) -> float:
-    """``fac`` of a stick that begins, as in the tangent of the element [STABILITY (5), (6)]."""
+    """``fac`` of a stick that begins, as in the tangent of the element (THEORY.md (13.2))."""
     if origin != SEPARATION:
         return float(given["mu"][i] * given["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
     slope = harmonics.derivative(np.array(motion)) @ harmonics.H_minus(time)

@@ -117,7 +117,7 @@ def _rotated(states: list[int]) -> tuple[int, ...]:
 
 
 class StickStarts:
-    """The rows that begin a stick's memory, ``dc = row [q, q'/scale, dc]`` just before [STABILITY (5), (6), (11)]."""
+    """The rows that begin a stick's memory, ``dc = row [q, q'/scale, dc]`` just before (THEORY.md (13.2))."""
 
     def __init__(self, motion: SmoothMotion, contacts: FrictionPorts, combinations: Combinations) -> None:
         self._motion, self._contacts, self._combinations = motion, contacts, combinations

@@ -1,4 +1,4 @@
-"""The motion at the contacts once more through the structure, with four times as many harmonics [STABILITY (12)].
+"""The motion at the contacts once more through the structure, with four times as many harmonics (THEORY.md (11.1)).
 
 The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes
 smoother, and the times at which contacts change their states become accurate.

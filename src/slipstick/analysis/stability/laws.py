@@ -37,7 +37,7 @@ class FrictionPorts:
         return len(self.kt)
 
     def tangent(self, states: StateCodes) -> tuple[Array, Array]:
-        """``D`` (n_ports, n_ports) and ``E`` (n_ports, n) [STABILITY (1) to (4)]."""
+        """``D`` (n_ports, n_ports) and ``E`` (n_ports, n) (THEORY.md (13.1))."""
         D, E = np.zeros((self.n_ports, self.n_ports)), np.zeros((self.n_ports, self.count))
         for i, state in enumerate(states):
             if state == SEPARATION:
@@ -81,7 +81,7 @@ class LinearisedStates:
 
 @dataclass(eq=False)
 class Combinations:
-    """Makes the linear systems of combinations, each once [STABILITY (8), (9)]."""
+    """Makes the linear systems of combinations, each once (THEORY.md (13.3))."""
 
     dynamics: Dynamics
     contacts: FrictionPorts

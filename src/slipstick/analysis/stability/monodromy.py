@@ -1,4 +1,4 @@
-"""The monodromy matrix by exact pieces and its eigenvalues, the Floquet multipliers [STABILITY section 3].
+"""The monodromy matrix by exact pieces and its eigenvalues, the Floquet multipliers (THEORY.md section 13).
 
 Around a periodic solution the friction system is linear in each interval of constant contact states; what a stuck
 friction spring remembers begins anew with each stick. The product over the period has all multipliers and no others.
@@ -39,7 +39,7 @@ class Monodromy:
 
 
 def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, omega: float) -> Monodromy | None:
-    """The product of all pieces of a period [STABILITY (10), (11)]; None where it would be too long."""
+    """The product of all pieces of a period (THEORY.md (13.4)); None where it would be too long."""
     r, n = combinations.dynamics.size, combinations.contacts.count
     kept = tuple(i for i, state in enumerate(line.cut) if state == STICK and i not in line.neutral)
     known = list(dict.fromkeys(interval.states for interval in line.intervals))

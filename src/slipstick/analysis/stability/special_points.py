@@ -1,4 +1,4 @@
-"""Where the kind of motion changes along a branch: test functions for the continuation [STABILITY section 8].
+"""Where the kind of motion changes along a branch: test functions for the continuation (THEORY.md section 13).
 
 Folds are turning points, which the continuation knows. Here are the others: a multiplier passes -1 (the period
 doubles), a pair leaves the unit circle (Neimark-Sacker: a second frequency appears), one passes +1 without a fold
@@ -146,7 +146,7 @@ class SpecialPoints:
 
 
 def doubling(multipliers: ComplexArray) -> float:
-    """``prod (1 + m)`` [STABILITY section 8]."""
+    """``prod (1 + m)`` (THEORY.md section 13)."""
     return float(np.prod(1.0 + multipliers).real)
 
 
