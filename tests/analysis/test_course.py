@@ -52,6 +52,7 @@ TASKS: dict[str, Callable[[], Task]] = {
         oscillator(velocity=10.0), "damper.velocity", (-10.0, 20.0), 6.0, (), None, COARSE
     ),
     "thermal fold": lambda: parameter_task(heated(), "damper.velocity", (1900.0, 2400.0), 6.0, (), None, COARSE),
+    "stability": lambda: frequency_task(oscillator(velocity=10.0), (2.5, 6.0), (), None, COARSE, (), None, True),
     "point limit": lambda: frequency_task(oscillator(velocity=0.5), (2.0, 15.0), (), None, {"max_points": 12}),
 }
 
