@@ -317,7 +317,9 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
     "Branch.contact_forces": (lambda: branch().contact_forces, {"point": 0}),
     "Branch.states": (lambda: branch().states, {"point": 0}),
     "Branch.loop": (lambda: branch().loop, {"point": 0, "contact": "damper", "samples": 5}),
-    "Branch.report": (lambda: branch().report, {"path": "r.html", "title": "t", "contacts": 1, "dofs": 1}),
+    "Branch.report": (lambda: branch().report, {
+        "path": "r.html", "title": "t", "contacts": 1, "dofs": 1, "tolerances": {"damper.mu": 0.1},
+    }),
     "Branch.save_shape": (lambda: moving().save_shape, {"path": "shape.xdmf", "point": 0, "frames": 2}),
     "Branch.sensitivity": (lambda: branch().sensitivity, {"parameters": "damper.mu", "dof": "x"}),
     "Branch.plot.tolerance_band": (

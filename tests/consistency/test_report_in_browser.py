@@ -255,6 +255,13 @@ def test_a_study_is_chosen_from_in_map_curves_and_table(browser: Any, tmp_path: 
     found.close()
 
 
+def test_tolerances_are_drawn_and_said(browser: Any, tmp_path: Path) -> None:
+    path = branch().report(tmp_path / "r.html", tolerances={"tip.mu": 0.2})
+    found = Opened(browser, path)
+    assert "dotted: tip.mu ±20 %" in found.page.inner_text("body")
+    found.close()
+
+
 def test_a_page_without_points_says_why(browser: Any, tmp_path: Path) -> None:
     outcome = ss.Outcome.NO_FIRST_POINT
     none = ss.Branch(branch().dataset.isel(point=slice(0, 0)), outcome, message=outcome.text)

@@ -21,8 +21,7 @@ from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
 from slipstick.errors import InputError
-from slipstick.results.branch import unknowns
-from slipstick.results.record import Outputs
+from slipstick.results.record import Outputs, unknowns
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
 from slipstick.solve.norm import norm
 from slipstick.typing import Array, ComplexArray

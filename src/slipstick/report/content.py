@@ -13,6 +13,7 @@ from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_
 from slipstick.report.curves import curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.shape import shape_of
+from slipstick.report.tolerances import bands_of, what_matters
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.units import FREQUENCIES, Units, after_number
 
@@ -25,8 +26,12 @@ _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "C
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
-def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[str, Any]:
+def content_of(
+    branch: Branch, label: str, *, contacts: int, dofs: int, tolerances: Mapping[str, float] | None = None
+) -> dict[str, Any]:
     """One branch as JSON: the ``contacts`` that dissipate most and the ``dofs`` that move most.
+
+    ``tolerances`` are shares of parameters by name, whose effect is shown on the curves.
 
     Raises InputError where it holds no motion.
     """
@@ -34,10 +39,15 @@ def content_of(branch: Branch, label: str, *, contacts: int, dofs: int) -> dict[
     _check(dataset, label)
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
-    at = branch.followed
+    at, toleranced = branch.followed, {}
+    provenance = _provenance(branch)
+    if tolerances and len(branch):
+        toleranced = {"bands": bands_of(branch, kept["dof"], tolerances)}
+        provenance["about"] += what_matters(branch, kept["dof"], tolerances)
     return {
         "label": label,
-        **_provenance(branch),
+        **provenance,
+        **toleranced,
         "states": STATES,
         "orders": list(branch.harmonics.orders),
         "points": len(branch),

@@ -27,6 +27,7 @@ def write_report(
     title: str = "",
     contacts: int = MOST_WRITTEN,
     dofs: int = MOST_WRITTEN,
+    tolerances: Mapping[str, float] | None = None,
 ) -> Path:
     """Write one self-contained page with a branch, or with several laid over each other; the path.
 
@@ -40,6 +41,8 @@ def write_report(
         Of the page; by default that of the first branch.
     contacts, dofs
         How many are kept: those that dissipate most, those that move most.
+    tolerances
+        Shares by name of parameter, ``{"damper.mu": 0.2}``: what they make of the amplitudes is drawn beside them.
 
     Returns
     -------
@@ -56,7 +59,8 @@ def write_report(
 
     target = path_of("report", path, "the path of a report such as report.html")
     title = text("report title", title)
-    most = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
+    most: dict[str, Any] = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
+    most["tolerances"] = tolerances
     results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
     title = title or results[0]["title"] or results[0]["label"] or "Results"
     content = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -251,11 +252,20 @@ class Branch:
 
         return save(self, path)
 
-    def report(self, path: str | Path, *, title: str = "", contacts: int = 12, dofs: int = 12) -> Path:
+    def report(
+        self,
+        path: str | Path,
+        *,
+        title: str = "",
+        contacts: int = 12,
+        dofs: int = 12,
+        tolerances: Mapping[str, float] | None = None,
+    ) -> Path:
         """Write one self-contained page for any browser and return its path: curves, loops, states, provenance.
 
         ``contacts`` and ``dofs`` are how many are shown: those that dissipate most, those that move most. The loops
-        in the page are exact. Several branches in one page: ``slipstick.report.write_report``.
+        in the page are exact. What ``tolerances`` such as ``{"damper.mu": 0.2}`` make of the amplitudes is drawn beside
+        them. Several branches in one page: ``slipstick.report.write_report``.
 
         Raises
         ------
@@ -264,7 +274,7 @@ class Branch:
         """
         from slipstick.results.verbs import report
 
-        return report(self, path, title=title, contacts=contacts, dofs=dofs)
+        return report(self, path, title=title, contacts=contacts, dofs=dofs, tolerances=tolerances)
 
     def save_shape(self, path: str | Path, point: int, *, frames: int = 36) -> Path:
         """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
@@ -339,6 +349,8 @@ class Branch:
 
         Raises InputError where the problem is not known.
         """
+        from slipstick.results.record import unknowns
+
         self.point(point)
         return unknowns(self.table, self.problem_at(point), point)
 
@@ -373,19 +385,6 @@ class Branch:
         if not isinstance(name, str) or name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
         return known.index(name)
-
-
-def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
-    """The unknowns of the balance of a problem at a point of its results, (n_ports, L)."""
-    motions = {
-        name: table[f"contact_{name}"].to_numpy()[point] for batch in problem.batches for name in batch.law.ports
-    }
-    ports = (
-        motions[name][batch.elements][port.members]
-        for batch in problem.batches
-        for name, port in zip(batch.law.ports, batch.ports, strict=True)
-    )
-    return np.concatenate(list(ports))
 
 
 def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MODE_VARIABLES: Mapping[str, Declared] = {
     "modal_amplitude": Declared((), "length", "amplitude of the mode"),
-    "modal_damping": Declared((), "1", "damping ratio of the mode, all damping together"),
+    "modal_damping": Declared((), "1", "damping ratio of the mode (all damping together)"),
     "load_factor": Declared((), "1", "factor on the loads of the problem whose forced response peaks here"),
 }
 

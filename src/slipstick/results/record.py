@@ -12,12 +12,14 @@ import numpy as np
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.many import answered
 from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.stability import PointStability, stability_values
+from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Structures, moved, truncation
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
@@ -271,6 +273,19 @@ class Recorder:
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
         return {name: value[0] for name, value in self.values([point]).items()}
+
+
+def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
+    """The unknowns of the balance of a problem at a point of its results, (n_ports, L)."""
+    motions = {
+        name: table[f"contact_{name}"].to_numpy()[point] for batch in problem.batches for name in batch.law.ports
+    }
+    ports = (
+        motions[name][batch.elements][port.members]
+        for batch in problem.batches
+        for name, port in zip(batch.law.ports, batch.ports, strict=True)
+    )
+    return np.concatenate(list(ports))
 
 
 def _in_use(balance: Balance, point: Point) -> int:

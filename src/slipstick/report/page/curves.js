@@ -54,7 +54,7 @@ class Curves {
       fill(this.host, element("h2", { id: "response-title" }, "Response"), element("p", { class: "card" }, "No point was found, so there is no curve."));
       return;
     }
-    const drawn = this.lines.flatMap((line) => this.styled(line, log));
+    const drawn = this.lines.flatMap((line) => [...this.banded(line, log), ...this.styled(line, log)]);
     const rings = this.rings(log);
     const first = (this.lines[0]?.result ?? model.results[0]), followed = first.content.followed;
     const label = followed.key === "omega" ? "Frequency" : followed.label;
@@ -82,6 +82,13 @@ class Curves {
     const solid = broken.map((b, i) => (b && !(off[i] || off[i - 1]) ? 1 : 0));
     const dashed = broken.map((b, i) => (b && (off[i] || off[i - 1]) ? 1 : 0));
     return [{ ...base, pen: solid }, { ...base, pen: dashed, dash: [6, 5], width: 1.6 }];
+  }
+
+  /** Thin lines round an amplitude: what tolerances of parameters make of it. */
+  banded(line, log) {
+    if (this.curve.key !== "amplitude") return [];
+    const { part } = line.result, pen = Uint8Array.from(part, (p, i) => (i > 0 && part[i - 1] === p ? 1 : 0));
+    return line.result.band(line.name).map((y) => ({ x: line.x, y, log, stroke: line.stroke, width: 1, dash: [1, 3], pen }));
   }
 
   rings(log) {
@@ -202,7 +209,14 @@ class Curves {
     const less = this.app.leftOut(over);
     fill(this.legend,
       element("div", { class: "chips", role: "group", "aria-label": "Curves" }, ...chips, less ? element("span", { class: "soft" }, less) : null),
-      element("div", { class: "line-names" }, ...labels, ...dashed));
+      element("div", { class: "line-names" }, ...labels, ...dashed, ...this.bandNames()));
+  }
+
+  /** What the thin lines are of. */
+  bandNames() {
+    if (this.curve.key !== "amplitude") return [];
+    const said = new Set(this.app.model.results.map((result) => result.content.bands?.said).filter(Boolean));
+    return [...said].map((text) => element("span", { class: "line-name" }, `dotted: ${text}`));
   }
 
   drawPeaks() {

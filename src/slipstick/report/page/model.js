@@ -71,6 +71,12 @@ class Result {
     });
   }
 
+  /** Lowest and highest amplitudes of a dof that tolerances allow; none where no tolerances were given. */
+  band(name) {
+    const { bands } = this.content, at = this.dofs.indexOf(name);
+    return bands && at >= 0 ? ["low", "high"].map((side) => this.numbers(`band ${side}`, bands[side]).column(at)) : [];
+  }
+
   /** Coefficients of a dof's motion. */
   displacement(point, name) {
     const at = this.dofs.indexOf(name);
