@@ -96,7 +96,7 @@ def nonlinear_modes(
     >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.01]], K=[[40.0]], dofs=["x"])
     >>> damper = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=10.0)
     >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
-    ...                      loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1])
+    ...                      loads=ss.Load(dof="x", sin=1.0), harmonics=range(6))
     >>> branch = nonlinear_modes(problem, amplitude=(1.0, 30.0))
     >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
     (6.403124, 0.00078087)

@@ -41,7 +41,7 @@ def content_of(
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
     at, toleranced = branch.followed, {}
     provenance = _provenance(branch)
-    if tolerances and len(branch):
+    if tolerances is not None and len(branch):
         toleranced = {"bands": bands_of(branch, kept["dof"], tolerances)}
         provenance["about"] += what_matters(branch, kept["dof"], tolerances)
     return {
