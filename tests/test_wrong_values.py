@@ -40,6 +40,14 @@ PROBLEM = ss.Problem(STRUCTURE, contacts=[PAIR], loads=[LOAD], harmonics=H)
 STEADY = ss.Problem(
     STRUCTURE, contacts=[ss.ContactPair(name="damper", contact=CONTACT, tangential="x")], loads=[LOAD], harmonics=H
 )
+BRAKE = ss.Problem(
+    ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"]),
+    contacts=ss.ContactPair(
+        name="brake", tangential="x", normal="y", contact=ss.FrictionContact(kt=200.0, mu=0.5, kn=40.0, gap=0.0),
+        rubbing=ss.RubbingMotion(velocity=1.0),
+    ),
+    loads=ss.Load(dof="y", harmonic=0, cos=50.0), harmonics=H,
+)  # fmt: skip
 CURVE = ss.FrictionCurve(temperature=[25.0, 400.0], mu=[0.5, 0.38])
 THERMAL = ss.ThermalModel(curve=CURVE, background=25.0, resistance=1e-3)
 SHORT = {"max_points": 2}
@@ -220,6 +228,10 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "problem": PROBLEM, "parameter": "damper.normal_load", "span": (700.0, 800.0), "omega": (9.0, 12.0),
             "dof": "x", "requested": (), "options": SHORT,
         },
+    ),
+    "limit_cycles": (
+        lambda: ss.limit_cycles,
+        {"problem": BRAKE, "parameter": "brake.mu", "span": (0.5, 0.6), "requested": (), "options": SHORT},
     ),
     "nonlinear_modes": (
         lambda: ss.nonlinear_modes,

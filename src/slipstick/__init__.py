@@ -40,6 +40,7 @@ _PUBLIC = {
     "forced_response": "slipstick.analysis.response",
     "parameter_response": "slipstick.analysis.response",
     "linear_response": "slipstick.analysis.response",
+    "limit_cycles": "slipstick.analysis.limit_cycles",
     "nonlinear_modes": "slipstick.analysis.nonlinear_modes",
     "optimal": "slipstick.analysis.optimum",
     "track_peak": "slipstick.analysis.tracking",
@@ -58,6 +59,7 @@ __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick import plots as plots
+    from slipstick.analysis.limit_cycles import limit_cycles as limit_cycles
     from slipstick.analysis.nonlinear_modes import nonlinear_modes as nonlinear_modes
     from slipstick.analysis.optimum import optimal as optimal
     from slipstick.analysis.response import forced_response as forced_response

@@ -183,6 +183,10 @@ def sensitivity_of(branch: Branch, parameters: Any = None, dof: str | None = Non
     """As ``Branch.sensitivity``."""
     if branch.problem is None:
         raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
+    if branch.self_excited:
+        raise InputError(
+            "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
+        )
     branch.point(0)
     problem, table = branch.problem, branch.table
     chosen = parameter_names(problem, parameters)

@@ -23,6 +23,7 @@ MARKS = {
     "Neimark-Sacker": ("Neimark-Sacker", "D"),
     "symmetry breaking": ("symmetry breaking", "^"),
     "state change": ("contact states change", "|"),
+    "Hopf": ("Hopf", "*"),
 }
 """Kinds of points: name in the legend and marker."""
 

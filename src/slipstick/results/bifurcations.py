@@ -28,7 +28,7 @@ class Bifurcation:
     Attributes
     ----------
     kind
-        "fold", "period doubling", "Neimark-Sacker", "symmetry breaking" or "state change".
+        "fold", "period doubling", "Neimark-Sacker", "symmetry breaking", "state change" or "Hopf".
     point
         Its number in the branch.
     value

@@ -83,7 +83,8 @@ VARIABLES: dict[str, Declared] = {
     "newton_iterations": Declared((), "1", "Newton corrections", whole=True),
     "kind": Declared((), "1", "kind of point: " + ", ".join(POINT_KINDS), texts=POINT_KINDS),
     "branch_part": Declared(
-        (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range", whole=True
+        (), "1", "part of the branch: 1, or 2 where it was also followed from the other end of the range; steady "
+        "sliding beside limit cycles is 2", whole=True,
     ),
     "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
 }  # fmt: skip
@@ -95,7 +96,8 @@ STABILITY: dict[str, Declared] = {
     "unstable_multipliers": Declared((), "1", "multipliers beyond the unit circle, -1 for not known", whole=True),
     "stable": Declared((), "1", "whether the motion is stable: 1, 0, or -1 for not known", whole=True),
     "stability_method": Declared(
-        (), "1", "PW: exact pieces, or count: by the argument principle", texts=STABILITY_METHODS
+        (), "1", "PW: exact pieces, count: by the argument principle, or eigenvalues: of steady sliding",
+        texts=STABILITY_METHODS,
     ),
     "hill_pw_difference": Declared(
         (), "1", "distance of the largest multipliers of exact pieces and of the harmonic form, at points of note"

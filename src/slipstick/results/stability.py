@@ -13,15 +13,17 @@ from slipstick.typing import AnyArray, Array, ComplexArray
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
-STABILITY_METHODS = ("PW", "count")
-"""Exact pieces; number of unstable exponents by the argument principle."""
+EIGENVALUES = "eigenvalues"
+STABILITY_METHODS = ("PW", "count", EIGENVALUES)
+"""Exact pieces; number of unstable exponents by the argument principle; of steady sliding."""
 
 WARNED_DIFFERENCE = 0.02
 """From here on results are warned of."""
 
 PERIOD_DOUBLING, NEIMARK_SACKER = "period doubling", "Neimark-Sacker"
 BRANCH_POINT, STATE_CHANGE = "symmetry breaking", "state change"
-SPECIAL_KINDS = (PERIOD_DOUBLING, NEIMARK_SACKER, BRANCH_POINT, STATE_CHANGE)
+HOPF = "Hopf"
+SPECIAL_KINDS = (PERIOD_DOUBLING, NEIMARK_SACKER, BRANCH_POINT, STATE_CHANGE, HOPF)
 """Kinds of points at which the kind of motion changes, but for folds, which are turning points."""
 
 MOST_MULTIPLIERS = 64

@@ -61,6 +61,10 @@ def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
 _COMPARED = ("contact_tangential", "contact_normal", "amplitude", "mean", *FRICTION_VARIABLES.values())
 
 
+_FREE_PHASE = 1e-4
+"""Change of the state over a period, of self-excited vibration, that is that of a frequency that is nearly right."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimeCheck:
     """A point of a branch against time integration, by output dof, both (n_outputs,)."""
@@ -93,6 +97,8 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         harmonics=problem.harmonics, tangential=d["contact_tangential"], normal=d["contact_normal"]
     )  # fmt: skip
     held = {name: d[variable] for name, variable in FRICTION_VARIABLES.items()}
+    if branch.self_excited:  # shooting at a given period has no solution that stands alone: the phase is free
+        options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)
     amplitude, mean = d["amplitude"], d["mean"]
     pairs = ((amplitude, result.amplitude), (mean, result.mean))

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.analysis.stability.intervals import Word, word_of
 from slipstick.analysis.stability.verdict import StabilityWatch
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
@@ -138,11 +139,15 @@ class SpecialPoints:
         return self._word(step.x, step.parameter, step.evaluation.detail)
 
     def _word(self, x: Any, parameter: float, near: Any) -> Word:
-        inputs, omega = self._system.at(parameter)
+        x, inputs, omega = self._placed(x, parameter)
         values = near.responses[0].values
         motion = self._watch.balance.motion(0, x, omega, inputs.batches[0])
         own = inputs.batches[0].values if near.heat is None else values
         return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
+
+    def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
+        """Motion (N,), inputs and frequency at unknowns and parameter."""
+        return x, *self._system.at(parameter)
 
 
 def doubling(multipliers: ComplexArray) -> float:

@@ -63,6 +63,8 @@ def renamed(parameter: str) -> str:
 
 def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
     """As ``Branch.subharmonic``."""
+    if branch.self_excited:
+        raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
     kind = str(branch.table["kind"].to_numpy()[point])
     if kind != PERIOD_DOUBLING:
         raise InputError(f"point {point} is a {kind} point; branch.bifurcations() tells where the period doubles")
