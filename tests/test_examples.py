@@ -141,6 +141,18 @@ def test_shaken():
     assert branch.check_in_time(branch.at(omega)).relative_difference < 2e-4
 
 
+def test_brake_squeal(tmp_path):
+    """Limit cycles: the frequencies are those of shooting with exact events."""
+    module = load("brake_squeal/brake_squeal.py")
+    branch = module.compute()
+    assert branch.bifurcations()[-1].value == pytest.approx(0.53125, rel=1e-12)
+    for mu, omega in {0.55: 9.994471, 0.6: 9.997968, 0.7: 10.008139}.items():
+        assert float(branch.dataset.omega[branch.at(mu)]) == pytest.approx(omega, abs=1e-5)
+    assert branch.check_in_time(branch.at(0.7)).relative_difference < 2e-5
+    module.draw(branch, tmp_path)
+    assert (tmp_path / "brake_squeal.png").stat().st_size > 10_000
+
+
 def test_lobed_casing(tmp_path):
     """A blade on an oval casing: twice the speed meets its first mode, and time integration agrees."""
     module = load("lobed_casing/lobed_casing.py")

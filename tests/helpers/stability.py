@@ -5,7 +5,11 @@ import warnings
 import numpy as np
 
 import slipstick as ss
+from slipstick.analysis.cycle_start import CycleStart
+from slipstick.analysis.cycles import at_rest
+from slipstick.analysis.limit_cycles import asked_cycles
 from slipstick.analysis.response import follow
+from slipstick.analysis.sliding import SteadySliding
 
 
 def oscillator(velocity, harmonics=11, **parts):
@@ -81,3 +85,24 @@ def stops(*, kn=10.0, gap=1.0, force=1.0, both=False, harmonics=13):
         return ss.Problem(
             structure, contacts=pairs, loads=[ss.Load(dof="y", sin=force)], harmonics=range(harmonics), outputs=["y"]
         )
+
+
+def brake(*, mu=0.4, damping=0.5, harmonics=11, pads=1, velocity=1.0, structure=None, load=50.0, scale=1.0, **rubbing):
+    """Mode coupling under pads that are pressed on together."""
+    K = [[100.0, -20.0], [-20.0, 60.0]]
+    plain = ss.MatrixStructure(M=np.eye(2), C=damping * np.eye(2), K=K, dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=200.0 / pads, mu=mu, kn=40.0 / pads, gap=0.0)
+    surface = ss.RubbingMotion(velocity=scale * velocity, **rubbing)
+    names = ["pad"] if pads == 1 else [f"pad{i}" for i in range(pads)]
+    pairs = [ss.ContactPair(name=n, tangential="x", normal="y", contact=contact, rubbing=surface) for n in names]
+    loads = [ss.Load(dof="y", harmonic=0, cos=scale * load)]
+    return ss.Problem(structure or plain, contacts=pairs, loads=loads, harmonics=range(harmonics))
+
+
+def at_the_hopf_point(problem):
+    """What is asked for, steady sliding there, its unknowns and the start of the limit cycles."""
+    request = asked_cycles(problem, "pad.mu", (0.4, 0.8), (), None)
+    sliding = SteadySliding(request.balance, "pad.mu")
+    (hopf,) = sliding.hopf_points([sliding.at(0.5), sliding.at(0.6)])
+    rest = at_rest(request.balance, hopf)
+    return request, hopf, rest, CycleStart(request.space, hopf, rest)

@@ -23,15 +23,15 @@ from slipstick.balance.residual import terms
 from slipstick.errors import InputError, Outcome
 from slipstick.faults import warn
 from slipstick.results.afterwards import result_warnings
-from slipstick.results.branch import SELF_EXCITED, Branch
+from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import attributes_of, make_table
+from slipstick.results.schema import SELF_EXCITED, attributes_of, make_table
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, Step, continuation
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
-CYCLES, SLIDING = 1, 2
+CYCLE_PART, SLIDING_PART = 1, 2
 """Parts of the branch."""
 
 _SLIDING_POINTS = 61
@@ -107,7 +107,7 @@ class SelfExcited:
         kind = "start" if own is known[0] else "end" if own is known[-1] else "regular"
         kind = HOPF if own in hopf else "requested" if own.value in self.requested else kind
         x = at_rest(self.balance, own)
-        return self.point(x, own.omega, own.value, kind=kind, part=SLIDING, stability=own.stability)
+        return self.point(x, own.omega, own.value, kind=kind, part=SLIDING_PART, stability=own.stability)
 
     def _ended(self, known: Sequence[Sliding], hopf: Sequence[Sliding], cycles: Cycles | None) -> tuple[Outcome, str]:
         if not known:
@@ -184,7 +184,7 @@ class Cycles:
     def _rising(self, x: Array, kind: str) -> Point:
         """Of the straight rise at the Hopf point."""
         own = self._hopf
-        return self._request.point(x, own.omega, own.value, kind=kind, part=CYCLES, stability=own.stability)
+        return self._request.point(x, own.omega, own.value, kind=kind, part=CYCLE_PART, stability=own.stability)
 
     def _beyond(self, system: CycleSystem, start: CycleStart, first: Step) -> Iterator[Point]:
         """Where contacts change their states, along the branch."""
@@ -210,7 +210,7 @@ class Cycles:
         kind = step.kind if special.confirmed(step) and step.kind != "start" else "regular"
         return Point.at(
             value.detail, x=step.x[:-1], residual=relative(value.residual, value.terms()), iterations=step.iterations,
-            kind=kind, parameter=step.parameter, peak_of="", part=CYCLES,
+            kind=kind, parameter=step.parameter, peak_of="", part=CYCLE_PART,
             stability=special.judged(step, compare=kind not in ("regular", STATE_CHANGE)),
         )  # fmt: skip
 

@@ -20,7 +20,7 @@ from slipstick.errors import Fault
 from slipstick.faults import Gathering, text
 from slipstick.results.branch import Branch
 
-CYCLES = {"jacobian": "dense", "event_tolerance": 1e-8}
+CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
 """Options of limit cycles where nothing else is said."""
 
 
@@ -85,12 +85,12 @@ def limit_cycles(
     >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
     9.9945
     """
-    request = _request(problem, parameter, span, requested, options)
+    request = asked_cycles(problem, parameter, span, requested, options)
     with one_thread():
         return request.branch()
 
 
-def _request(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
+def asked_cycles(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
     """What is asked for, checked; InputError with all faults."""
     found = Gathering()
     checked = found.take(followed_problem, problem)
@@ -105,8 +105,9 @@ def _request(problem: Any, parameter: Any, span: Any, requested: Any, options: A
         if name:
             varied = found.take(_varied_faults, checked, name, ends) or []
             found.faults += [fault for fault in varied if fault not in own]
-    given = {**CYCLES, **options} if isinstance(options, Mapping) else CYCLES if options is None else options
+    given = CYCLE_OPTIONS if options is None else options
     if isinstance(given, Mapping):
+        given = {**CYCLE_OPTIONS, **given}
         found.faults += _option_faults(given)
     common = found.take(common_arguments, checked, points, None, given)
     found.end()

@@ -22,6 +22,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
 from slipstick.errors import InputError
 from slipstick.results.record import Outputs, unknowns
+from slipstick.results.schema import is_self_excited
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
 from slipstick.solve.norm import norm
 from slipstick.typing import Array, ComplexArray
@@ -183,7 +184,7 @@ def sensitivity_of(branch: Branch, parameters: Any = None, dof: str | None = Non
     """As ``Branch.sensitivity``."""
     if branch.problem is None:
         raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
-    if branch.self_excited:
+    if is_self_excited(branch.table):
         raise InputError(
             "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
         )

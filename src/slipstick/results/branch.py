@@ -39,10 +39,6 @@ FRICTION_VARIABLES = {
 """Parameters of friction contacts and the variables that hold them."""
 
 
-SELF_EXCITED = "self-excited"
-"""What the attribute "vibration" says of limit cycles, whose frequency is free."""
-
-
 class Branch:
     """Points along a branch.
 
@@ -131,11 +127,6 @@ class Branch:
     def followed(self) -> str:
         """Name of the variable that was followed: ``omega`` or ``parameter``."""
         return "parameter" if "parameter" in self.table else "omega"
-
-    @property
-    def self_excited(self) -> bool:
-        """Whether nothing excites the vibration, so that its frequency was found with it: see ``ss.limit_cycles``."""
-        return self.table.attrs.get("vibration") == SELF_EXCITED
 
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).

@@ -38,6 +38,9 @@ POINT_KINDS = (
 RELATIVE = "relative to the moving support"
 """Said of the motion of a structure whose support moves."""
 
+SELF_EXCITED = "self-excited"
+"""What the attribute "vibration" says of limit cycles."""
+
 MISSING = -1
 """Stands for a whole number that is not known; a real one is nan, a text is empty."""
 
@@ -247,6 +250,11 @@ def branch_parts(data: Any) -> AnyArray:
             own: AnyArray = data[name].to_numpy()
             return own
     return np.ones(int(data.sizes.get("point", 0)), dtype=np.int32)
+
+
+def is_self_excited(data: Any) -> bool:
+    """Whether nothing excites the vibration of a table or dataset: its frequency was found with it."""
+    return bool(data.attrs.get("vibration") == SELF_EXCITED)
 
 
 def make_table(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> ResultTable:

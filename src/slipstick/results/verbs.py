@@ -14,6 +14,7 @@ import numpy as np
 
 from slipstick.balance.reduction import worst_error
 from slipstick.results.branch import FRICTION_VARIABLES
+from slipstick.results.schema import is_self_excited
 from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
         harmonics=problem.harmonics, tangential=d["contact_tangential"], normal=d["contact_normal"]
     )  # fmt: skip
     held = {name: d[variable] for name, variable in FRICTION_VARIABLES.items()}
-    if branch.self_excited:  # shooting at a given period has no solution that stands alone: the phase is free
+    if is_self_excited(branch.table):  # shooting at a given period has no solution that stands alone: the phase is free
         options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)
     amplitude, mean = d["amplitude"], d["mean"]

@@ -18,6 +18,7 @@ from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.results.branch import Branch
+from slipstick.results.schema import is_self_excited
 from slipstick.results.stability import PERIOD_DOUBLING
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
@@ -63,7 +64,7 @@ def renamed(parameter: str) -> str:
 
 def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
     """As ``Branch.subharmonic``."""
-    if branch.self_excited:
+    if is_self_excited(branch.table):
         raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
     kind = str(branch.table["kind"].to_numpy()[point])
     if kind != PERIOD_DOUBLING:
