@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -26,6 +25,7 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, number, shown, suggestion, text, warn
+from slipstick.interrupts import held
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
@@ -261,7 +261,7 @@ def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], do
         omega=omega[0], start=omega[0], stop=omega[1], peaks_of=(dof,),
     )  # fmt: skip
     best: tuple[float, Array] | None = None
-    for point in walk(task, nullcontext):
+    for point in walk(task, held):
         if point.kind == "peak":
             heat = point.detail.heat
             here = space.at(point.x, point.omega, value, None if heat is None else heat.temperature)

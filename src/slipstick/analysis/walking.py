@@ -15,7 +15,7 @@ from slipstick.analysis.events import Event, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task, adapted_to
-from slipstick.analysis.threads import one_thread
+from slipstick.analysis.threads import undisturbed
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import unanswered
@@ -23,7 +23,7 @@ from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError, Outcome, TimeIsUp
 from slipstick.faults import warn
-from slipstick.interrupts import held
+from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
@@ -42,13 +42,13 @@ _KEPT = 5_000_000
 _ORDINARY = ("regular", "interpolated", STATE_CHANGE)
 
 
-Limit = Callable[[], AbstractContextManager[Any]]
+Guard = Callable[[], AbstractContextManager[Any]]
 
 
-def walk(task: Task, limit: Limit = one_thread) -> Generator[Point, None, tuple[Outcome, str]]:
+def walk(task: Task, guard: Guard = undisturbed) -> Generator[Point, None, tuple[Outcome, str]]:
     """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message.
 
-    ``limit`` holds BLAS to one thread while a point is sought, and lets go of it between points.
+    ``guard`` is entered while a point is sought, and left between points: not needed where it surrounds the whole walk.
     """
     recorder = Recorder(task.balance, parameter=task.parameter, stability=task.stability is not None)
     course = Course.taken_up(task.start, task.stop, task.checkpoints)
@@ -59,11 +59,11 @@ def walk(task: Task, limit: Limit = one_thread) -> Generator[Point, None, tuple[
     _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
     try:
         if len(course.parts) == 1:
-            yield from _follow_part(task, course, recorder, clock, limit)
+            yield from _follow_part(task, course, recorder, clock, guard)
             if course.parts[0].outcome in BROKEN_OFF and task.departure is None:
                 course.parts.append(Part(number=2, start=task.stop, stop=task.start))
         if len(course.parts) == 2:
-            yield from _follow_part(_from_other_end(task), course, recorder, clock, limit)
+            yield from _follow_part(_from_other_end(task), course, recorder, clock, guard)
         outcome, message = joined(course.parts, undamped=task.balance.springs is not None)
         message = _placed(task, outcome, message + jumps_text(course.jumps), course.parts)
         return outcome, message
@@ -90,19 +90,19 @@ def _accuracy(task: Task) -> dict[str, float]:
 
 
 def _follow_part(
-    task: Task, course: Course, recorder: Recorder, clock: float, limit: Limit
+    task: Task, course: Course, recorder: Recorder, clock: float, guard: Guard
 ) -> Generator[Point, None, None]:
     """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
     part, sought = course.parts[-1], course.parts[0].last if len(course.parts) > 1 else None
     special = _special_points(task)
-    with limit(), held():
+    with guard():
         run = _run(task, course, recorder, sought, special)
     if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
     try:
         while not (sought is not None and part.reaches(*sought)):
-            with limit(), held():
+            with guard():
                 step = next(run, None)
             if step is None:
                 part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
@@ -115,8 +115,9 @@ def _follow_part(
                     number=course.points, point=point, progress=_progress(course.parts), step=run.step_length,
                     recorder=recorder, checkpoint=checkpoint,
                 )  # fmt: skip
-                with held():
+                with guard():
                     _tell(task, found)
+            pass_on()
             yield point
         part.outcome, part.met = Outcome.COMPLETED, True
     finally:
@@ -245,7 +246,7 @@ def collect(task: Task) -> Branch:
     """The branch of a task."""
     told: dict[type, Any] = {}
     task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
-    with one_thread():
+    with undisturbed():
         found = _in_slices(walk(task, nullcontext), task.balance)
         slices = [told[Started].recorder.values(points) for points in found]
     recorder, end = told[Started].recorder, told[Stopped]

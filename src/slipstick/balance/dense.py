@@ -25,7 +25,11 @@ Own = Mapping[tuple[int, int], Array]
 def dense_jacobian(
     balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None = None
 ) -> DenseJacobian:
-    """``I + A dF/dX`` (N, N), with what heat adds."""
+    """``I + A dF/dX`` (N, N), with what heat adds; written out when it is asked for."""
+    return DenseJacobian(lambda: _written_out(balance, tangents, compliance, heat))
+
+
+def _written_out(balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None) -> Array:
     # transposed, so that what is written lies together
     transposed = np.empty((balance.n_ports, balance.L, balance.n_ports, balance.L))
     for k, given in enumerate(tangents):
@@ -41,7 +45,7 @@ def dense_jacobian(
     matrix.reshape(-1)[:: balance.size + 1] += 1.0
     if heat is not None:
         matrix.T[...] += heat_columns(balance, heat, compliance) @ power_rows(balance, heat)
-    return DenseJacobian(matrix.T)
+    return matrix.T
 
 
 def _anchored(balance: Balance, k: Array, number: int, given: Own) -> Own:

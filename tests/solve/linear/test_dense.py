@@ -72,3 +72,14 @@ def test_a_border_is_assembled_once_and_factorised_in_its_memory(monkeypatch):
     jacobian.sign()
     assert len(seen) == 1
     assert np.shares_memory(seen[0], jacobian._factors()[0])
+
+
+def test_a_matrix_is_made_when_it_is_asked_for_and_once():
+    made = []
+    jacobian = DenseJacobian(lambda: made.append(1) or np.diag([2.0, 4.0]))
+    bordered = jacobian.bordered(np.ones(2), np.ones(3))
+    assert not made
+    assert jacobian.solve(np.ones(2)).tolist() == [0.5, 0.25]
+    bordered.sign()
+    assert jacobian.size == 2
+    assert len(made) == 1

@@ -6,6 +6,7 @@ import math
 import time
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -136,14 +137,16 @@ class Run:
         self.folder.copy_case()
 
     def _follow(self, listener: _Listener) -> None:
+        from slipstick.analysis.threads import undisturbed
         from slipstick.analysis.walking import walk
 
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
                 task = replace(self.case.task(listeners=(listener,)), **self._taken_up)
-                for _ in walk(task):
-                    pass
+                with undisturbed():
+                    for _ in walk(task, nullcontext):
+                        pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except InputError as error:

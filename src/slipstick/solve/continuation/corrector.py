@@ -33,7 +33,7 @@ class Corrector:
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
         self._system, self._size, self.metric, self._options = system, size, metric, options
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
-        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
+        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance), reuse=0.0)
         self.evaluations = self.solves = 0
         self.context: Any = None
 
@@ -82,7 +82,7 @@ class Corrector:
             result.x[-1] = guess[-1]
         tangent = self._null(result, row)
         step = Step(result.x, tangent, result, kind, name, size)
-        step.orientation = result.jacobian.sign()
+        step.orientation = result.factorised.sign()
         if normal is None and forward is not None and self.metric.cosine(tangent, forward) < 0:
             step.reverse()
         return step, result
@@ -104,8 +104,16 @@ class Corrector:
         return result
 
     def _null(self, result: NewtonResult, row: Array) -> Array:
-        """Unit tangent with ``row @ tangent > 0`` from the Jacobian at the solution."""
-        tangent = self._last_unit(result.jacobian, row.size)
+        """Unit tangent with ``row @ tangent > 0`` from the Jacobian at the solution.
+
+        Where another one was factorised the error of its tangent is corrected once, which squares it.
+        """
+        tangent = self._last_unit(result.factorised, row.size)
+        if result.factorised is not result.jacobian:
+            off = result.jacobian.multiply(tangent)
+            off[-1] -= 1.0
+            tangent -= result.factorised.solve(off)
+            self.solves += 1
         tangent /= self.metric.length(tangent)
         return tangent
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -70,16 +71,26 @@ class _Factorised(ABC):
 class DenseJacobian(_Factorised):
     """A Jacobian given by its ``matrix`` (N, N), which is kept and not written on.
 
+    Or by a function that makes it when it is first asked for: many a Jacobian is not.
+
     >>> J = DenseJacobian([[2.0, 1.0], [0.0, -4.0]])
     >>> J.solve(np.array([3.0, -4.0])), J.solve(np.array([2.0, -3.0]), transposed=True), J.sign()
     (array([1., 1.]), array([1., 1.]), -1)
     """
 
-    __slots__ = ("matrix",)
+    __slots__ = ("_made", "_matrix")
 
-    def __init__(self, matrix: ArrayLike) -> None:
+    def __init__(self, matrix: ArrayLike | Callable[[], Array]) -> None:
         self._lu = None
-        self.matrix: Array = np.asarray(matrix, dtype=float)
+        self._made: Callable[[], Array] | None = matrix if callable(matrix) else None
+        self._matrix: Array = np.empty(0) if callable(matrix) else np.asarray(matrix, dtype=float)
+
+    @property
+    def matrix(self) -> Array:
+        """All entries (N, N)."""
+        if self._made is not None:
+            self._matrix, self._made = self._made(), None
+        return self._matrix
 
     @property
     def size(self) -> int:

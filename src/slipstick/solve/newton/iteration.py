@@ -79,7 +79,7 @@ def iterate(evaluate: Evaluate, x: Array, inverse_scale: Array, options: NewtonO
     """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them."""
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
-    result.evaluations = 1
+    result.factorised, result.evaluations = result.jacobian, 1
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
     while True:
@@ -99,11 +99,14 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
     if not isfinite(result.residual_norm):
         result.reason = NewtonStop.NOT_FINITE
         return None
-    if result.jacobian.singular:
+    if result.simplified is not None:
+        step = result.simplified
+    elif result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    step = result.jacobian.solve(result.residual)
-    result.solves += 1
+    else:
+        step = result.jacobian.solve(result.residual)
+        result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
     if not isfinite(result.correction_norm):

@@ -39,15 +39,17 @@ def line_search(
     while damping >= options.min_damping:
         trial = _trial(evaluate, result.x - step if damping == 1.0 else result.x - damping * step)
         result.evaluations += 1
-        natural = np.inf
+        natural, simplified = np.inf, step
         if isfinite(trial[4]):
-            natural = norm(result.jacobian.solve(trial[1]) * inverse_scale) / size
+            simplified = result.factorised.solve(trial[1])
+            natural = norm(simplified * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
             tiny = size <= options.stagnation and isfinite(natural)
             if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and result.is_rounding()):
-                result.accept(trial)
+                again = natural < options.reuse and natural * natural * size <= options.tolerance
+                result.accept(trial, simplified if again else None)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
         if natural < level:
