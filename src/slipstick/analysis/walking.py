@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.analysis.course import Course
-from slipstick.analysis.events import Event, PointFound, Started, Stopped
+from slipstick.analysis.events import Event, Listener, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
 from slipstick.analysis.task import Task, adapted_to
@@ -45,10 +45,13 @@ _ORDINARY = ("regular", "interpolated", STATE_CHANGE)
 Guard = Callable[[], AbstractContextManager[Any]]
 
 
-def walk(task: Task, guard: Guard = undisturbed) -> Generator[Point, None, tuple[Outcome, str]]:
+def walk(
+    task: Task, guard: Guard = undisturbed, ends: Listener | None = None
+) -> Generator[Point, None, tuple[Outcome, str]]:
     """Points in order, part by part; tells the listeners. The generator's value is the outcome and its message.
 
     ``guard`` is entered while a point is sought, and left between points: not needed where it surrounds the whole walk.
+    ``ends`` is told of the beginning and the end alone.
     """
     recorder = Recorder(task.balance, parameter=task.parameter, stability=task.stability is not None)
     course = Course.taken_up(task.start, task.stop, task.checkpoints)
@@ -56,7 +59,7 @@ def walk(task: Task, guard: Guard = undisturbed) -> Generator[Point, None, tuple
     outcome, message = Outcome.INTERRUPTED, ""
     task.problem.warn(task.warnings)
     attributes = attributes_of(task.problem, outcome, "", task.warnings, parameter=task.parameter)
-    _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes))
+    _tell(task, Started(start=task.start, stop=task.stop, recorder=recorder, attributes=attributes), ends)
     try:
         if len(course.parts) == 1:
             yield from _follow_part(task, course, recorder, clock, guard)
@@ -81,7 +84,7 @@ def walk(task: Task, guard: Guard = undisturbed) -> Generator[Point, None, tuple
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
             attributes=attributes,
-        ))  # fmt: skip
+        ), ends)  # fmt: skip
 
 
 def _accuracy(task: Task) -> dict[str, float]:
@@ -185,8 +188,8 @@ def _placed(task: Task, outcome: Outcome, message: str, parts: list[Part]) -> st
     return f"{message}; the last of {parts[0].points} points is at {last[0]:.6g}{unit}"
 
 
-def _tell(task: Task, event: Event) -> None:
-    for listener in task.listeners:
+def _tell(task: Task, event: Event, besides: Listener | None = None) -> None:
+    for listener in (*task.listeners, *([] if besides is None else [besides])):
         listener(event)
 
 
@@ -245,9 +248,8 @@ def _in_slices(points: Iterable[Point], balance: Balance) -> Iterator[list[Point
 def collect(task: Task) -> Branch:
     """The branch of a task."""
     told: dict[type, Any] = {}
-    task = replace(task, listeners=(*task.listeners, lambda event: told.update({type(event): event})))
     with undisturbed():
-        found = _in_slices(walk(task, nullcontext), task.balance)
+        found = _in_slices(walk(task, nullcontext, lambda event: told.update({type(event): event})), task.balance)
         slices = [told[Started].recorder.values(points) for points in found]
     recorder, end = told[Started].recorder, told[Stopped]
     attributes = dict(end.attributes)

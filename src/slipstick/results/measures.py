@@ -69,6 +69,8 @@ def largest_deviation(harmonics: Harmonics, X: Array) -> Array:
 
 def _of_one_harmonic(harmonics: Harmonics, X: Array) -> tuple[Array, Array] | None:
     """Largest deviation and its time of rows (k, L) that move with one harmonic each; None where one does not."""
+    if len(X) and np.count_nonzero(X[0, 1:]) > 2:  # most often: seen at once
+        return None
     sizes = np.hypot(X[:, 1::2], X[:, 2::2])
     if np.any(np.count_nonzero(sizes, axis=1) > 1):
         return None

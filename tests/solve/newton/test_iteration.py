@@ -8,7 +8,7 @@ import pytest
 from slipstick.errors import InputError
 from slipstick.solve.homotopy import homotopy
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonStop, newton, newton_at
+from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonStop, iterate, newton, newton_at
 
 
 def exponential_system(x):
@@ -184,3 +184,16 @@ def test_a_jacobian_serves_again_where_a_new_one_would_bring_nothing():
     assert 0 < sum(made) < every
     assert again.factorised is not again.jacobian
     assert plain.factorised is plain.jacobian
+
+
+def test_a_first_correction_that_leads_too_far_is_not_followed():
+    def system(x):
+        found = cosine_system(x)
+        return found.residual, found.jacobian, found
+
+    start, ones = np.array([40.0, 0.0]), np.ones(2)
+    given_up = iterate(system, start, ones, NewtonOptions(), lambda step: float(abs(step).max()) > 1.0)
+    assert given_up.reason is NewtonStop.TOO_FAR
+    assert given_up.evaluations == 1
+    assert not given_up.converged
+    assert iterate(system, start, ones, NewtonOptions(), lambda step: float(abs(step).max()) > 1e3).converged

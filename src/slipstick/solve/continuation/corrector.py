@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import acos, inf
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ class Corrector:
         self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance), reuse=0.0)
         self.evaluations = self.solves = 0
         self.context: Any = None
+        self._latest: tuple[Any, Arc | None] = ((), None)
 
     def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
         context = self.context if context is None else context
@@ -58,11 +60,13 @@ class Corrector:
         forward: Array | None = None,
         name: str = "",
         options: NewtonOptions | None = None,
+        reach: float = inf,
     ) -> tuple[Step | None, NewtonResult]:
         """The solution on the plane through ``guess`` (N + 1,) across ``normal``, None if the iteration fails.
 
         ``normal`` None keeps the parameter of ``guess`` exactly; the tangent then points along ``forward`` if given.
-        ``options`` are those of the corrector, or its ``exact`` or ``patient`` ones.
+        ``options`` are those of the corrector, or its ``exact`` or ``patient`` ones. It is given up where the first
+        correction leads further than a scaled ``reach`` away.
         """
         size, weights = self._size, self.metric.weights
         if normal is None:
@@ -72,7 +76,7 @@ class Corrector:
             row = normal * weights * weights
             row /= np.abs(row).max()
         options = options or self._options
-        result = self._solve(guess, row, options)
+        result = self._solve(guess, row, options, reach=reach)
         while result.converged and (finer := _again(result.evaluation)) is not None:
             guess[:] = result.x
             result = self._solve(guess, row, options, finer)
@@ -87,7 +91,9 @@ class Corrector:
             step.reverse()
         return step, result
 
-    def _solve(self, guess: Array, row: Array, options: NewtonOptions, context: Any = None) -> NewtonResult:
+    def _solve(
+        self, guess: Array, row: Array, options: NewtonOptions, context: Any = None, reach: float = inf
+    ) -> NewtonResult:
         """Iterate on the system bordered by ``row @ (z - guess) = 0``."""
         size, evaluate, level = self._size, self._evaluate, row.dot(guess)
 
@@ -98,7 +104,8 @@ class Corrector:
             residual[size] = row.dot(z) - level
             return residual, value.jacobian.bordered(value.parameter_derivative, row), value
 
-        result = iterate(bordered, guess, self.metric.inverse, options)
+        too_far = None if reach == inf else lambda step: self.metric.length(step) > reach
+        result = iterate(bordered, guess, self.metric.inverse, options, too_far)
         self.evaluations += result.evaluations
         self.solves += result.solves
         return result
@@ -165,12 +172,17 @@ class Corrector:
         return tangent / self.metric.length(tangent), jacobian.sign()
 
     def arc(self, first: Step, second: Step) -> Arc:
-        """The cubic between two neighbouring points in the present metric."""
+        """The cubic between two neighbouring points in the present metric; the latest is remembered."""
         metric = self.metric
+        (known, arc), asked = self._latest, (first, second, metric.weights)
+        if arc is not None and all(map(is_, known, asked)):
+            return arc
         turn = angle_of(metric.cosine(first.tangent, second.tangent))
         length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
         rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
-        return Arc(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
+        arc = Arc(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
+        self._latest = asked, arc
+        return arc
 
     def is_kink(self, first: Step, second: Step) -> bool:
         """Whether two points with different tangents lie on the two straight sides of one corner.

@@ -23,6 +23,12 @@ class Rejection(Reason):
     SHARP = "the direction of the branch changes too much"
 
 
+def reach(options: StepOptions, length: float) -> float:
+    """How far from its prediction the solution of a step of ``length`` may lie."""
+    corner = length <= _KINK_SHARE * options.max_step
+    return max(_KINK_CORRECTION if corner else 0.0, options.max_correction) * length
+
+
 def objection(
     corrector: Corrector, span: Span, options: StepOptions, last: Step, new: Step, guess: Array, length: float
 ) -> Rejection | None:

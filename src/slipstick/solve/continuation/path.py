@@ -14,7 +14,7 @@ from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.dense_output import DenseOutput
 from slipstick.solve.continuation.events import BranchEvent, turning_points
-from slipstick.solve.continuation.judging import Rejection, objection
+from slipstick.solve.continuation.judging import Rejection, objection, reach
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
 from slipstick.solve.continuation.options import ContinuationOptions
@@ -182,7 +182,9 @@ class Continuation(Iterator[Step]):
         while length >= options.min_step:
             ahead = predict(self._metric, span, last, arc, length)
             normal, kind = (None, "end") if ahead.at_end else (ahead.direction, "regular")
-            new, result = corrector.correct(ahead.guess, normal, kind, forward=last.tangent)
+            new, result = corrector.correct(
+                ahead.guess, normal, kind, forward=last.tangent, reach=reach(options, length)
+            )
             if new is None:
                 reason = result.reason
             else:

@@ -75,8 +75,17 @@ def _plain(system: Callable[[Array], Evaluation]) -> Evaluate:
     return evaluate
 
 
-def iterate(evaluate: Evaluate, x: Array, inverse_scale: Array, options: NewtonOptions) -> NewtonResult:
-    """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them."""
+def iterate(
+    evaluate: Evaluate,
+    x: Array,
+    inverse_scale: Array,
+    options: NewtonOptions,
+    too_far: Callable[[Array], bool] | None = None,
+) -> NewtonResult:
+    """The iteration behind ``newton``: ``evaluate(x)`` returns residual, Jacobian and anything to keep with them.
+
+    Where the first correction is ``too_far`` it is given up.
+    """
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
     result.factorised, result.evaluations = result.jacobian, 1
@@ -87,6 +96,9 @@ def iterate(evaluate: Evaluate, x: Array, inverse_scale: Array, options: NewtonO
         step = _correction(result, inverse_scale)
         if step is None or _finished(result, options):
             return result if result.converged else _at_rounding_level(result)
+        if too_far is not None and result.iterations == 0 and too_far(step):
+            result.reason = NewtonStop.TOO_FAR
+            return result
         allowance = line_search(evaluate, result, step, inverse_scale, options, allowance)
         if result.reason is not None:
             return _at_rounding_level(result)

@@ -26,6 +26,7 @@ class NewtonStop(Reason):
     NO_GAIN = "the line search found no step that brings the solution nearer"
     TOO_MANY = "no convergence in the iterations allowed"
     NO_PROGRESS = "given up: the corrections did not become smaller"
+    TOO_FAR = "given up: the first correction leads too far away"
 
 
 Trial = tuple[Array, Array, Jacobian, Any, float]
