@@ -141,6 +141,21 @@ def test_shaken():
     assert branch.check_in_time(branch.at(omega)).relative_difference < 2e-4
 
 
+def test_answers(tmp_path):
+    """Loci end where curves over the frequency have their peaks; the best load is that of many curves."""
+    module = load("oscillator/answers.py")
+    with pytest.warns(ss.SlipstickWarning, match="the damping ratio of the mode reaches 23 %"):
+        found = module.compute()
+    fast, slow = (found[name].dataset for name in ("from fast", "from slow"))
+    assert (float(fast.omega[0]), float(fast.amplitude[0, 0])) == pytest.approx((6.31823, 39.54825), rel=1e-5)
+    assert (float(slow.omega[0]), float(slow.amplitude[0, 0])) == pytest.approx((10.77286, 3.36221), rel=1e-5)
+    assert all(bool((curve.dataset.stable == 1).all()) for curve in found["curves"].values())
+    best = found["loads"].dataset.isel(point=found["loads"].dataset.kind == "optimum")
+    assert float(best.parameter[0]) == pytest.approx(471.69623, rel=1e-7)
+    module.draw(found, tmp_path)
+    assert (tmp_path / "oscillator_answers.png").stat().st_size > 10_000
+
+
 def test_brake_squeal(tmp_path):
     """Limit cycles: the frequencies are those of shooting with exact events."""
     module = load("brake_squeal/brake_squeal.py")
