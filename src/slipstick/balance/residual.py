@@ -53,6 +53,8 @@ class Detail:
     @property
     def warm(self) -> Inputs:
         """The inputs with the parameters that the laws were asked with: at the contact temperatures."""
+        if self.heat is None:
+            return self.inputs
         given = zip(self.inputs.batches, self.responses, strict=True)
         return replace(self.inputs, batches=tuple(own.changed(**response.values) for own, response in given))
 
