@@ -41,3 +41,11 @@ def test_steady_sliding_is_at_rest_and_told_by_eigenvalues():
 def _growth(K):
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-K, -0.5 * np.eye(2)]])
     return np.linalg.eigvals(A).real.max()
+
+
+@pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+def test_without_damping_the_frequencies_meet_at_the_hopf_point():
+    """Below, nothing decays but by rounding: K + friction has a double eigenvalue where 40 mu = 20."""
+    branch = ss.limit_cycles(brake(damping=0.0), "pad.mu", (0.4, 0.8), options={"max_points": 2})
+    (hopf,) = (b for b in branch.bifurcations() if b.kind == "Hopf")
+    assert (hopf.value, hopf.omega) == (pytest.approx(0.5, rel=1e-7), pytest.approx(10.0, rel=1e-6))

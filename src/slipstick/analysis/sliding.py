@@ -25,6 +25,12 @@ from slipstick.solve.newton import NewtonOptions, newton_at
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray, IntArray
 
+_ROUNDING = 1e-9
+"""Rate beside the largest magnitude of an exponent that may be rounding."""
+
+_AT_AN_END = 1e-5
+"""Of the distance of neighbours: nearer to one of them a crossing is there."""
+
 _EXACT = NewtonOptions(tolerance=1e-14)
 """Down to rounding, as eigenvalues are."""
 
@@ -74,6 +80,11 @@ class Sliding:
         """Rate of the pair of that rank; negative without one."""
         pairs = self.pairs
         return float(self.exponents[pairs[rank]].real) if rank < pairs.size else -1.0
+
+    @property
+    def rounding(self) -> float:
+        """Rate below which nothing is known of growth."""
+        return _ROUNDING * float(np.abs(self.exponents).max(initial=0.0))
 
     @property
     def stability(self) -> PointStability:
@@ -136,18 +147,24 @@ class SteadySliding:
             self._crossing(a, b, rank)
             for a, b in pairwise(known)
             for rank in range(max(a.pairs.size, b.pairs.size))
-            if (a.growth(rank) > 0.0) != (b.growth(rank) > 0.0)
+            if (a.growth(rank) > a.rounding) != (b.growth(rank) > b.rounding)
         ]
 
     def _crossing(self, a: Sliding, b: Sliding, rank: int) -> Sliding:
         """The state whose pair of that rank neither grows nor decays."""
         from scipy.optimize import brentq
 
+        # without damping what decays is rounding: there the crossing is where growth is more than that
+        least = max(a.rounding, b.rounding) if min(a.growth(rank), b.growth(rank)) > -a.rounding else 0.0
+
         def growth(value: float) -> float:
             found = self.at(value)
-            return -1.0 if found is None else found.growth(rank)
+            return -1.0 if found is None else found.growth(rank) - least
 
         value = float(brentq(growth, a.value, b.value, xtol=1e-14 * abs(b.value - a.value), rtol=1e-15))
+        if least:  # one of the two may be the crossing itself
+            nearest = min((a.value, b.value), key=lambda end: abs(end - value))
+            value = nearest if abs(nearest - value) < _AT_AN_END * abs(b.value - a.value) else value
         found = self.at(value)
         assert found is not None
         return found
