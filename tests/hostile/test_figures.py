@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from functools import cache
 from typing import Any
 
@@ -24,7 +25,7 @@ WRONG = (
 GOOD: dict[str, Any] = {
     "branch": None, "branches": None, "dof": "x0", "contact": "c0", "point": 3, "harmonic": 1, "frequency": "Hz",
     "label": "a", "labels": ["a"], "references": None, "peaks": True, "log": None, "over": "sliding", "limit": True,
-    "ax": None, "tolerances": {"c0.mu": 0.2}, "most": 5,
+    "mode": None, "forced": None, "ax": None, "tolerances": {"c0.mu": 0.2}, "most": 5,
 }  # fmt: skip
 
 
@@ -33,6 +34,13 @@ def stable() -> ss.Branch:
     """A short branch that knows its stability, and whose sensitivities are soon there."""
     options = {"max_step": 0.5, "first_step": 0.5, "output_step": 1.0}
     return ss.forced_response(problem(10.0), omega=(5.0, 5.2), options=options, stability=True)
+
+
+@cache
+def vibrating() -> ss.Branch:
+    """A nonlinear mode of the oscillator, of large damping."""
+    with warnings.catch_warnings(action="ignore", category=ss.SlipstickWarning):
+        return ss.nonlinear_modes(oscillator(), amplitude=(2.5, 4.0))
 
 
 @cache
@@ -59,6 +67,8 @@ def test_a_wrong_value_is_refused_with_a_sentence_or_means_the_obvious(name: str
         for key in ("branch", "branches")
         if key in names
     }
+    if "mode" in names:
+        good |= {key: found for key, found in {"mode": vibrating(), "dof": "x"}.items() if key in names}
     if "study" in names:
         good |= {"dof": "x", "over": "damper.mu"} | {key: found for key, found in studied().items() if key in names}
     draw(**good)
