@@ -134,6 +134,19 @@ class Sector:
         return turned
 
 
+def sides(mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray) -> tuple[Projection, Array]:
+    """Where the nodes of one side lie on the other one, turned by a sector; and the rotation (3, 3) that is nearer."""
+    tries = []
+    for sign in (1.0, -1.0):
+        rotation = sector.rotation(sign)
+        back = (mesh.nodes[dependent] - sector.start) @ rotation + sector.start  # rows times R are R' times columns
+        found = (
+            project(mesh, independent, back) if isinstance(independent, Surface) else _matched(mesh, independent, back)
+        )
+        tries.append((found, rotation))
+    return min(tries, key=lambda entry: float(entry[0].distances.max(initial=0.0)))
+
+
 def cyclic_equations(
     mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray, *, tolerance: float, where: str
 ) -> Iterator[NodalEquation]:
@@ -146,15 +159,8 @@ def cyclic_equations(
     InputError
         If a node has no place on the other side within the tolerance, whichever way the sector is turned.
     """
-    tries = []
-    for sign in (1.0, -1.0):
-        rotation = sector.rotation(sign)
-        back = (mesh.nodes[dependent] - sector.start) @ rotation + sector.start  # rows times R are R' times columns
-        found = (
-            project(mesh, independent, back) if isinstance(independent, Surface) else _matched(mesh, independent, back)
-        )
-        tries.append((float(found.distances.max(initial=0.0)), sign, rotation, found))
-    apart, _, rotation, found = min(tries, key=lambda entry: entry[0])
+    found, rotation = sides(mesh, sector, dependent, independent)
+    apart = float(found.distances.max(initial=0.0))
     if apart > tolerance:
         label = mesh.labels[dependent[int(np.argmax(found.distances))]]
         raise InputError(

@@ -1,5 +1,7 @@
 """Surfaces glued together and sectors: frequencies as CalculiX has them of the same deck."""
 
+import re
+
 import numpy as np
 import pytest
 from helpers.abaqus import needs_ccx, run
@@ -117,3 +119,47 @@ def test_other_nodal_diameters_are_refused_and_none_asked_for_is_told(tmp_path):
 def test_sectors_that_cannot_be_joined(tmp_path, text, said):
     with pytest.raises(InputError, match=said):
         read_model(write(tmp_path, SECTOR + SIDES + text), quiet=True)
+
+
+def moved_side(way) -> str:
+    """The sector with the nodes of its side y1 put elsewhere."""
+    nodes = RING.nodes.copy()
+    side = RING.surfaces["y1"].nodes
+    nodes[side] = way(nodes[side])
+    return STEEL + lines_of(Mesh(nodes=nodes, blocks=RING.blocks, surfaces=RING.surfaces), "A") + SIDES
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (moved_side(lambda x: x + [0.01, 0.0, 0.0]), r"sides lie up to 0.01, .* of an edge, apart"),
+        (moved_side(lambda x: x * [0.99, 1.0, 1.0]), r"\d+ of 21 nodes of LEFT lie between nodes of RIGHT"),
+    ],
+)
+def test_sides_that_do_not_match_are_told(tmp_path, text, said):
+    text += CYCLIC.format("SAy0, SAy1", 12) + AXIS + ASKED.format(4, 0, 0)
+    with pytest.warns(SlipstickWarning) as told:
+        read_model(write(tmp_path, text.replace("LEFT", "SAy0").replace("RIGHT", "SAy1")))
+    said = said.replace("LEFT", "SAY0").replace("RIGHT", "SAY1")
+    assert any(re.search(said, str(one.message)) for one in told)
+
+
+def test_a_side_that_lacks_nodes_is_told(tmp_path):
+    few = RING.surfaces["y0"].nodes[: len(RING.surfaces["y0"].nodes) // 2] + 1
+    text = SECTOR + SIDES + "*NSET, NSET=FEW\n" + "".join(f"{node}\n" for node in few.tolist())
+    text += CYCLIC.format("FEW, RIGHT", 12) + AXIS + ASKED.format(4, 0, 0)
+    with pytest.warns(
+        SlipstickWarning, match=r"nodes of RIGHT \(\d+, ...\) meet nothing of FEW: .* give both sides whole"
+    ):
+        read_model(write(tmp_path, text))
+
+
+def test_surfaces_tied_across_a_gap_are_told(tmp_path):
+    gap = two("2.020000000000e+01", 3) + "*TIE, NAME=T, POSITION TOLERANCE=1.0, ADJUST=NO\nSBx0, SAx1\n"
+    with pytest.warns(SlipstickWarning, match=r"ties nodes that lie up to 0.2, 0.0\d+ of an edge, from SAX1"):
+        read_model(write(tmp_path, gap))
+    far = gap.replace(", ADJUST=NO", "").replace("2.020000000000e+01", "2.060000000000e+01")
+    with pytest.warns(
+        SlipstickWarning, match=r"moves 3 nodes onto .* \(ADJUST\): the elements there change their shape"
+    ):
+        read_model(write(tmp_path, far))

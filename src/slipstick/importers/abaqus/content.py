@@ -11,6 +11,7 @@ from slipstick.errors import InputError
 from slipstick.fem.lumped import Lumped
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.rigid import Reference
+from slipstick.fem.ties import Sector
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.findings import Findings
 from slipstick.importers.mesh_model import Stated
@@ -75,6 +76,8 @@ class Content:
     orientations: dict[str, Axes] = field(default_factory=dict)
     stated: list[Stated] = field(default_factory=list)
     glues: list[Glue] = field(default_factory=list)
+    glued: list[str] = field(default_factory=list)
+    sectors: list[tuple[Glue, Sector, str]] = field(default_factory=list)
     lumped: list[Lumped] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)
     coupling: Block | None = None

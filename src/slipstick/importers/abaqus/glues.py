@@ -10,8 +10,8 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
-from slipstick.fem.mesh import Mesh
-from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, tie_equations
+from slipstick.fem.mesh import Mesh, Surface
+from slipstick.fem.ties import Projection, Sector, cyclic_equations, face_size, project, sides, tie_equations
 from slipstick.importers.abaqus.blocks import Block
 from slipstick.importers.abaqus.content import Content, Glue, nodes_of, surface_of
 from slipstick.importers.findings import Verdict
@@ -24,6 +24,9 @@ _DEFAULT = 0.05
 
 _SIDES = 0.05
 """The same for the two sides of a sector."""
+
+_TOLD, _MEET = 1e-2, 1e-3
+"""Distance over the mean edge of the faces from which tied surfaces, and sides of a sector, are told to lie apart."""
 
 
 def on_tie(content: Content, block: Block) -> None:
@@ -58,16 +61,22 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
         if not glue.adjust:
             continue
         nodes, found = _near(content, glue, mesh)
-        moved = found.distances > 1e-12 * face_size(mesh, surface_of(mesh, glue.independent, glue.where))
+        size = face_size(mesh, surface_of(mesh, glue.independent, glue.where))
+        moved = found.distances > 1e-12 * size
         if moved.any():
             places = mesh.nodes.copy()
             places[nodes[moved]] = found.places[moved]
             mesh = replace(mesh, nodes=places)
-            content.findings.extra.append(
-                f"{glue.where} moves {moved.sum()} nodes onto the other surface, by at most "
-                f"{found.distances.max():.3g} (ADJUST)"
-            )
+            by = f"moves {moved.sum()} nodes onto the other surface, by at most {_length(found.distances, size)} (ADJUST)"
+            if found.distances.max() > _DEFAULT * size:
+                content.glued.append(f"{glue.where} {by}: the elements there change their shape")
+            else:
+                content.findings.extra.append(f"{glue.where} {by}")
     return mesh
+
+
+def _length(distances: Array, size: float) -> str:
+    return f"{distances.max():.3g}, {distances.max() / size:.2g} of an edge"
 
 
 def _near(content: Content, glue: Glue, mesh: Mesh) -> tuple[IntArray, Projection]:
@@ -90,18 +99,65 @@ def _tied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[NodalEquation]:
     yield from tie_equations(mesh, nodes, found, glue.where)
 
 
-def untied(content: Content, mesh: Mesh) -> Iterator[str]:
-    """A sentence for each tie that leaves nodes out because they are too far away."""
+def glue_warnings(content: Content, mesh: Mesh) -> Iterator[str]:
+    """A sentence for each tie and sector whose surfaces do not meet, or that leaves nodes out."""
+    yield from content.glued
     for glue in content.glues:
         if not glue.cyclic:
-            onto = surface_of(mesh, glue.independent, glue.where)
-            every = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
-            far = np.setdiff1d(every, _near(content, glue, mesh)[0])
-            if len(far):
-                yield (
-                    f"{glue.where}: {len(far)} of {len(every)} nodes ({mesh.labels[far[0]]}, ...) are too far from "
-                    f"{glue.independent} and are not tied"
-                )
+            yield from _untied(content, glue, mesh)
+    for glue, sector, where in content.sectors:
+        yield from _unlike(content, glue, sector, where, mesh)
+
+
+def _untied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[str]:
+    onto = surface_of(mesh, glue.independent, glue.where)
+    every = np.setdiff1d(nodes_of(content, mesh, glue.dependent, glue.where), onto.nodes)
+    nodes, found = _near(content, glue, mesh)
+    far = np.setdiff1d(every, nodes)
+    if len(far):
+        yield (
+            f"{glue.where}: {len(far)} of {len(every)} nodes ({mesh.labels[far[0]]}, ...) are too far from "
+            f"{glue.independent} and are not tied"
+        )
+    size = face_size(mesh, onto)
+    if found.distances.max(initial=0.0) > _TOLD * size:
+        yield (
+            f"{glue.where} ties nodes that lie up to {_length(found.distances, size)}, from {glue.independent}: "
+            "turning as a whole strains the joint"
+        )
+
+
+def _unlike(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[str]:
+    """Sides of a sector that lie apart, whose nodes do not meet, or of which one is larger."""
+    dependent, onto, size = _two_sides(content, glue, where, mesh)
+    found, rotation = sides(mesh, sector, dependent, onto)
+    if found.distances.max(initial=0.0) > _MEET * size:
+        yield f"{where}: the sides lie up to {_length(found.distances, size)}, apart when turned onto each other"
+    between = int((np.abs(found.weights).max(axis=1) < 1.0 - _MEET).sum())
+    if between:
+        yield (
+            f"{where}: {between} of {len(dependent)} nodes of {glue.dependent} lie between nodes of {glue.independent}: "
+            "sides that do not match are joined by shape functions, CalculiX joins them otherwise and stiffer"
+        )
+    other = nodes_of(content, mesh, glue.independent, where)
+    turned = (mesh.nodes[other] - sector.start) @ rotation.T + sector.start
+    faces = mesh.surfaces[glue.dependent].faces if glue.dependent in mesh.surfaces else {}
+    whole = {kind: part[np.isin(part, dependent).all(axis=1)] for kind, part in faces.items()}
+    back = Surface(faces={kind: part for kind, part in whole.items() if len(part)})
+    apart = project(mesh, back, turned).distances if back.faces else _spread(mesh.nodes[dependent], turned)
+    alone = apart > _SIDES * size
+    if alone.any():
+        yield (
+            f"{where}: {alone.sum()} of {len(other)} nodes of {glue.independent} ({mesh.labels[other[alone][0]]}, ...) "
+            f"meet nothing of {glue.dependent}: they are joined to nothing; give both sides whole"
+        )
+
+
+def _spread(places: Array, points: Array) -> Array:
+    """Distance of points to the nearest place."""
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(places).query(points)[0])
 
 
 def on_cyclic(content: Content, block: Block) -> None:
@@ -111,24 +167,30 @@ def on_cyclic(content: Content, block: Block) -> None:
     sectors = int(count) if count == int(count) else 0
     axis = [fortran_real(word) for row in block.rows for word in row if word]
     cyclic = [glue for glue in content.glues if glue.cyclic]
-    sides = [glue for glue in cyclic if glue.name == parameters.get("TIE", glue.name)]
-    if len(axis) < 6 or sectors < 2 or len({glue.name for glue in sides}) != 1:
+    joined = [glue for glue in cyclic if glue.name == parameters.get("TIE", glue.name)]
+    if len(axis) < 6 or sectors < 2 or len({glue.name for glue in joined}) != 1:
         raise ValueError("expected N from 2 up, six numbers of an axis, and one *TIE with CYCLIC SYMMETRY, or its name")
     sector = Sector(start=np.array(axis[:3]), end=np.array(axis[3:6]), count=sectors)
-    for glue in sides:
+    for glue in joined:
         where = f"{content.where(block.line)}: {block.shown}"
+        content.sectors.append((glue, sector, where))
         content.stated.append(
             Stated(where=where, equations=partial(_sides, content, glue, sector, where), nodewise=False)
         )
 
 
-def _sides(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+def _two_sides(content: Content, glue: Glue, where: str, mesh: Mesh) -> tuple[IntArray, Surface | IntArray, float]:
+    """Nodes of one side, the other side (faces where it has some), and the length of its edges."""
     dependent = nodes_of(content, mesh, glue.dependent, where)
     faces = mesh.surfaces.get(glue.independent)
     other = nodes_of(content, mesh, glue.independent, where)
-    size = face_size(mesh, faces) if faces else _spacing(mesh.nodes[other])
+    return dependent, faces or other, face_size(mesh, faces) if faces else _spacing(mesh.nodes[other])
+
+
+def _sides(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh) -> Iterator[NodalEquation]:
+    dependent, onto, size = _two_sides(content, glue, where, mesh)
     tolerance = min(_SIDES * size, glue.tolerance or np.inf)
-    yield from cyclic_equations(mesh, sector, dependent, faces or other, tolerance=tolerance, where=where)
+    yield from cyclic_equations(mesh, sector, dependent, onto, tolerance=tolerance, where=where)
 
 
 def _spacing(places: Array) -> float:

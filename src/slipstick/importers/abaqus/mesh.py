@@ -15,7 +15,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface, node_indices
 from slipstick.importers.abaqus.content import Content, named
 from slipstick.importers.abaqus.couplings import frames
-from slipstick.importers.abaqus.glues import moved_onto, untied
+from slipstick.importers.abaqus.glues import glue_warnings, moved_onto
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.findings import Verdict
 from slipstick.importers.mesh_checks import likely_units, unit_notes
@@ -56,7 +56,7 @@ def read_input(path: Path) -> MeshModel:
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
         notes=(*alone, *findings.notes, *_mass_note(mesh, path), *unit_notes(mesh, materials)),
-        warnings=(*findings.warnings, *untied(content, mesh)),
+        warnings=(*findings.warnings, *glue_warnings(content, mesh)),
         couplings=findings.couplings,
         constraints=(*content.stated, *([turned] if along else [])),
         lumped=tuple(content.lumped),
