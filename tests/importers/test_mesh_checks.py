@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
+from slipstick.fem.lumped import point_mass
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_checks import likely_units, mass_warnings, material_warnings, unit_notes, variant_warnings
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
@@ -25,6 +28,35 @@ def test_the_mass_of_the_mesh_is_that_of_its_own_matrices_whatever_is_held(kind,
     assert "20 % apart" in said
     with pytest.raises(InputError, match="in the same units"):
         list(mass_warnings(model, mesh, replace(STEEL, density=7.8)))
+
+
+def test_matrices_reduced_to_a_few_nodes_are_no_other_model():
+    """Their mass is that of all of the mesh: Guyan reduction keeps rigid motions."""
+    model = assemble_mesh(MeshModel(mesh=MESH), source="box", material=STEEL)
+    ends = np.isin(model.dof_nodes, [1, 3, 7, 9, 19, 27])
+    K, M = model.K.toarray(), model.M.toarray()
+    T = np.zeros((len(K), ends.sum()))
+    T[ends] = np.eye(ends.sum())
+    T[~ends] = -np.linalg.solve(K[np.ix_(~ends, ~ends)], K[np.ix_(~ends, ends)])
+    few = {"dof_nodes": model.dof_nodes[ends], "dof_components": model.dof_components[ends]}
+    reduced = replace(model, K=csr_array(T.T @ K @ T), M=csr_array(T.T @ M @ T), **few)
+    assert list(mass_warnings(reduced, MESH, STEEL)) == []
+    (said,) = mass_warnings(reduced, MESH, replace(STEEL, density=1.3 * 7800.0))
+    assert "as if the others were reduced" in said
+    with pytest.raises(InputError, match="in the same units"):
+        list(mass_warnings(reduced, MESH, replace(STEEL, density=7.8)))
+
+
+def test_point_masses_of_the_mesh_count():
+    lumped = tuple(point_mass(14, 1e5))
+    model = assemble_mesh(MeshModel(mesh=MESH, lumped=lumped), source="box", material=STEEL)
+    assert list(mass_warnings(model, MESH, STEEL, lumped)) == []
+
+
+def test_a_mesh_with_other_nodes_is_told():
+    model = assemble_mesh(MeshModel(mesh=MESH), source="box", material=STEEL)
+    (said,) = mass_warnings(replace(model, dof_nodes=model.dof_nodes + 1000), MESH, STEEL)
+    assert "no row of the matrices belongs to a node of the mesh" in said
 
 
 def test_a_mass_that_cannot_be_compared_is_said():

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.geometry import determinant_and_inverse, tangents
 from slipstick.fem.imported import ImportedModel
+from slipstick.fem.lumped import Lumped
 from slipstick.fem.materials import Material, Materials, element_values
 from slipstick.fem.mesh import Mesh
 from slipstick.importers.unit_systems import system_like
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray, IntArray
 
 Variants = Mapping[str, Mapping[str, int]]
 
 _WARNED, _REFUSED = 1.01, 2.0
 """Ratio of the masses of a mesh and of the matrices beside it from which they do not fit."""
+
+_NONE = np.empty((0, 2), dtype=np.int64)
 
 
 def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[str]:
@@ -42,8 +45,13 @@ def _numbers(material: Material) -> str:
     return f"E = {material.young:.6g}, nu = {material.poisson:.6g}, density = {material.density:.6g}"
 
 
-def mass_warnings(model: ImportedModel, mesh: Mesh, materials: Materials) -> Iterator[str]:
+def mass_warnings(
+    model: ImportedModel, mesh: Mesh, materials: Materials, lumped: Sequence[Lumped] = (), held: IntArray = _NONE
+) -> Iterator[str]:
     """Mass that moves with the free dofs, by the matrices and by the mesh: a sentence from 1 % difference.
+
+    ``held`` (n, 2) are dofs that the mesh file holds. Where the rows lack nodes of the mesh, these are held, or reduced
+    into the others: the mass may then lie between that without and that with them.
 
     Raises
     ------
@@ -55,15 +63,33 @@ def mass_warnings(model: ImportedModel, mesh: Mesh, materials: Materials) -> Ite
     except InputError as error:
         yield f"{model.source}: the mass of the mesh is not compared with that of the matrices: {error}"
         return
-    theirs, ours = _mass_of_matrices(model), _mass_of_mesh(model, mesh, density)
-    if not (theirs > 0.0 and ours > 0.0):
+    theirs = _mass_of_matrices(model)
+    rows = np.stack([model.dof_nodes, model.dof_components], axis=1)
+    moving = _along(mesh, np.concatenate([rows, model.dependent]))
+    free = ~_along(mesh, np.concatenate([model.constrained, held])) | moving
+    least, most = (_mass_of_mesh(mesh, density, chosen, lumped) for chosen in (moving, free))
+    if not (theirs > 0.0 and most > 0.0):
         return
+    if not moving.any():
+        yield f"{model.source}: no row of the matrices belongs to a node of the mesh: are they of the same model?"
+        return
+    ours = min((least, most), key=lambda mass: abs(np.log(max(mass, 1e-300) / theirs)))
     ratio = max(theirs / ours, ours / theirs)
     found = f"{model.source}: the matrices have the mass {theirs:.6g}, the mesh beside them {ours:.6g}"
-    if ratio > _REFUSED:
+    if ratio > _WARNED and least < theirs < most:
+        yield (
+            f"{found} or, without nodes that have no row, {least:.6g}: as if the others were reduced; are they of the "
+            "same model, material and units?"
+        )
+    elif ratio > _REFUSED:
         raise InputError(f"{found}; give both of one model in the same units, or the material (--young ...)")
-    if ratio > _WARNED:
+    elif ratio > _WARNED:
         yield f"{found}, {100 * (ratio - 1):.3g} % apart: are they of the same model, material and units?"
+
+
+def _along(mesh: Mesh, pairs: IntArray) -> BoolArray:
+    """Which nodes of the mesh have the directions x, y, z among these dofs (n, 2); as (nodes, 3)."""
+    return np.stack([np.isin(mesh.labels, pairs[pairs[:, 1] == axis, 0]) for axis in range(3)], axis=1)
 
 
 def _mass_of_matrices(model: ImportedModel) -> float:
@@ -72,10 +98,16 @@ def _mass_of_matrices(model: ImportedModel) -> float:
     return float(sum(e @ (model.M @ e) for e in along)) / 3.0
 
 
-def _mass_of_mesh(model: ImportedModel, mesh: Mesh, density: Mapping[str, Array]) -> float:
+def _mass_of_mesh(mesh: Mesh, density: Mapping[str, Array], free: BoolArray, lumped: Sequence[Lumped]) -> float:
     """The same by the mesh: integral of density times the square of the sum of the free nodes' shape functions."""
-    free = np.stack([np.isin(mesh.labels, model.dof_nodes[model.dof_components == axis]) for axis in range(3)], axis=1)
-    total = 0.0
+    moving = {(int(mesh.labels[i]), int(axis)) for i, axis in np.argwhere(free)} if lumped else set()
+    points = (
+        (pair, m)
+        for part in lumped
+        if part.matrix == "M"
+        for pair, m in zip(part.pairs, np.diag(part.values), strict=True)
+    )
+    total = sum(float(mass) for pair, mass in points if pair in moving)
     for element, block in mesh.items():
         values, gradients = element.at_mass_rule
         determinant, _ = determinant_and_inverse(tangents(mesh.nodes[block], gradients))

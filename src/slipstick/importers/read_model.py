@@ -14,6 +14,7 @@ from slipstick.fem.refine import linear_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.importers.nastran.mesh import holds_solids
 from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
 from slipstick.importers.text_numbers import read_bytes
@@ -109,6 +110,8 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
     model = replace(model, warnings=(*model.warnings, *place_warnings(model)))
     if mesh:
         model = _with_mesh(model, mesh, options.material)
+    elif roles.nodes is not None and roles.nodes.suffix.lower() in BULK and holds_solids(roles.nodes):
+        model = _weighed(model, roles.nodes, options)
     return model.fix(list(options.fixed)) if options.fixed else model
 
 
@@ -134,7 +137,7 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
     found += linear_warnings(imported.mesh, model.source, ("tet4",))
     notes = (*model.notes, *imported.notes)
     if materials:
-        found += mass_warnings(model, imported.mesh, material or materials)
+        found += mass_warnings(model, imported.mesh, material or materials, imported.lumped, imported.held)
     else:
         what = (
             "the mesh has no material: its mass is not compared with that of the matrices; give a material to compare"
@@ -142,6 +145,20 @@ def _with_mesh(model: ImportedModel, imported: MeshModel, material: Material | N
         notes = (*notes, f"{model.source}: {what}")
     notes += tuple(f"the mesh assembled here, not the matrices: {sentence}" for sentence in imported.warnings)
     return replace(model, mesh=imported.mesh, materials=materials, warnings=tuple(found), notes=notes)
+
+
+def _weighed(model: ImportedModel, path: Path, options: ImportOptions) -> ImportedModel:
+    """The model of matrices, compared with the solids of the bulk data that tells its rows."""
+    try:
+        beside = read_mesh(path, options.constraints)
+    except InputError as error:
+        what = f"the mass of the solids is not compared with that of the matrices: {error}"
+        return replace(model, notes=(*model.notes, f"{model.source}: {what}"))
+    materials = beside.materials if options.material is None else {"all": options.material}
+    found = list(material_doubts(materials, model.units, model.source))
+    if materials:
+        found += mass_warnings(model, beside.mesh, options.material or materials, beside.lumped, beside.held)
+    return replace(model, warnings=(*model.warnings, *found))
 
 
 def _without_matrices(path: Path, source: str, options: ImportOptions) -> ImportedModel:

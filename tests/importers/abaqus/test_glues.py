@@ -132,7 +132,7 @@ def moved_side(way) -> str:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (moved_side(lambda x: x + [0.01, 0.0, 0.0]), r"sides lie up to 0.01, .* of an edge, apart"),
+        (moved_side(lambda x: x + np.array([0.01, 0.0, 0.0])), r"sides lie up to 0.01, .* of an edge, apart"),
         (moved_side(lambda x: x * [0.99, 1.0, 1.0]), r"\d+ of 21 nodes of LEFT lie between nodes of RIGHT"),
     ],
 )

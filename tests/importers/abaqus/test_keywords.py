@@ -58,6 +58,12 @@ def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
         assert any(f": {keyword} " in sentence for keyword in keywords)
 
 
+@pytest.mark.parametrize("first", ["*STEP\n*FREQUENCY\n3", "*STEP\n*BUCKLE\n3", "*STEP, PERTURBATION\n*STATIC"])
+def test_small_motions_after_a_step_that_leaves_nothing_loaded(tmp_path, first):
+    more = f"{first}\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP\n"
+    assert read_model(write(tmp_path, CUBE + HELD + more)).n_dofs == 12
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -91,6 +97,10 @@ def test_materials_that_cannot_be_used(tmp_path, old, new, said):
         (
             "*STEP\n*STATIC\n*DLOAD\nEALL, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n*END STEP",
             "*DLOAD rotates the structure",
+        ),
+        (
+            "*STEP, NLGEOM\n*STATIC\n*END STEP\n*STEP\n*FREQUENCY\n3\n*END STEP",
+            "*FREQUENCY is computed about the unloaded state; in Abaqus",
         ),
         (
             "*ELEMENT, TYPE=S3, ELSET=SK\n9, 2, 3, 4\n*SURFACE, NAME=SKIN\nSK, SPOS",

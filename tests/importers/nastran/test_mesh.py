@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers.bulk import MATERIAL, card, lines_of, write
 from helpers.coupled import beam
+from helpers.nastran import write_text
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import assemble
@@ -121,3 +122,23 @@ def test_shells_alone_are_no_mesh(tmp_path):
     points = "".join(card("GRID", i, "", float(i), 0.0, 0.0) for i in range(1, 5))
     with pytest.raises(InputError, match="has no solid element"):
         read_model(write(tmp_path, points + "CQUAD4,1,1,1,2,3,4\n"), ImportOptions(material=STEEL))
+
+
+def test_the_solids_beside_matrices_have_their_mass(tmp_path):
+    path = write(tmp_path, lines_of(MESH) + HELD)
+    whole = assemble(MESH, STEEL)
+    at = 6 * (np.arange(3 * MESH.n_nodes) // 3) + np.arange(3 * MESH.n_nodes) % 3
+    K, M = (np.zeros((6 * MESH.n_nodes, 6 * MESH.n_nodes)) for _ in "KM")
+    K[np.ix_(at, at)], M[np.ix_(at, at)] = whole.stiffness.toarray(), whole.mass.toarray()
+    op4 = tmp_path / "job.op4"
+    op4.write_text(write_text({"KGG": K, "MGG": M}, "dense"))
+    assert read_model([op4, path]).warnings == ()
+    op4.write_text(write_text({"KGG": K, "MGG": 1.1 * M}, "dense"))
+    with pytest.warns(SlipstickWarning, match=r"the mesh beside them .*, 10 % apart"):
+        read_model([op4, path])
+    with pytest.warns(SlipstickWarning) as told:
+        read_model([op4, path], ImportOptions(units="N, m, s"))
+    assert any("property 7: E = " in str(one.message) and "in the units stated" in str(one.message) for one in told)
+    op4.write_text(write_text({"KGG": K, "MGG": 1e6 * M}, "dense"))
+    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*in the same units"):
+        read_model([op4, path])

@@ -85,6 +85,7 @@ class Content:
     parts: int = 0
     instances: int = 0
     steps: list[dict[str, str]] = field(default_factory=list)
+    loaded: bool = False
 
     def where(self, line: int) -> str:
         """File and line, for messages."""

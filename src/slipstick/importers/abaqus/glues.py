@@ -67,7 +67,8 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
             places = mesh.nodes.copy()
             places[nodes[moved]] = found.places[moved]
             mesh = replace(mesh, nodes=places)
-            by = f"moves {moved.sum()} nodes onto the other surface, by at most {_length(found.distances, size)} (ADJUST)"
+            most = _length(found.distances, size)
+            by = f"moves {moved.sum()} nodes onto the other surface, by {most} at most (ADJUST)"
             if found.distances.max() > _DEFAULT * size:
                 content.glued.append(f"{glue.where} {by}: the elements there change their shape")
             else:
@@ -136,8 +137,9 @@ def _unlike(content: Content, glue: Glue, sector: Sector, where: str, mesh: Mesh
     between = int((np.abs(found.weights).max(axis=1) < 1.0 - _MEET).sum())
     if between:
         yield (
-            f"{where}: {between} of {len(dependent)} nodes of {glue.dependent} lie between nodes of {glue.independent}: "
-            "sides that do not match are joined by shape functions, CalculiX joins them otherwise and stiffer"
+            f"{where}: {between} of {len(dependent)} nodes of {glue.dependent} lie between nodes of "
+            f"{glue.independent}: sides that do not match are joined by shape functions, CalculiX joins them otherwise "
+            "and stiffer"
         )
     other = nodes_of(content, mesh, glue.independent, where)
     turned = (mesh.nodes[other] - sector.start) @ rotation.T + sector.start

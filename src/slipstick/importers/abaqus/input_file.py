@@ -28,6 +28,7 @@ from slipstick.importers.abaqus.include import whole_text
 from slipstick.importers.abaqus.keywords import (
     KEYWORD_PARAMETERS,
     KEYWORD_VERDICTS,
+    LOADING,
     MATERIAL_FAULTS,
     OTHER_SECTIONS,
     solid_type,
@@ -251,10 +252,27 @@ def _section(content: Content, block: Block) -> None:
 
 def _step(content: Content, block: Block) -> None:
     """A step about the loaded state of an earlier one is stiffened by its stress."""
-    if "PERTURBATION" in block.parameters and any(step.get("NLGEOM") != "NO" for step in content.steps):
+    if "PERTURBATION" in block.parameters and content.loaded:
         what = "vibrates about the loaded state of the step before (stiffening by stress and rotation)"
         content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
     content.steps.append(block.parameters)
+
+
+def _loading(content: Content, block: Block) -> None:
+    """A procedure that leaves the model loaded, unless its step is one of small motions or says otherwise."""
+    step = content.steps[-1] if content.steps else {}
+    content.loaded |= "PERTURBATION" not in step and step.get("NLGEOM") != "NO"
+    content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+
+
+def _frequency(content: Content, block: Block) -> None:
+    """In Abaqus always about the state of the step before; in CalculiX only in a step of small motions."""
+    large = any(step.get("NLGEOM", "NO") != "NO" for step in content.steps)
+    if content.loaded and large and "PERTURBATION" not in content.steps[-1]:
+        what = "is computed about the unloaded state; in Abaqus the step before, with NLGEOM, stiffens the structure"
+        content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+    else:
+        content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
 
 
 def _initial(content: Content, block: Block) -> None:
@@ -341,6 +359,8 @@ _HANDLERS: dict[str, _Handler] = {
     "STEP": _step,
     "INITIALCONDITIONS": _initial,
     "DLOAD": _load,
+    **dict.fromkeys(LOADING, _loading),
+    "FREQUENCY": _frequency,
 }
 _LATE: dict[str, _Handler] = {
     "TRANSFORM": _transform,

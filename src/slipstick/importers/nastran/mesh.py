@@ -53,6 +53,11 @@ class Cards:
     mass_factor: float = 1.0
 
 
+def holds_solids(path: Path) -> bool:
+    """Whether bulk data has elements that are read as a mesh."""
+    return any(name in SOLIDS for _, name, _ in cards(read_bytes(path).decode("latin-1"), ()))
+
+
 def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     """Mesh of a bulk data file; materials by element set "property <number>".
 
