@@ -134,3 +134,11 @@ def test_a_held_dof_that_is_not_there():
 
 def test_an_equation_of_zeros_says_nothing():
     assert eliminate(2, [Equation(dofs=(0, 1), coefficients=(0.0, 0.0), where="zero")]).idle == {"zero": 1}
+
+
+@pytest.mark.parametrize("cofactors", [(0.0, 1.0), (1.0, -1.0)])
+def test_a_first_dof_without_coefficient_is_refused(cofactors):
+    dofs = (0, 1) if cofactors[0] == 0.0 else (0, 0, 1)
+    equation = Equation(dofs=dofs, coefficients=(*cofactors, 2.0)[: len(dofs)], where="line 3")
+    with pytest.raises(InputError, match=r"line 3: makes .* dependent with the coefficient 0; put another first"):
+        eliminate(2, [equation])

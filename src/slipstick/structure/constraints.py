@@ -154,7 +154,7 @@ class _Resolver:
             self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
         elif equation.dependent is Dependent.ANY or first in self.zero:
             self.settle(max(left, key=lambda dof: abs(left[dof])), left, equation)
-        elif not taken and np.isclose(left.get(first, 0.0), own[first], rtol=1e-9, atol=0.0):
+        elif not taken and first in left and np.isclose(left[first], own[first], rtol=1e-9, atol=0.0):
             self.settle(first, left, equation)
         elif equation.dependent is Dependent.YIELDING:
             self.idle[equation.where] = self.idle.get(equation.where, 0) + 1
@@ -167,6 +167,12 @@ class _Resolver:
             what = f"makes {name} dependent, which {self.stated[equation.dofs[0]]} has done otherwise"
         else:
             others = sorted({self.stated[dof] for dof in equation.dofs[1:] if dof in self.rows})
+            if not sum(
+                v for dof, v in zip(equation.dofs, equation.coefficients, strict=True) if dof == equation.dofs[0]
+            ):
+                return Fault(
+                    equation.where, f"makes {name} dependent with the coefficient 0", remedy="put another first"
+                )
             what = f"makes {name} depend on itself, through {', '.join(others) or 'its own terms'}"
         return Fault(equation.where, what, remedy="write equations whose first dofs differ and form no ring")
 
@@ -182,6 +188,7 @@ class _Resolver:
     def resolved(self, row: _Row) -> _Row:
         """The same combination in dofs that are neither held nor dependent."""
         scale = max(abs(value) for value in row.values())
+        row = {dof: value for dof, value in row.items() if value}
         while dependent := [dof for dof in row if dof in self.rows]:
             row = dict(row)
             for dof in dependent:

@@ -58,6 +58,15 @@ def test_what_couples_adds_rotates_or_holds_is_refused_by_name(tmp_path, more):
         assert any(f": {keyword} " in sentence for keyword in keywords)
 
 
+def test_a_set_that_is_held_may_name_nodes_that_are_not_there(tmp_path):
+    more = "*NSET, NSET=Q\n2, 99999\n*BOUNDARY\nQ, 1\n"
+    model = read_model(write(tmp_path, CUBE + HELD + more))
+    assert model.n_dofs == 11
+    assert "m.inp: node set Q names 1 nodes that are not in the file (99999, ...)" in model.notes
+    with pytest.raises(InputError, match=r"m.inp, line 24: \*BOUNDARY names node 99999, which the file does not have"):
+        read_model(write(tmp_path, CUBE + HELD + "*BOUNDARY\n99999, 1\n"))
+
+
 @pytest.mark.parametrize("first", ["*STEP\n*FREQUENCY\n3", "*STEP\n*BUCKLE\n3", "*STEP, PERTURBATION\n*STATIC"])
 def test_small_motions_after_a_step_that_leaves_nothing_loaded(tmp_path, first):
     more = f"{first}\n*END STEP\n*STEP, PERTURBATION\n*FREQUENCY\n3\n*END STEP\n"
@@ -101,6 +110,10 @@ def test_materials_that_cannot_be_used(tmp_path, old, new, said):
         (
             "*STEP, NLGEOM\n*STATIC\n*END STEP\n*STEP\n*FREQUENCY\n3\n*END STEP",
             "*FREQUENCY is computed about the unloaded state; in Abaqus",
+        ),
+        (
+            "*ELEMENT, TYPE=MASS, ELSET=P\n9, 2",
+            "m.inp: 1 elements of type MASS share nodes with solids, and no section",
         ),
         (
             "*ELEMENT, TYPE=S3, ELSET=SK\n9, 2, 3, 4\n*SURFACE, NAME=SKIN\nSK, SPOS",

@@ -57,7 +57,7 @@ def test_held_directions_follow_the_mesh_to_quadratic(tmp_path):
         ("210000., 0.3", "high, 0.3", "line .*: \\*ELASTIC cannot be read"),
         ("TYPE=C3D8", "TYPE=S4", "no solid element"),
         ("\n1, ", "\n1, 999999, ", "cannot be read"),
-        ("\n38, ", "\n7777, ", "uses node 38"),
+        ("\n38, ", "\n7777, ", "names node 38"),
         ("Root, Root", "Stem", r"line .*: \*NSET names STEM, which the file does not have"),
         ("first, GENERATE", "first, GENERATE\n1, 100000000000, 1", "range 1"),
     ],

@@ -76,7 +76,7 @@ class Content:
     orientations: dict[str, Axes] = field(default_factory=dict)
     stated: list[Stated] = field(default_factory=list)
     glues: list[Glue] = field(default_factory=list)
-    glued: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)
     sectors: list[tuple[Glue, Sector, str]] = field(default_factory=list)
     lumped: list[Lumped] = field(default_factory=list)
     diameters: set[int] = field(default_factory=set)

@@ -70,7 +70,7 @@ def moved_onto(content: Content, mesh: Mesh) -> Mesh:
             most = _length(found.distances, size)
             by = f"moves {moved.sum()} nodes onto the other surface, by {most} at most (ADJUST)"
             if found.distances.max() > _DEFAULT * size:
-                content.glued.append(f"{glue.where} {by}: the elements there change their shape")
+                content.doubts.append(f"{glue.where} {by}: the elements there change their shape")
             else:
                 content.findings.extra.append(f"{glue.where} {by}")
     return mesh
@@ -102,7 +102,6 @@ def _tied(content: Content, glue: Glue, mesh: Mesh) -> Iterator[NodalEquation]:
 
 def glue_warnings(content: Content, mesh: Mesh) -> Iterator[str]:
     """A sentence for each tie and sector whose surfaces do not meet, or that leaves nodes out."""
-    yield from content.glued
     for glue in content.glues:
         if not glue.cyclic:
             yield from _untied(content, glue, mesh)

@@ -306,7 +306,9 @@ def _boundary(content: Content, block: Block) -> None:
         what = "moves nodes by a routine, another model, a velocity or an acceleration"
         content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
     for line, row in zip(block.lines, block.rows, strict=True):
-        nodes = named(row[0], content.node_sets)
+        nodes = [node for node in named(row[0], content.node_sets) if node in content.nodes]
+        if not nodes and row[0].isdigit():
+            raise KeyError(f"node {row[0]}")
         axes = [axis - 1 for axis in _directions(row) if 1 <= axis <= 6]
         value = fortran_real(row[3]) if len(row) > 3 and row[3] else 0.0
         if axes and value and "FIXED" not in parameters:

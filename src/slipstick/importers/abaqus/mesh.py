@@ -56,7 +56,7 @@ def read_input(path: Path) -> MeshModel:
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
         notes=(*alone, *findings.notes, *_mass_note(mesh, path), *unit_notes(mesh, materials)),
-        warnings=(*findings.warnings, *glue_warnings(content, mesh)),
+        warnings=(*findings.warnings, *content.doubts, *glue_warnings(content, mesh)),
         couplings=findings.couplings,
         constraints=(*content.stated, *([turned] if along else [])),
         lumped=tuple(content.lumped),
@@ -91,6 +91,18 @@ def touching(content: Content) -> tuple[str, ...]:
         if near:
             what = f"gives stiffness and mass to {_counts(near)}, which share nodes with solids and are not read"
             content.findings.add(Verdict.COUPLING, section.shown, what, section.line)
+    named = {e for section in content.other_sections for e in content.element_sets.get(section.elements, ())}
+    bare = {
+        kind: [e for e, nodes in table.items() if e not in content.read | named and not solid.isdisjoint(nodes)]
+        for kind, table in content.skipped.items()
+        if not kind.startswith(_WITHOUT_STIFFNESS)
+    }
+    bare = {kind: labels for kind, labels in bare.items() if labels}
+    if bare:
+        content.doubts.append(
+            f"{content.path.name}: {_counts(bare)} share nodes with solids, and no section that is read says what they "
+            "are: left out"
+        )
     left = {kind: [e for e in table if e not in content.read] for kind, table in content.skipped.items()}
     left = {kind: labels for kind, labels in left.items() if labels}
     return (f"{content.path.name}: {_counts(left)} are no solids and were left out",) if left else ()
