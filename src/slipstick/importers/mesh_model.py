@@ -155,7 +155,7 @@ def assemble_mesh(
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
         imported.mesh.node_set(name)
-    mesh = _with_held_sets(imported)
+    mesh = _with_held_sets(imported, source)
     if quadratic:
         mesh = refine.quadratic(mesh)
     matrices, dof_map = _with_lumped(imported, mesh, materials)
@@ -228,13 +228,15 @@ def _not_in_between(imported: MeshModel) -> Iterator[str]:
 _HELD = tuple(f"(held {axis})" for axis in "xyz")
 
 
-def _with_held_sets(imported: MeshModel) -> Mesh:
+def _with_held_sets(imported: MeshModel, source: str) -> Mesh:
     """Held directions as node sets, so that they follow the mesh when it becomes quadratic."""
     mesh = imported.mesh
     sets = dict(mesh.node_sets)
     for axis, name in enumerate(_HELD):
         labels = imported.held[imported.held[:, 1] == axis, 0]
-        sets[name] = node_indices(mesh.labels, labels, "a constraint") if len(labels) else np.empty(0, dtype=np.int64)
+        sets[name] = (
+            node_indices(mesh.labels, labels, f"{source}: a support") if len(labels) else np.empty(0, dtype=np.int64)
+        )
     return replace(mesh, node_sets=sets)
 
 

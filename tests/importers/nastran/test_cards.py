@@ -37,6 +37,12 @@ def test_a_star_in_column_eight_is_a_large_field(tmp_path):
     assert data.nodes.coordinates[5].tolist() == [1.0, 2.0, 3.0]
 
 
+def test_numbers_beyond_the_fields_of_a_line_are_no_names_of_continuations(tmp_path):
+    (tmp_path / "m.bdf").write_text(BULK.replace("GRID,1,,", "GRID*,1,,"))
+    with pytest.raises(InputError, match=r"'GRID\*,1,,2.5,-1.5,.3' has 5 fields; a line of large fields .* holds four"):
+        read_bulk(tmp_path / "m.bdf")
+
+
 @pytest.mark.parametrize(
     ("card", "said"),
     [

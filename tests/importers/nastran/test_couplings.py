@@ -157,3 +157,25 @@ def test_equations_beside_a_matrix_of_all_points_are_applied(tmp_path):
     np.testing.assert_allclose(names.K.toarray(), model.K.toarray(), rtol=1e-12)
     assert names.dofs == model.dofs
     assert any("MPC ties degrees of freedom to each other: the matrices must hold it" in w for w in names.warnings)
+
+
+SYSTEMS = {
+    "turned by 45 degrees": card("CORD2R", 5, "", 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0),
+    "cylindrical": card("CORD2C", 5, "", 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("system", SYSTEMS.values(), ids=SYSTEMS)
+def test_whole_points_follow_another_whatever_their_own_directions(tmp_path, system):
+    """All three displacements of a point, or of two alike: the systems in which they are written do not matter."""
+    ties = card("MPC", 5, 25, 1, 1.0, 26, 1, -1.0) + card("MPC", 5, 25, 2, 1.0, 26, 2, -1.0)
+    ties += card("MPC", 5, 25, 3, 1.0, 26, 3, -1.0)
+    turned = [line.split(",") for line in FREE.split("\n")]
+    for words in turned:
+        if words[0] == "GRID" and int(words[1]) in (25, 26, *TIP):
+            words.append("5")
+    own = "\n".join(",".join(words) for words in turned) + system
+    rigid = POINT + card("RBE2", 9, 1001, 123, *TIP)
+    for more in (rigid, ties) if system.startswith("CORD2R") else (rigid,):
+        ours, plain = (frequencies(read_model(write(tmp_path, text + more), quiet=True), 6) for text in (own, FREE))
+        np.testing.assert_allclose(ours, plain, rtol=1e-8)

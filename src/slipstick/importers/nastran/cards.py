@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 
+from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 
 _SUPER = (
@@ -97,10 +98,17 @@ def _bulk_lines(text: str, wanted: Collection[str]) -> Iterator[tuple[int, str]]
             yield number, line
 
 
+_REAL = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([EeDd]?[+-]?\d+)?")
+
+
 def _fields(line: str, *, large: bool) -> list[str]:
     count, width = (4, 16) if large else (8, 8)
     if "," in line:
-        parts = [part.strip() for part in line.split(",")][1 : count + 1]
+        parts = [part.strip() for part in line.split(",")][1:]
+        if any(_REAL.fullmatch(part) for part in parts[count:]):
+            some = "a line of large fields (*) holds four" if large else "a line holds eight; go on in the next one"
+            raise InputError(f"bulk data '{line.strip()[:72]}' has {len(parts)} fields; {some}")
+        parts = parts[:count]
     else:
         parts = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
     return parts + [""] * (count - len(parts))

@@ -13,6 +13,7 @@ from slipstick.fem.equations import NodalEquation
 from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling
 from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
 COUPLED = frozenset({"MPC", "MPCADD", "RBE2", "RBE3", "RBAR"})
@@ -52,12 +53,16 @@ class Points:
         return np.asarray(self.places[node])
 
     def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
-        """A displacement or rotation along an own direction, in basic ones: terms (node, direction, factor)."""
+        """A displacement or rotation along an own direction, in basic ones: terms (node, direction, factor).
+
+        The term of the same number comes first, where it has a share.
+        """
         if node not in self.directions or component > 5:
             return [(node, component, 1.0)]
         block, axis = divmod(component, 3)
         cosines = np.asarray(self.directions[node])[:, axis].tolist()
-        return [(node, 3 * block + i, value) for i, value in enumerate(cosines) if abs(value) > 1e-15]
+        order = (axis, *(i for i in range(3) if i != axis))
+        return [(node, 3 * block + i, cosines[i]) for i in order if abs(cosines[i]) > 1e-15]
 
 
 def selected(text: str, name: str) -> int | None:
@@ -125,14 +130,13 @@ def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquat
                 own = points.axis(whole_number(node), _component(component))
                 points.place(whole_number(node), where) if component not in ("", "0") else None
                 terms += [(n, c, value * cosine) for n, c, cosine in own]
-    return _dependent_first(terms, where)
+    return _dependent_first(terms, where, points)
 
 
-def _dependent_first(terms: list[tuple[int, int, float]], where: str) -> NodalEquation:
-    """Along own directions the dependent one is that of the largest share."""
-    first = terms[0][0]
-    lead = max((i for i, term in enumerate(terms) if term[0] == first), key=lambda i: abs(terms[i][2]))
-    return NodalEquation(terms=(terms[lead], *terms[:lead], *terms[lead + 1 :]), where=where)
+def _dependent_first(terms: list[tuple[int, int, float]], where: str, points: Points) -> NodalEquation:
+    """The first is dependent; along own directions of a point, which are several terms, whichever is best."""
+    turned = terms[0][0] in points.directions
+    return NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY if turned else Dependent.FIRST)
 
 
 def _component(text: str) -> int:
@@ -176,7 +180,7 @@ def followers(
         for _, direction, cosine in own:
             row = rows[direction] if direction < 3 else [(*reference.rotations[direction - 3], 1.0)]
             terms += [(n, c, -cosine * value) for n, c, value in row]
-        yield _dependent_first(terms, where)
+        yield _dependent_first(terms, where, points)
 
 
 def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:

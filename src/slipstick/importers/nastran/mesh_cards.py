@@ -33,6 +33,8 @@ MESH_VERDICTS: dict[str, VerdictRow] = {
     **rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
     **rows("SUPORT SUPORT1", Verdict.HARMLESS),
     **rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
+    **rows("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
+    **rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
     **rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
     **rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
 }
