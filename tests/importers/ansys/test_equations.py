@@ -99,3 +99,31 @@ def test_equations_are_along_the_directions_of_their_nodes(tmp_path):
     along = (about_y @ about_x @ about_z)[0]
     motion = model.directions(["n5x", "n5y", "n5z", "n6x"]).toarray()
     np.testing.assert_allclose(motion[:, :3] @ along, motion[:, 3], atol=1e-14)
+
+
+@pytest.mark.parametrize("more", [" CE , 1 , 0 , 5 , UX , 1 , 6 , UX , -1\n", "F,5,FX,1 $ CE,1,0,5,UX,1,6,UX,-1\n"])
+def test_commands_after_blanks_and_dollars_count(tmp_path, more):
+    pytest.importorskip("mapdl_archive")
+    assert read_model(cube(tmp_path, more), quiet=True).n_dofs == read_model(cube(tmp_path), quiet=True).n_dofs - 1
+
+
+def test_all_directions_are_coupled(tmp_path):
+    pytest.importorskip("mapdl_archive")
+    model = read_model(cube(tmp_path, "CP,1,ALL,5,6\n"), quiet=True)
+    assert model.dependent_dofs in (("n6x", "n6y", "n6z"), ("n5x", "n5y", "n5z"))
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("CE,1,0,55,UX,1,6,UX,-1\n", r"line \d+: CE names node 55, which the file does not have"),
+        ("CP,1,UX,5,55\n", r"line \d+: CP names node 55, which the file does not have"),
+        ("CE,R5.0,DEFI,3,2,0.0\nCE,R5.0,NODE,5,UX,1.0,6,UX,-1.0\n", "CE announces 3 terms, 2 are there"),
+        ("N,5,0,0,1,45,0,0\n", "N adds, moves or turns a node outside of the node blocks"),
+        ("E,1,2,3,4,5,6,7,8\n", "E adds an element outside of the element blocks"),
+    ],
+)
+def test_what_names_other_nodes_or_makes_some(tmp_path, more, said):
+    pytest.importorskip("mapdl_archive")
+    with pytest.raises(InputError, match=said):
+        read_model(cube(tmp_path, more), quiet=True)

@@ -104,6 +104,7 @@ def read_archive(path: Path) -> MeshModel:
     lumps = Lumps(findings, archive, text, dict(zip(labels.tolist(), nodes, strict=True)), axes)
     added = tuple(lumps)
     tied = read_equations(findings, text)
+    _refuse_missing(tied, set(labels.tolist()))
     turning = lumps.turning() | {node for equation in tied for node, axis in equation.pairs if axis > 2}
     held, along = supports({(n, c) for n, c in supported if c < 3 or n in turning}, axes, f"{path.name}: D")
     return MeshModel(
@@ -153,6 +154,13 @@ def _elements_that_matter(skipped: dict[int, int], path: Path) -> Iterator[Coupl
             name = _KINDS.get(kind, str(kind))
             what = "add stiffness, mass or constraints and are not read"
             yield Coupling(where=f"{path.name}: {count} elements of type {name}", what=what)
+
+
+def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
+    """Nodes of CE and CP that the file does not have."""
+    lost = {e.where: node for e in reversed(tied) for node, _ in e.pairs if node not in labels}
+    if lost:
+        raise InputError([f"{where} names node {node}, which the file does not have" for where, node in lost.items()])
 
 
 def _turned_nodes(text: str, path: Path) -> dict[int, Array]:

@@ -42,7 +42,7 @@ COMMAND_VERDICTS: dict[str, VerdictRow] = {
     "INISTATE": (Verdict.COUPLING, "sets stresses that stiffen the structure"),
     "DDELE": (Verdict.COUPLING, "takes supports away"),
     "NUMMRG": (Verdict.COUPLING, "merges nodes"),
-    "EN": (Verdict.COUPLING, "adds an element outside of the element blocks, which is not read"),
+    **rows("E EN EMORE", Verdict.COUPLING, "adds an element outside of the element blocks, which is not read"),
     **rows("EMODIF EDELE NMODIF NDELE NSCALE EGEN ENGEN NGEN", Verdict.COUPLING, "changes the mesh that was read"),
     **rows("MPCHG MPDELE", Verdict.COUPLING, "changes the materials that were read"),
     **rows("DSYM DK DL DA", Verdict.COUPLING, "holds what lies on a plane or a body, which is not read"),
@@ -70,14 +70,16 @@ _GEOMETRY = re.compile(r".{72}[SGDPT] *\d+\s*$")
 def commands(text: str) -> Iterator[tuple[int, str, list[str]]]:
     """Line, name and words of each command; the numbers of blocks and the geometry before them are passed over.
 
+    Blanks may stand before a command, and "$" between several.
+
     >>> list(commands("D,      1,UX  ,  0.0\\n     1     2\\n"))
     [(1, 'D', ['1', 'UX', '0.0'])]
     """
     for number, line in enumerate(text.splitlines(), 1):
-        if line[:1].isalpha() or line[:1] in "/*":
-            if _GEOMETRY.match(line):
-                continue
-            head, *words = line.split("!")[0].split(",")
+        if not (line.lstrip()[:1].isalpha() or line.lstrip()[:1] in ("/", "*")) or _GEOMETRY.match(line):
+            continue
+        for one in line.split("!")[0].split("$"):
+            head, *words = one.split(",")
             if head.split() and len(head.split()) == 1:
                 yield number, head.strip().upper(), [word.strip() for word in words]
 
@@ -91,6 +93,9 @@ def classify_commands(findings: Findings, text: str) -> set[tuple[int, int]]:
                 held |= _support(findings, line, words)
             except ValueError as error:
                 raise InputError(f"{findings.source}, line {line}: D cannot be read ({error})") from None
+        elif name == "N" and "-1" not in words:  # which ends a block
+            what = "adds, moves or turns a node outside of the node blocks, which is not read"
+            findings.add(Verdict.COUPLING, name, what, line)
         elif name in _ZERO:
             verdict, what = _ZERO[name] if any(map(_value, words)) else (Verdict.HARMLESS, "")
             findings.add(verdict, name, what, line)

@@ -89,8 +89,13 @@ def _add(entry: _Set, name: str, words: list[str]) -> None:
 
 def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation]:
     where = f"{findings.source}, line {entry.line}: {name}"
-    if entry.announced and len(entry.terms) not in entry.announced:
+    count = len(entry.terms)
+    if entry.announced and count != entry.announced[0] and (name == "CE" or count not in entry.announced):
         raise InputError(f"{where} announces {entry.announced[0]} terms, {len(entry.terms)} are there; it is truncated")
+    if name == "CP" and entry.label == "ALL":
+        moving = [label for label, axis in LABELS.items() if axis < 3]
+        nodes = [node for node, _, _ in entry.terms]
+        return [e for label in moving for e in _coupled(nodes, LABELS[label], where)]
     labels = {label for _, label, _ in entry.terms}
     if entry.constant:
         findings.add(Verdict.COUPLING, name, _CONSTANT, entry.line)
@@ -105,7 +110,13 @@ def _equations(findings: Findings, name: str, entry: _Set) -> list[NodalEquation
     terms = [(node, LABELS[label], factor) for node, label, factor in entry.terms]
     if name == "CE":
         return [NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY)]
-    first, *others = dict.fromkeys((node, axis) for node, axis, _ in terms)
+    return _coupled([node for node, _, _ in terms], LABELS[entry.label], where)
+
+
+def _coupled(nodes: list[int], axis: int, where: str) -> list[NodalEquation]:
+    """All move alike in one direction."""
+    first, *others = dict.fromkeys(nodes)
     return [
-        NodalEquation(terms=((*other, 1.0), (*first, -1.0)), where=where, dependent=Dependent.ANY) for other in others
+        NodalEquation(terms=((other, axis, 1.0), (first, axis, -1.0)), where=where, dependent=Dependent.ANY)
+        for other in others
     ]
