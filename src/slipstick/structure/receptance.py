@@ -198,17 +198,16 @@ class ModalReceptance:
         )
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
-        """``factors @ products``; real products are multiplied with real and imaginary parts apart (half the work)."""
+        """``factors @ products``; real products are multiplied with pairs of real and imaginary parts (half the work)."""
         if self.static.size * factors.shape[1] > _LARGE:
             rows = [(self._left * factor) @ self._right.T for factor in factors]
             return np.stack([row.ravel() for row in rows])
         if self._products.dtype.kind == "c":
             small: ComplexArray = factors @ self._products
             return small
-        out = np.empty((factors.shape[0], self._products.shape[1]), dtype=complex)
-        out.real = factors.real @ self._products
-        out.imag = factors.imag @ self._products
-        return out
+        pairs = np.ascontiguousarray(factors.T).view(float)
+        summed: ComplexArray = (self._products.T @ pairs).view(complex).T
+        return summed
 
 
 class PoleReceptance:
