@@ -198,7 +198,7 @@ class ModalReceptance:
         )
 
     def _sum(self, factors: ComplexArray) -> ComplexArray:
-        """``factors @ products``; real products are multiplied with pairs of real and imaginary parts (half the work)."""
+        """``factors @ products``; real products times pairs of real and imaginary parts: half the work."""
         if self.static.size * factors.shape[1] > _LARGE:
             rows = [(self._left * factor) @ self._right.T for factor in factors]
             return np.stack([row.ravel() for row in rows])

@@ -16,6 +16,8 @@ from slipstick.typing import Array
 
 _CLEAR_GAIN = 0.5
 _WORST_LOSS = 10.0
+_BEYOND = 1e-3
+"""Part of the tolerance that is left where a Jacobian serves again: as is usual where every correction has its own."""
 
 Evaluate = Callable[[Array], tuple[Array, Jacobian, Any]]
 """Residual, Jacobian and anything to keep with them, of unknowns (N,)."""
@@ -48,7 +50,7 @@ def line_search(
             result.contraction = natural if result.iterations == 0 else result.contraction
             tiny = size <= options.stagnation and isfinite(natural)
             if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and result.is_rounding()):
-                again = natural < options.reuse and natural * natural * size <= options.tolerance
+                again = natural < options.reuse and natural * natural * size <= _BEYOND * options.tolerance
                 result.accept(trial, simplified if again else None)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
