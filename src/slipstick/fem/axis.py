@@ -16,7 +16,7 @@ from slipstick.typing import Array
 DIRECTIONS = ("radial", "circumferential", "axial")
 
 _ON_AXIS = 1e-9
-"""Distance from the axis, over that of the farthest place, below which there is no radial direction."""
+"""Distance from the axis below which there is no radial direction, over the coordinates of which it is a difference."""
 _EXPECTED = 'a table such as {"point": (0, 0, 0), "direction": (0, 0, 1)}'
 
 
@@ -81,7 +81,8 @@ class Axis:
         """
         arm, axial = self._arm(positions), np.asarray(self.direction)
         size = np.linalg.norm(arm, axis=1)
-        lost = size <= max(_ON_AXIS * float(size.max(initial=0.0)), SMALLEST)
+        places = np.linalg.norm(np.asarray(positions, dtype=float), axis=1)
+        lost = size <= np.maximum(_ON_AXIS * (places + np.linalg.norm(self.point)), SMALLEST)
         if np.any(lost):
             at = f"point {int(np.argmax(lost)) + 1} lies on it, where no direction is radial"
             raise InputError(Fault("axis", at, remedy="give a point of the axis, and its direction"))
