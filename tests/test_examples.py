@@ -168,6 +168,44 @@ def test_brake_squeal(tmp_path):
     assert (tmp_path / "brake_squeal.png").stat().st_size > 10_000
 
 
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_answers_of_the_oscillator(tmp_path):
+    """Peaks over the velocity: located events, and every circle of the figure lies on a locus or is a smaller peak."""
+    module = load("oscillator/worst_velocity.py")
+    loci = module.loci()
+    up, down = (locus.dataset for locus in loci.values())
+    assert float(up.parameter[up.kind == "tie"][-1]) == pytest.approx(21.2484, abs=2e-4)
+    assert float(down.parameter[down.kind == "turning point"][0]) == pytest.approx(9.5043, abs=2e-4)
+    omega = np.sqrt(40.0 - 0.08)
+    assert float(up.omega[-1]) == pytest.approx(omega, rel=1e-7)
+    assert float(up.amplitude[-1, 0]) == pytest.approx(100.0 / (0.4 * np.sqrt(40.0 - 0.04)), rel=1e-9)
+    sliding = up.parameter.values[up.stick_fraction.values[:, 0] == 0.0]
+    assert sliding.min() >= omega * float(up.amplitude[-1, 0])
+    for v, height in ((12.0, 5.4956), (14.51, 6.184), (18.0, 5.0383), (21.0, 5.2954)):
+        curve = ss.forced_response(module.problem(v), omega=(3.0, 15.0))
+        assert highest(curve, "x")[1] == pytest.approx(height, rel=2e-4), v
+    module.draw_loci(tmp_path)
+    module.draw_answers(tmp_path)
+
+
+@pytest.mark.verify
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
+def test_answers_of_the_blade(tmp_path):
+    """Stability, sensitivities and locus in under 10 s; the locus meets the peaks of whole curves."""
+    module = load("blade_reduced/answers.py")
+    branch, slopes, locus, seconds = module.answers(module.blade(100.0, 1.0))
+    assert seconds.sum() < 10.0
+    assert (branch.dataset.stable == 1).all()
+    assert slopes.sizes["parameter"] == 51
+    assert locus.outcome.ok
+    data = locus.dataset
+    for v in (0.5, 2.0, 8.0):
+        between = np.interp(v, data.parameter, data.amplitude.sel(dof="n1y"))
+        assert between == pytest.approx(module.highest(v), rel=5e-3), v
+    module.draw(branch, locus, module.modes(), tmp_path)
+
+
 def test_lobed_casing(tmp_path):
     """A blade on an oval casing: twice the speed meets its first mode, and time integration agrees."""
     module = load("lobed_casing/lobed_casing.py")

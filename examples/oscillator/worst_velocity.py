@@ -1,0 +1,124 @@
+"""What an engineer asks of the oscillator: worst rubbing velocity, best normal load, stability, damping."""
+
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import slipstick as ss
+
+VELOCITIES = (0.0, 1.0, 10.0, 50.0, 100.0)
+CHECKED = (1.0, 4.0, 6.0, 7.0, 9.0, 10.0, 12.0, 14.5, 18.0, 21.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+LOADED = (100.0, 200.0, 400.0, 700.0, 1000.0)
+SMALLEST = {0.0: 2.0, 1.0: 0.1, 10.0: 0.5, 50.0: 2.0, 100.0: 2.0}
+"""Amplitudes at which the damper sticks (at rest) or only slides: there the nonlinear mode begins."""
+
+
+def problem(velocity=0.0):
+    """The oscillator of Petrov (2012), rubbed at a constant velocity."""
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    damper = ss.ContactPair(
+        name="damper",
+        contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
+        tangential="x",
+        rubbing=ss.RubbingMotion(velocity=velocity),
+    )
+    return ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+
+
+def loci():
+    """Both peaks over the rubbing velocity: the upper one from rest, the lower one from fast rubbing down."""
+    return {
+        "from 0 up": ss.track_peak(problem(), "damper.velocity", (0.0, 300.0), omega=(3.0, 12.0)),
+        "from 100 down": ss.track_peak(problem(), "damper.velocity", (100.0, 0.5), omega=(3.0, 12.0)),
+    }
+
+
+def over_load():
+    """The highest peak over the normal load, without rubbing."""
+    return ss.track_peak(problem(), "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0))
+
+
+def stability():
+    """Response curves with their Floquet multipliers."""
+    return {
+        f"v = {v:g}": ss.forced_response(problem(v), omega=(1.5, 15.0), stability=True)
+        for v in (1.0, 10.0, 100.0, 250.0)
+    }
+
+
+def modes():
+    """Free vibration over its amplitude."""
+    return {v: ss.nonlinear_modes(problem(v), amplitude=(SMALLEST[v], 80.0)) for v in VELOCITIES}
+
+
+def peaks_of_curves(changed, values):
+    """``(value, omega, amplitude)`` of the peaks of whole response curves above 3 rad/s."""
+    found = []
+    for value in values:
+        curve = ss.forced_response(changed(value), omega=(1.5, 15.0))
+        found += [(value, omega, size) for omega, size in curve.peaks("x") if omega > 3.0]
+    return np.array(found)
+
+
+def peaks_alone(locus):
+    """Parameter, amplitude and frequency of a locus, broken where one peak ends and another is followed on."""
+    data = locus.dataset.isel(point=locus.dataset.peak_dof.values >= 0)
+    rows = np.column_stack([data.parameter, data.amplitude[:, 0], data.omega])
+    jumps = np.abs(np.diff(rows[:, 2])) > 0.1 * rows[1:, 2]
+    return np.insert(rows, np.flatnonzero(jumps) + 1, np.nan, axis=0).T
+
+
+def draw_loci(folder):
+    """Height and frequency of both peaks; circles are peaks of whole curves."""
+    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    heights, places = figure.subplots(1, 2)
+    for (label, locus), style in zip(loci().items(), ("-", "--"), strict=True):
+        at, height, omega = peaks_alone(locus)
+        (line,) = heights.plot(at, height, style, label=label)
+        places.plot(at, omega, style, color=line.get_color())
+    checked = peaks_of_curves(problem, CHECKED)
+    heights.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
+    places.plot(checked[:, 0], checked[:, 1], "ko", mfc="none", ms=4)
+    for axes, name in ((heights, "amplitude of the peak"), (places, "frequency of the peak [rad/s]")):
+        axes.set(xscale="log", xlabel="rubbing velocity", ylabel=name, xlim=(0.5, 310.0))
+    heights.set_yscale("log")
+    heights.legend()
+    figure.savefig(folder / "answers_velocity.png", dpi=120)
+
+
+def draw_answers(folder):
+    """Best load, largest multiplier, damping and frequency over the amplitude."""
+    figure = Figure(figsize=(10, 7.5), layout="constrained")
+    (load, multipliers), (damping, frequency) = figure.subplots(2, 2)
+    data = over_load().dataset
+    load.plot(data.parameter, data.amplitude[:, 0])
+    best = data.isel(point=data.kind.values == "optimum")
+    load.plot(best.parameter, best.amplitude[:, 0], "o", label=f"best: {float(best.parameter[0]):.2f}")
+    checked = peaks_of_curves(lambda value: problem().with_parameter("damper.normal_load", value), LOADED)
+    load.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
+    load.set(xlabel="normal load, v = 0", ylabel="amplitude of the highest peak", yscale="log")
+    load.legend()
+    ss.plots.stability(stability(), ax=multipliers)
+    multipliers.set_ylim(0.0, 1.05)
+    multipliers.legend(loc="lower right", ncols=2, fontsize=8)
+    for v, mode in modes().items():
+        free = mode.dataset
+        damping.loglog(free.modal_amplitude, free.modal_damping, label=f"v = {v:g}")
+        frequency.semilogx(free.modal_amplitude, free.omega, label=f"v = {v:g}")
+    damping.set(xlabel="amplitude of free vibration", ylabel="damping ratio")
+    frequency.set(xlabel="amplitude of free vibration", ylabel="frequency [rad/s]")
+    damping.legend()
+    figure.savefig(folder / "answers_oscillator.png", dpi=120)
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+    folder.mkdir(parents=True, exist_ok=True)
+    warnings.simplefilter("ignore", ss.SlipstickWarning)
+    for label, locus in loci().items():
+        print(f"{label}: {locus.message}")
+    draw_loci(folder)
+    draw_answers(folder)
