@@ -141,6 +141,7 @@ def test_shaken():
     assert branch.check_in_time(branch.at(omega)).relative_difference < 2e-4
 
 
+@pytest.mark.verify
 def test_answers(tmp_path):
     """Loci end where curves over the frequency have their peaks; the best load is that of many curves."""
     module = load("oscillator/answers.py")

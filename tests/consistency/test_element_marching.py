@@ -67,7 +67,7 @@ def test_ten_thousand_random_states(n):
 
 def test_march_converges_to_the_element_with_second_order():
     orders = list(range(6))
-    state = random_states(np.random.default_rng(7), 200, orders)
+    state = random_states(np.random.default_rng(7), 80, orders)
     forces = element_forces(Harmonics(orders), **state)
     samples = 2 ** np.arange(10, 17)
     mean = [np.mean(errors(orders, state, forces.Fx, forces.Fy, s)) for s in samples]

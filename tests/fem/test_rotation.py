@@ -74,6 +74,7 @@ def test_what_cannot_turn_is_refused():
         centrifugal(model, 100.0, Axis())
 
 
+@pytest.mark.verify
 def test_tied_parts_turn_as_one_piece():
     """Two halves that share no node, their faces tied by equations, against the whole."""
     whole = box((3.0, 0.1, 0.1), (6, 1, 1), "hex20")

@@ -117,6 +117,7 @@ def test_patch_of_triangles_weighs_like_one_of_quadrilaterals():
     np.testing.assert_allclose(means, 0.3**2 / 6, rtol=3e-3)  # int r^3 cos^2 (1 - r^2) / int r (1 - r^2)
 
 
+@pytest.mark.verify
 def test_patch_compliance_converges_and_point_compliance_does_not():
     steel = Material(young=1.0, poisson=0.3, density=1.0)
     patch, point = [], []
