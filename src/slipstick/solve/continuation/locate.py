@@ -15,7 +15,9 @@ from slipstick.typing import Array
 
 _MAX_TRIALS = 60
 _TOO_FAR = 0.5
-_ENDS, _PLACES = np.linspace(0.0, 1.0, 2), np.linspace(0.0, 1.0, 9)
+_PLACES = np.linspace(0.0, 1.0, 9)
+_NEARLY = 0.5
+"""An event function that falls to this share between the ends of an arc nearly changes its sign there."""
 _SECANTS = 8
 
 
@@ -56,10 +58,12 @@ class Locator:
             ends.append(values[-1])
             changes = zip(pairwise(places), pairwise(values), strict=True)
             crossed = [(at, of) for at, of in changes if event.crossed(*of)]
-            if event.place is None:
-                located = [self._change(event, arc, at, of) for at, of in crossed]
-            else:
+            if event.place is not None:
                 located = [self._jump(event, arc, event.place(first, second, arc)) for _ in crossed]
+            else:
+                located = [self._change(event, arc, at, of) for at, of in crossed]
+                if not any(located) and event.crossed(before, values[-1]):
+                    located = [self._event(event, arc, (0.0, before), (1.0, values[-1]))]
             found += [step for step in located if step is not None]
         self.values = tuple(ends)
         if self._requested.size:
@@ -69,18 +73,29 @@ class Locator:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in found]
 
-    @staticmethod
     def _expected(
-        event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
+        self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
     ) -> tuple[list[float], list[float]]:
-        """Places on the arc, its ends among them, and the event function there: exact at the ends.
-
-        Where the arc is not known to be near the branch its ends alone count.
-        """
+        """Places on the arc, its ends among them, and the event function there: exact at the ends."""
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
-        places = _PLACES if second.smooth else _ENDS
-        return places.tolist(), [before, *event.along(first, second, arc, places).tolist()[1:]]
+        values = np.array([before, *event.along(first, second, arc, _PLACES)[1:]])
+        self._see_to_near_miss(event, arc, values)
+        return _PLACES.tolist(), values.tolist()
+
+    def _see_to_near_miss(self, event: BranchEvent, arc: Arc, values: Array) -> None:
+        """Make values exact where the sign nearly changes: the cubic is not as near to the branch as that."""
+        size, sign = np.abs(values), np.sign(values)
+        if np.ptp(sign) != 0.0:
+            return
+        nearest = 1 + int(np.argmin(size[1:-1]))
+        if not size[nearest] < _NEARLY * min(size[0], size[-1]):
+            return
+        for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
+            solved = self._solved(event, arc, float(_PLACES[i]), 0.0)
+            values[i] = values[i] if solved is None else solved[1]
+            if np.sign(values[i]) != sign[i]:
+                return
 
     def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both) -> tuple[float, Step] | None:
         """The sign change expected between two places, from the values expected there."""
