@@ -267,7 +267,7 @@ class ImportedModel:
         Raises
         ------
         InputError
-            As :func:`slipstick.structure.constraints.eliminate`.
+            As ``slipstick.structure.constraints.eliminate``.
         """
         from scipy.sparse import csr_array
 

@@ -76,8 +76,11 @@ class Locator:
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
     ) -> tuple[list[float], list[float]]:
-        """Places on the arc, its ends among them, and the event function there: exact at the ends."""
-        if event.along is None:
+        """Places on the arc, its ends among them, and the event function there: exact at the ends.
+
+        Where the arc is not known to be near the branch its ends alone count.
+        """
+        if event.along is None or not second.smooth:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = np.array([before, *event.along(first, second, arc, _PLACES)[1:]])
         self._see_to_near_miss(event, arc, values)

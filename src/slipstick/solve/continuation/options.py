@@ -11,7 +11,7 @@ from slipstick.solve.newton.options import NewtonOptions
 
 
 def _corrector_options() -> NewtonOptions:
-    return NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1, reuse=1e-2)
+    return NewtonOptions(max_iterations=8, min_damping=0.4, non_monotone=1)
 
 
 @dataclass(frozen=True, kw_only=True)
