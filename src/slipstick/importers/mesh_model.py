@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +39,20 @@ class Stated:
     where: str
     equations: Callable[[Mesh], Iterable[NodalEquation]]
     nodewise: bool = True
+
+
+def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
+    """Equations by the place that states them."""
+    places: dict[str, list[NodalEquation]] = {}
+    for equation in equations:
+        places.setdefault(equation.where, []).append(equation)
+    for where, own in places.items():
+        yield Stated(where=where, equations=partial(_same, own))
+
+
+def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
+    del mesh
+    return equations
 
 
 @dataclass(frozen=True, kw_only=True)

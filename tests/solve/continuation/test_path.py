@@ -101,7 +101,7 @@ def test_every_point_solves_the_equations_and_lies_in_order():
     for step in steps:
         assert step.x[0] ** 2 + step.parameter**2 == pytest.approx(1.0, abs=2.2e-10)  # 2 x tolerance
         radius = step.x[0] * step.tangent_x[0] + step.parameter * step.tangent_parameter
-        assert radius == pytest.approx(0.0, abs=1e-6)  # as far as Jacobians are used again
+        assert radius == pytest.approx(0.0, abs=1e-12)
     assert np.all(np.diff([s.parameter for s in steps]) > 0)
     assert np.all(np.diff([s.arclength for s in steps]) > 0)
     assert steps[0].parameter == -0.9

@@ -163,29 +163,6 @@ def test_all_faulty_options_are_named_at_once():
     assert len(error.value.sentences) == 5
 
 
-def test_a_jacobian_serves_again_where_a_new_one_would_bring_nothing():
-    made = []
-
-    def system(x):
-        made.append(0)
-        at = len(made) - 1
-
-        def written():
-            made[at] += 1
-            return cosine_system(x).jacobian.matrix
-
-        return Evaluation(cosine_system(x).residual, DenseJacobian(written))
-
-    plain = newton(system, [0.45, 0.46])
-    every, made[:] = sum(made), []
-    again = newton(system, [0.45, 0.46], options=NewtonOptions(reuse=0.1))
-    assert again.converged
-    assert again.x == pytest.approx(plain.x, abs=2e-10)
-    assert 0 < sum(made) < every
-    assert again.factorised is not again.jacobian
-    assert plain.factorised is plain.jacobian
-
-
 def test_a_first_correction_that_leads_too_far_is_not_followed():
     def system(x):
         found = cosine_system(x)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from slipstick.importers.ansys.materials import read_materials
 from slipstick.importers.extras import require
 from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, Stated, with_surfaces
+from slipstick.importers.mesh_model import MeshModel, stated_each, with_surfaces
 from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
 from slipstick.typing import Array, IntArray
@@ -121,20 +120,6 @@ def read_archive(path: Path) -> MeshModel:
         variants=parts.variants,
         axes=axes,
     )
-
-
-def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
-    """Equations by the place that states them."""
-    places: dict[str, list[NodalEquation]] = {}
-    for equation in equations:
-        places.setdefault(equation.where, []).append(equation)
-    for where, own in places.items():
-        yield Stated(where=where, equations=partial(_same, own))
-
-
-def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
-    del mesh
-    return equations
 
 
 def _straight(made: Edges, path: Path) -> Iterator[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.mesh_checks import likely_units, unit_notes
-from slipstick.importers.mesh_model import MeshModel, Stated
+from slipstick.importers.mesh_model import MeshModel, stated_each
 from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
 from slipstick.importers.nastran.cards import cards
@@ -93,25 +92,12 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
         notes=(*_left_out(found, path), *found.findings.notes, *unit_notes(mesh, materials)),
         warnings=found.findings.warnings,
         couplings=(*found.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
-        constraints=tuple(_stated(equations)),
+        constraints=tuple(stated_each(equations)),
         lumped=lumped,
         material_faults=faults,
         variants=found.variants,
         axes={node: axes.T for node, axes in data.directions.items()},
     )
-
-
-def _stated(equations: list[NodalEquation]) -> Iterator[Stated]:
-    places: dict[str, list[NodalEquation]] = {}
-    for equation in equations:
-        places.setdefault(equation.where, []).append(equation)
-    for where, own in places.items():
-        yield Stated(where=where, equations=partial(_same, own))
-
-
-def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:
-    del mesh
-    return equations
 
 
 def _cards(path: Path, text: str, next_label: int) -> Cards:

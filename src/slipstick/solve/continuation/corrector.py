@@ -34,7 +34,7 @@ class Corrector:
     def __init__(self, system: System, size: int, metric: Metric, options: NewtonOptions) -> None:
         self._system, self._size, self.metric, self._options = system, size, metric, options
         self.patient = replace(options, max_iterations=2 * options.max_iterations, min_damping=0.1)
-        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance), reuse=0.0)
+        self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
         self._latest: tuple[Any, Arc | None] = ((), None)
@@ -86,7 +86,7 @@ class Corrector:
             result.x[-1] = guess[-1]
         tangent = self._null(result, row)
         step = Step(result.x, tangent, result, kind, name, size)
-        step.orientation = result.factorised.sign()
+        step.orientation = result.jacobian.sign()
         if normal is None and forward is not None and self.metric.cosine(tangent, forward) < 0:
             step.reverse()
         return step, result
@@ -111,16 +111,8 @@ class Corrector:
         return result
 
     def _null(self, result: NewtonResult, row: Array) -> Array:
-        """Unit tangent with ``row @ tangent > 0`` from the Jacobian at the solution.
-
-        Where another one was factorised the error of its tangent is corrected once, which squares it.
-        """
-        tangent = self._last_unit(result.factorised, row.size)
-        if result.factorised is not result.jacobian:
-            off = result.jacobian.multiply(tangent)
-            off[-1] -= 1.0
-            tangent -= result.factorised.solve(off)
-            self.solves += 1
+        """Unit tangent with ``row @ tangent > 0`` from the Jacobian at the solution."""
+        tangent = self._last_unit(result.jacobian, row.size)
         tangent /= self.metric.length(tangent)
         return tangent
 

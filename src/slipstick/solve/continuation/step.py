@@ -68,7 +68,7 @@ class Step:
         self.iterations, self.evaluation = result.iterations, result.evaluation
         residual = result.residual[:size]
         self.residual_norm = float(np.sqrt(residual.dot(residual)))
-        self.jacobian: Jacobian | None = getattr(result, "factorised", None)
+        self.jacobian: Jacobian | None = getattr(result, "jacobian", None)
         self.orientation = 0
         self.arclength = 0.0
         self.apart, self.smooth = inf, False

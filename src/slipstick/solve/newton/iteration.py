@@ -88,7 +88,7 @@ def iterate(
     """
     result = NewtonResult(x)
     result.residual, result.jacobian, result.evaluation = evaluate(x)
-    result.factorised, result.evaluations = result.jacobian, 1
+    result.evaluations = 1
     result.residual_norm = norm(result.residual)
     allowance = options.non_monotone
     while True:
@@ -111,14 +111,11 @@ def _correction(result: NewtonResult, inverse_scale: Array) -> Array | None:
     if not isfinite(result.residual_norm):
         result.reason = NewtonStop.NOT_FINITE
         return None
-    if result.simplified is not None:
-        step = result.simplified
-    elif result.jacobian.singular:
+    if result.jacobian.singular:
         result.correction_norm, result.reason = np.inf, NewtonStop.SINGULAR
         return None
-    else:
-        step = result.jacobian.solve(result.residual)
-        result.solves += 1
+    step = result.jacobian.solve(result.residual)
+    result.solves += 1
     result.correction_norm = norm(step * inverse_scale)
     result.corrections.append(result.correction_norm)
     if not isfinite(result.correction_norm):

@@ -16,8 +16,6 @@ from slipstick.typing import Array
 
 _CLEAR_GAIN = 0.5
 _WORST_LOSS = 10.0
-_BEYOND = 1e-3
-"""Part of the tolerance that is left where a Jacobian serves again: as is usual where every correction has its own."""
 
 Evaluate = Callable[[Array], tuple[Array, Jacobian, Any]]
 """Residual, Jacobian and anything to keep with them, of unknowns (N,)."""
@@ -41,17 +39,15 @@ def line_search(
     while damping >= options.min_damping:
         trial = _trial(evaluate, result.x - step if damping == 1.0 else result.x - damping * step)
         result.evaluations += 1
-        natural, simplified = np.inf, step
+        natural = np.inf
         if isfinite(trial[4]):
-            simplified = result.factorised.solve(trial[1])
-            natural = norm(simplified * inverse_scale) / size
+            natural = norm(result.jacobian.solve(trial[1]) * inverse_scale) / size
             result.solves += 1
         if damping == 1.0:
             result.contraction = natural if result.iterations == 0 else result.contraction
             tiny = size <= options.stagnation and isfinite(natural)
             if natural <= _CLEAR_GAIN or tiny or (natural < _WORST_LOSS and result.is_rounding()):
-                again = natural < options.reuse and natural * natural * size <= _BEYOND * options.tolerance
-                result.accept(trial, simplified if again else None)
+                result.accept(trial)
                 return allowance
             full = trial if natural < _WORST_LOSS else None
         if natural < level:

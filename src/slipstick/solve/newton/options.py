@@ -25,9 +25,6 @@ class NewtonOptions:
         How many corrections in a row may fail to be half the smallest before them; None: any number.
     stagnation
         Corrections below this which no longer shrink are rounding: accepted, and marked ``stagnated``.
-    reuse
-        Contraction below which the last factorised Jacobian serves for the next correction too, where that one is
-        then the last: a new Jacobian would bring nothing. 0: every correction has its own.
 
     Raises
     ------
@@ -41,7 +38,6 @@ class NewtonOptions:
     non_monotone: int = 4
     patience: int | None = None
     stagnation: float = 1e-8
-    reuse: float = 0.0
 
     def __post_init__(self) -> None:
         faults = []
@@ -57,7 +53,5 @@ class NewtonOptions:
             faults.append(f"Newton patience: found {self.patience}; expected at least 1, or None")
         if not 0 <= self.stagnation < 1:
             faults.append(f"Newton stagnation: found {self.stagnation}; expected a number in [0, 1)")
-        if not 0 <= self.reuse < 1:
-            faults.append(f"Newton reuse: found {self.reuse}; expected a number in [0, 1)")
         if faults:
             raise InputError(faults)

@@ -39,8 +39,6 @@ class NewtonResult:
     ----------
     x, residual, jacobian
         Last accepted state (N,), its residual (N,) and Jacobian.
-    factorised
-        The Jacobian solved with last: the same, or that of a state next to it, see ``NewtonOptions.reuse``.
     residual_norm
         Euclidean norm of the residual.
     correction_norm
@@ -63,14 +61,12 @@ class NewtonResult:
         "corrections",
         "evaluation",
         "evaluations",
-        "factorised",
         "history",
         "iterations",
         "jacobian",
         "reason",
         "residual",
         "residual_norm",
-        "simplified",
         "solves",
         "x",
     )
@@ -86,8 +82,6 @@ class NewtonResult:
         self.contraction = 0.0
         self.evaluation: Any = None
         self.jacobian: Jacobian
-        self.factorised: Jacobian
-        self.simplified: Array | None = None
 
     @property
     def converged(self) -> bool:
@@ -109,15 +103,9 @@ class NewtonResult:
             size = max(size, norm(terms()))
         return self.residual_norm <= 16.0 * _EPSILON * size
 
-    def accept(self, trial: Trial, simplified: Array | None = None) -> None:
-        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm.
-
-        Its correction is the ``simplified`` one, by the Jacobian used last; without, its own.
-        """
+    def accept(self, trial: Trial) -> None:
+        """Move to a trial state: x, residual, Jacobian, evaluation, residual norm."""
         self.x, self.residual, self.jacobian, self.evaluation, self.residual_norm = trial
-        self.simplified = simplified
-        if simplified is None:
-            self.factorised = self.jacobian
 
     def __repr__(self) -> str:
         ended = "under way" if self.reason is None else self.reason.text
