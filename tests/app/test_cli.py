@@ -502,6 +502,16 @@ def test_help_is_fast_because_nothing_heavy_is_imported() -> None:
     assert "verify" in found.stdout
 
 
+def test_help_shows_every_word_of_the_verbs() -> None:
+    """What looks like markup, such as a table's name in square brackets, would vanish from the terminal."""
+    for command in app.registered_commands:
+        callback = command.callback
+        assert callback is not None
+        shown = " ".join(CliRunner().invoke(app, [command.name or callback.__name__, "--help"]).stdout.split())
+        sentence = " ".join((callback.__doc__ or "").split("\n\n")[0].split())
+        assert sentence in shown
+
+
 def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.verify.table import Check
 

@@ -173,7 +173,7 @@ def study(
     time_limit: TimeLimit = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a case for many values of its parameters ([study]): study.nc, curves.nc, figures, report.html."""
+    """Compute a case for all values that its table "study" names: study.nc, curves.nc, figures, report.html."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.study import Spread, run_study, share_of
 
@@ -195,7 +195,7 @@ def track(
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Follow the peak of a case over a parameter ([track]), without the curves between."""
+    """Follow the peak of a case over the parameter of its table "track", without the curves between."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.peaks import track_case
 
@@ -211,7 +211,7 @@ def optimal(
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
-    """Find the value of a parameter at which the peak is lowest ([optimal])."""
+    """Find the value of a parameter, that of its table "optimal", at which the peak is lowest."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.peaks import optimal_case
 
@@ -228,7 +228,7 @@ def modes(
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Follow free vibration in a mode over its amplitude ([modes]): frequency, damping, the peaks of all loads."""
+    """Follow free vibration in a mode (table "modes") over its amplitude: frequency, damping, peaks of all loads."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.peaks import modes_case
 
