@@ -62,6 +62,26 @@ def test_none_is_an_outcome():
     assert found.message.startswith("no optimum of load.x.amplitude was found from 100 to 3.33333")
 
 
+def test_a_plateau_is_no_optimum():
+    """Where the friction force never slips back its vibration does not depend on the normal load: nor does the peak."""
+    found = ss.optimal(oscillator(velocity=10.0), "damper.normal_load", omega=(2.0, 15.0))
+    assert (found.outcome, found.kind) == (ss.Outcome.COMPLETED, "highest")
+    peaks = [
+        max(a for _, a in ss.forced_response(oscillator(velocity=10.0, normal_load=load), omega=(3.5, 5.0)).peaks("x"))
+        for load in (0.98 * found.value, found.value, 1.02 * found.value)
+    ]
+    assert peaks[1] == pytest.approx(found.amplitude, rel=1e-7)
+    assert peaks[1] > max(peaks[0], peaks[2])
+
+
+def test_a_plateau_without_end_is_told():
+    found = ss.optimal(oscillator(velocity=250.0), "damper.normal_load", omega=(2.0, 15.0))
+    assert (found.outcome, found.kind) == (ss.Outcome.STEP_TOO_SMALL, "")
+    assert found.message.startswith("the peak does not depend on damper.normal_load at 800; no optimum of")
+    assert "from 800 to 26.6667" in found.message
+    assert "from 800 to 24000" in found.message
+
+
 def test_a_start_of_zero_is_refused():
     with pytest.raises(ss.InputError, match=r"start: damper.velocity is 0, round which nothing is sought"):
         ss.optimal(oscillator(), "damper.velocity", omega=(2.0, 15.0))

@@ -42,8 +42,8 @@ peak sits on a change of state."""
 NEWTON = NewtonOptions(max_iterations=8, min_damping=1.0, non_monotone=2, patience=2, stagnation=1e-11)
 """Given up early: a shorter step costs less than a long search."""
 
-_LEVEL = 1e-9
-"""Extremes that are equal by symmetry differ by rounding."""
+LEVEL = 1e-9
+"""Extremes that are equal by symmetry differ by rounding, and a plateau is not quite level."""
 _FLAT = 1e-6
 """Slope over the sizes of its terms above which a point is no smooth peak."""
 _MOST_RUNS = 200
@@ -155,7 +155,7 @@ class Locus:
         return continuation(
             self.system, y, *self.span, at=at, direction=direction, options=replace(self.options, output_step=np.inf),
             scaling=ArclengthScaling(x=unit), requested=self.requested, events=(
-                BranchEvent(name=TIE, kind=TIE, function=lambda s: s.evaluation.detail.ahead - _LEVEL, direction=1,
+                BranchEvent(name=TIE, kind=TIE, function=lambda s: s.evaluation.detail.ahead - LEVEL, direction=1,
                             terminal=True),
                 BranchEvent(name=OPTIMUM, kind=OPTIMUM, function=self._rate),
             ), context=self._context,
@@ -164,7 +164,7 @@ class Locus:
     def _rate(self, step: Step) -> float:
         """Derivative of the peak by the parameter; a plateau has no extremes."""
         detail = step.evaluation.detail
-        flat = abs(detail.rate * (self.span[1] - self.span[0])) <= _LEVEL * detail.amplitude
+        flat = abs(detail.rate * (self.span[1] - self.span[0])) <= LEVEL * detail.amplitude
         return float(np.finfo(float).tiny if flat else detail.rate)
 
     def _slope_of(self, step: Step) -> float:

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.locus import OPTIMUM, LocusPoint
-from slipstick.analysis.neighbourhood import FREQUENCY, Move
+from slipstick.analysis.locus import LEVEL, OPTIMUM, LocusPoint
+from slipstick.analysis.neighbourhood import FREQUENCY, Move, Neighbourhood
 from slipstick.analysis.peak_system import PeakDetail, PeakSystem
 from slipstick.analysis.slope import Displaced, Extreme, Slope
 from slipstick.analysis.threads import one_thread
@@ -196,23 +196,34 @@ class _Search:
         near = abs(value) / _SEARCHED <= abs(result.x[-1]) <= abs(value) * _SEARCHED or value == 0.0
         if not (result.converged and near and H[0, 0] < 0.0):
             return None
-        kind = "lowest" if np.linalg.det(H) < 0.0 else "highest"
-        return _Found(result, system, kind)
+        bend, amplitude = float(np.linalg.det(H) / H[0, 0]), self._amplitude(result.evaluation.detail)
+        if abs(bend) * float(result.x[-1]) ** 2 <= LEVEL * amplitude:
+            return None  # a plateau
+        return _Found(result, system, "lowest" if bend > 0.0 else "highest")
+
+    def _amplitude(self, here: Neighbourhood) -> float:
+        return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
     def _tracked(self, y: Array) -> tuple[_Found | None, str]:
-        """The optimum that the peak comes by where it is tracked to where it falls, polished."""
+        """The optimum that the peak comes by where it is tracked to where it falls, polished; off a plateau both ways."""
         value = self.request.span[0]
         at = self.system.evaluate(y, value)
-        rate = at.detail.rate if at.detail is not None else 0.0
-        factor = _SEARCHED if rate * np.sign(value) < 0.0 else 1.0 / _SEARCHED
-        locus = self.request.locus(self.system, (value, value * factor))
-        for point in locus.points(y):
-            if point.kind == OPTIMUM:
-                found = self._newton(point.y, point.parameter)
-                if found is not None:
-                    return found, ""
-        ended = f"no optimum of {self.request.parameter} was found from {value:g} to {value * factor:g}"
-        return None, f"{ended}: {locus.message}"
+        rate, amplitude = (at.detail.rate, at.detail.amplitude) if at.detail is not None else (np.nan, np.nan)
+        down, up, ended = 1.0 / _SEARCHED, _SEARCHED, list[str]()
+        ways = [up if rate * np.sign(value) < 0.0 else down]
+        if abs(rate * value) <= LEVEL * amplitude:
+            ended.append(f"the peak does not depend on {self.request.parameter} at {value:g}")
+            ways = [down, up]
+        for factor in ways:
+            locus = self.request.locus(self.system, (value, value * factor))
+            for point in locus.points(y):
+                if point.kind == OPTIMUM:
+                    found = self._newton(point.y, point.parameter)
+                    if found is not None:
+                        return found, ""
+            none = f"no optimum of {self.request.parameter} was found from {value:g} to {value * factor:g}"
+            ended.append(f"{none}: {locus.message}")
+        return None, "; ".join(ended)
 
     def _made(self, found: _Found | None, outcome: Outcome, message: str, taken: int, clock: float) -> Optimum:
         request, points = self.request, list[LocusPoint]()
@@ -221,7 +232,7 @@ class _Search:
         if found is not None:
             u, evaluation = found.result.x, found.result.evaluation
             here, value, omega = evaluation.detail, float(u[-1]), float(u[-2])
-            amplitude = Extreme.largest(request.problem.harmonics, here.motion()[0]).value
+            amplitude = self._amplitude(here)
             hessian, kind = found.system.hessian, found.kind
             residual = norm(evaluation.residual[:-2] / np.maximum(evaluation.terms()[:-2], 1e-300))
             detail = PeakDetail(
