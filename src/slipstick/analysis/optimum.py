@@ -205,7 +205,7 @@ class _Search:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
     def _tracked(self, y: Array) -> tuple[_Found | None, str]:
-        """The optimum that the peak comes by where it is tracked to where it falls, polished; off a plateau both ways."""
+        """The optimum the peak comes by where it is tracked to where it falls, from a plateau both ways; polished."""
         value = self.request.span[0]
         at = self.system.evaluate(y, value)
         rate, amplitude = (at.detail.rate, at.detail.amplitude) if at.detail is not None else (np.nan, np.nan)
