@@ -3,13 +3,13 @@
 import numpy as np
 from helpers.stability import at_the_hopf_point, brake
 
-from slipstick.analysis.cycle_system import CycleSystem, CycleWatch
+from slipstick.analysis.cycle_system import CycleWatch
 from slipstick.analysis.stability.verdict import StabilityWatch
 
 
 def test_derivatives_are_those_of_differences():
-    request, _, rest, start = at_the_hopf_point(brake())
-    system = CycleSystem(request.space, start.phase)
+    _, _, rest, start = at_the_hopf_point(brake())
+    system = start.system
     y = np.append(rest + 1.1 * start.largest * start.motion, 10.1)
     rng, mu, h = np.random.default_rng(3), 0.57, 1e-6
     y[:-1] += 1e-3 * rng.standard_normal(y.size - 1)
@@ -24,8 +24,8 @@ def test_derivatives_are_those_of_differences():
 
 def test_a_cycle_is_one_at_every_phase_and_only_one_is_in_phase():
     request, _, _, start = at_the_hopf_point(brake())
-    system = CycleSystem(request.space, start.phase)
-    step = start.first(system, request.span)
+    system = start.system
+    step = start.first()
     balance, turn = request.balance, 0.7
     z = step.x[:-1].reshape(balance.n_ports, -1)
     shifted = z.copy()
@@ -41,8 +41,7 @@ def test_a_cycle_is_one_at_every_phase_and_only_one_is_in_phase():
 
 def test_the_multiplier_of_a_shift_in_time_is_left_out():
     request, _, _, start = at_the_hopf_point(brake())
-    system = CycleSystem(request.space, start.phase)
-    step = start.first(system, request.span)
+    step = start.first()
     detail = step.evaluation.detail
     every = StabilityWatch(request.balance).at(step.x[:-1], detail).multipliers
     kept = CycleWatch(request.balance).at(step.x, detail).multipliers
@@ -52,7 +51,7 @@ def test_the_multiplier_of_a_shift_in_time_is_left_out():
 
 
 def test_what_is_no_motion_is_not_defined():
-    request, _, rest, start = at_the_hopf_point(brake())
-    system = CycleSystem(request.space, start.phase)
+    _, _, rest, start = at_the_hopf_point(brake())
+    system = start.system
     for omega in (0.0, -1.0, np.nan):
         assert np.all(np.isnan(system.evaluate(np.append(rest, omega), 0.5).residual))

@@ -105,4 +105,4 @@ def at_the_hopf_point(problem):
     sliding = SteadySliding(request.balance, "pad.mu")
     (hopf,) = sliding.hopf_points([sliding.at(0.5), sliding.at(0.6)])
     rest = at_rest(request.balance, hopf)
-    return request, hopf, rest, CycleStart(request.space, hopf, rest)
+    return request, hopf, rest, CycleStart(request.space, hopf, rest, request.span)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.cycle_start import CycleStart
-from slipstick.analysis.cycle_system import CycleSpecialPoints, CycleSystem, CycleWatch
+from slipstick.analysis.cycle_system import CycleSpecialPoints, CycleWatch
 from slipstick.analysis.sliding import Sliding, SteadySliding
 from slipstick.analysis.slope import StateSpace
 from slipstick.analysis.warming import NO_WORK, Work
@@ -157,7 +157,10 @@ class Cycles:
         self._request, self._hopf = request, hopf
         self.found: list[Point] = []
         self.work = NO_WORK
-        self.outcome, self.message = Outcome.NO_FIRST_POINT, "no limit cycle was found beside the Hopf point"
+        self.outcome, self.message = (
+            Outcome.NO_FIRST_POINT,
+            "no limit cycle beside the Hopf point is in the range",
+        )
 
     def follow(self) -> None:
         """Find all points; a KeyboardInterrupt ends it early."""
@@ -169,26 +172,27 @@ class Cycles:
     def _points(self) -> Iterator[Point]:
         request, hopf = self._request, self._hopf
         request.balance.anchor_if_undamped(hopf.omega)
-        rest = at_rest(request.balance, hopf)
-        start = CycleStart(request.space, hopf, rest)
-        yield self._rising(rest, "start")
+        start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
+        if not start.found:
+            self.message = "the balance has no vibration near the Hopf point that eigenvalues tell of"
+            return
+        yield self._rising(start, 0.0, "start")
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
             return
-        yield self._rising(rest + start.largest * start.motion, STATE_CHANGE)
-        system = CycleSystem(request.space, start.phase)
-        first = start.first(system, request.span)
+        yield self._rising(start, start.largest, STATE_CHANGE)
+        first = start.first()
         if first is not None:
-            yield from self._beyond(system, start, first)
+            yield from self._beyond(start, first)
 
-    def _rising(self, x: Array, kind: str) -> Point:
+    def _rising(self, start: CycleStart, size: float, kind: str) -> Point:
         """Of the straight rise at the Hopf point."""
-        own = self._hopf
-        return self._request.point(x, own.omega, own.value, kind=kind, part=CYCLE_PART, stability=own.stability)
+        x, stability = start.vibrating(size), self._hopf.stability
+        return self._request.point(x, start.omega, start.value, kind=kind, part=CYCLE_PART, stability=stability)
 
-    def _beyond(self, system: CycleSystem, start: CycleStart, first: Step) -> Iterator[Point]:
+    def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
         """Where contacts change their states, along the branch."""
-        request = self._request
+        request, system = self._request, start.system
         special = CycleSpecialPoints(CycleWatch(request.balance), system)
         least = _GONE * start.size(first.x[:-1])
         gone = BranchEvent(
