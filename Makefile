@@ -2,6 +2,8 @@
 PYTHON ?= python3
 # several test processes with several BLAS threads each get in each other's way
 export OMP_NUM_THREADS ?= 1
+# tests are rewritten and modules compiled once, not by each process, whatever the shell says
+export PYTHONDONTWRITEBYTECODE =
 VENV ?= .venv
 LOWEST = $(VENV)-lowest
 ifeq ($(OS),Windows_NT)

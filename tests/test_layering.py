@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -116,10 +118,13 @@ def imported_rooms(tree: ast.Module, path: Path, lazily: bool) -> Iterator[tuple
 
 
 def _walk(node: ast.AST, lazily: bool, inside: bool = False) -> Iterator[ast.AST]:
+    """Statements; expressions hold no imports."""
     for child in ast.iter_child_nodes(node):
+        if not isinstance(child, (ast.stmt, ast.excepthandler, ast.match_case)):
+            continue
         if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             continue
-        within = inside or isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
+        within = inside or isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef))
         if inside == lazily:
             yield child
         yield from _walk(child, lazily, within)
@@ -134,47 +139,68 @@ def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     return any("jit" in ast.unparse(decorator) for decorator in function.decorator_list)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_module(path: Path) -> None:
+@dataclass(frozen=True, kw_only=True)
+class File:
+    """What the tests ask of a file, so that it is parsed once; trees of all files would weigh on every test after."""
+
+    lines: int
+    rooms: dict[bool, list[tuple[int, str]]]
+    """Rooms imported with the line, at once (False) and lazily (True)."""
+    modules: set[str]
+    packages: set[str]
+    public: set[str]
+    wide: set[str]
+    """Functions with more parameters than ``PARAMETERS``."""
+    long: list[str]
+    """Functions that are too long, and how long."""
+
+
+@cache
+def read(path: Path) -> File:
     text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
-    room = room_of(path)
+    functions = [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    return File(
+        lines=text.count("\n"),
+        rooms={lazily: list(imported_rooms(tree, path, lazily)) for lazily in (False, True)},
+        modules=set(imported_modules(tree)),
+        packages=set(_external(tree)),
+        public=set(public_names(tree)),
+        wide={function.name for function in functions if parameters(function) > PARAMETERS},
+        long=[f"{function.name}: {body_lines(function)} lines" for function in functions if is_long(function)],
+    )
+
+
+def is_long(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return body_lines(function) > (COMPILED_LINES if is_compiled(function) else FUNCTION_LINES)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_module(path: Path) -> None:
+    file, room, name = read(path), room_of(path), path.relative_to(ROOT).as_posix()
     assert room in LEVEL, f"{path}: the room '{room}' has no place in the order"
     wrong = [
         f"line {line}: {room} imports {other}"
-        for lazily in (False, True)
-        for line, other in imported_rooms(tree, path, lazily)
-        if not (lazily and path.relative_to(ROOT).as_posix() == LAZY)
+        for lazily, rooms in file.rooms.items()
+        for line, other in rooms
+        if not (lazily and name == LAZY)
         if other != room and LEVEL[other] >= LEVEL[room]
     ]
-    assert not wrong, f"{path.relative_to(ROOT)}: {wrong}"
-    assert text.count("\n") <= FILE_LINES, f"{path.relative_to(ROOT)} has {text.count(chr(10))} lines"
-    functions = [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
-    long = [
-        f"{function.name}: {body_lines(function)} lines"
-        for function in functions
-        if body_lines(function) > (COMPILED_LINES if is_compiled(function) else FUNCTION_LINES)
-    ]
-    assert not long, f"{path.relative_to(ROOT)}: {long}"
+    assert not wrong, f"{name}: {wrong}"
+    assert file.lines <= FILE_LINES, f"{name} has {file.lines} lines"
+    assert not file.long, f"{name}: {file.long}"
+    wide = file.wide - FACADE.get(name, set())
+    assert not wide, f"{name}: more than {PARAMETERS} parameters: {sorted(wide)}"
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_few_parameters(path: Path) -> None:
-    allowed = FACADE.get(path.relative_to(ROOT).as_posix(), set())
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    wide = {function.name for function in functions if parameters(function) > PARAMETERS}
-    assert wide <= allowed, f"{path.relative_to(ROOT)}: more than {PARAMETERS} parameters: {sorted(wide - allowed)}"
-
-
-def parameters(function: ast.FunctionDef) -> int:
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     own = [a.arg for a in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)]
     return len([name for name in own if name not in ("self", "cls")])
 
 
 def test_no_two_files_import_each_other() -> None:
     known = {module_of(path): path for path in FILES}
-    uses = {name: set(imported_modules(path)) & set(known) for name, path in known.items()}
+    uses = {name: read(path).modules & known.keys() for name, path in known.items()}
     pairs = {(a, b) for a in known for b in uses[a] if a < b and a in uses[b]}
     rows = {pair for pair in pairs if pair[1] == "verify.table" and pair[0].startswith("verify.")}
     assert pairs - rows <= BOTH_WAYS
@@ -186,10 +212,10 @@ def module_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imported_modules(path: Path) -> Iterator[str]:
+def imported_modules(tree: ast.Module) -> Iterator[str]:
     """Modules of this package that a file imports when it runs, lazily or not."""
     for lazily in (False, True):
-        for node in _walk(ast.parse(path.read_text(encoding="utf-8")), lazily):
+        for node in _walk(tree, lazily):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("slipstick."):
                 own = str(node.module).removeprefix("slipstick.")
                 yield own
@@ -203,7 +229,7 @@ def test_rooms_of_the_application_keep_their_order() -> None:
         found = [
             f"{path.name} imports {name}"
             for path in (ROOT / "app" / room).glob("*.py")
-            for name in imported_modules(path)
+            for name in read(path).modules
             if name.startswith(tuple(f"app.{other}" for other in rooms))
         ]
         assert not found
@@ -232,7 +258,7 @@ def test_a_name_means_one_thing() -> None:
     """No public class, function or constant stands in two files; a verb of the terminal is called as it is typed."""
     places: dict[str, set[str]] = {}
     for path in FILES:
-        for name in public_names(ast.parse(path.read_text(encoding="utf-8"))):
+        for name in read(path).public:
             places.setdefault(name, set()).add(path.relative_to(ROOT).as_posix())
     twice = {name: found for name, found in places.items() if len(found - VERBS) > 1}
     assert not twice
@@ -257,7 +283,7 @@ def public_names(tree: ast.Module) -> Iterator[str]:
 
 def test_compiled_code_stays_in_its_rooms() -> None:
     """Only contact and trig import numba, so that everything else can be read and stepped through."""
-    users = {room_of(path) for path in FILES if "numba" in _external(path)}
+    users = {room_of(path) for path in FILES if "numba" in read(path).packages}
     assert users <= {"contact", "trig"}
 
 
@@ -277,11 +303,10 @@ def test_checker_sees_a_wrong_import() -> None:
     assert [room for _, room in imported_rooms(tree, path, lazily=True)] == ["verify"]
 
 
-def _external(path: Path) -> set[str]:
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+def _external(tree: ast.Module) -> Iterator[str]:
+    """Packages that a file imports, for types too."""
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found |= {alias.name.split(".")[0] for alias in node.names}
+            yield from (alias.name.split(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found.add(node.module.split(".")[0])
-    return found
+            yield node.module.split(".")[0]

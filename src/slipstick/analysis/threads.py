@@ -4,24 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import cache
 from typing import Any
 
 from slipstick.interrupts import held
-
-
-@cache
-def _blas() -> Any:
-    """Finding the BLAS libraries takes milliseconds: once a process."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
+from slipstick.solve.linear.factors import one_blas_thread
 
 
 def one_thread() -> AbstractContextManager[Any]:
     """Matrices of the balance are small: more BLAS threads only wait for each other."""
-    limit: AbstractContextManager[Any] = _blas().limit(limits=1, user_api="blas")
-    return limit
+    return one_blas_thread()
 
 
 @contextmanager

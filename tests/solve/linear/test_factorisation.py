@@ -127,6 +127,17 @@ def test_one_blas_thread_around_the_solver() -> None:
         assert all(pool["num_threads"] == 1 for pool in threadpool_info() if pool["user_api"] == "blas")
 
 
+def test_the_libraries_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That takes milliseconds, longer than a small solution."""
+
+    def looked() -> None:
+        raise AssertionError
+
+    factors = factorise(grid(5))
+    monkeypatch.setattr("threadpoolctl.ThreadpoolController", looked)
+    np.testing.assert_allclose(grid(5) @ factors.solve(np.ones(25)), 1.0)
+
+
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("shift", [0.0, 1.7])
 def test_an_ordering_serves_every_matrix_of_its_pattern_and_no_other(solver: str, shift: float) -> None:

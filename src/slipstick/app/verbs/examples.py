@@ -6,6 +6,7 @@ import ast
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,7 @@ def _texts(value: Any) -> Iterator[str]:
         yield from _texts(inner)
 
 
+@cache
 def _script(path: Path) -> Example:
     about = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").splitlines()[0]
     needs = tuple(sorted(_beside(path, {path}) - {path}))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -89,8 +91,15 @@ class SolvedFactors:
             return np.asarray(self._solve(columns)).reshape(B.shape)
 
 
-def one_blas_thread() -> Any:
+def one_blas_thread() -> AbstractContextManager[Any]:
     """Context in which numpy's and MKL's linear algebra use one thread."""
-    from threadpoolctl import threadpool_limits
+    limit: AbstractContextManager[Any] = blas_libraries().limit(limits=1, user_api="blas")
+    return limit
 
-    return threadpool_limits(limits=1, user_api="blas")
+
+@cache
+def blas_libraries() -> Any:
+    """Those that are loaded. Finding them takes milliseconds: once, and again (``cache_clear``) when one is loaded."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

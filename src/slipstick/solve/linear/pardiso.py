@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from slipstick.errors import InputError
+from slipstick.solve.linear.factors import blas_libraries
 from slipstick.typing import AnyArray, Sparse
 
 _REAL_SYMMETRIC, _COMPLEX_SYMMETRIC = -2, 6
@@ -22,6 +23,7 @@ class Pardiso:
         from pypardiso import PyPardisoSolver
 
         self._call = PyPardisoSolver().libmkl["pardiso"]  # a fresh handle: no argument types set
+        blas_libraries.cache_clear()  # MKL is one of them now
         self._matrix = _upper(A)
         self._type = _COMPLEX_SYMMETRIC if np.iscomplexobj(A.data) else _REAL_SYMMETRIC
         self._handle = np.zeros(64, dtype=np.int64)
