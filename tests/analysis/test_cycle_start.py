@@ -53,7 +53,8 @@ def test_cycles_begin_at_the_hopf_point_of_the_balance_whatever_the_damping(loss
             M=np.eye(2), C=damping * np.eye(2), K=K * (1.0 + rounding), dofs=["x", "y"], loss_factor=loss
         )
         problem = brake(structure=structure, velocity=velocity, harmonics=4)
-        data = ss.limit_cycles(problem, "pad.mu", (0.4, 0.8), options={"max_points": 2}).dataset
+        branch = ss.limit_cycles(problem, "pad.mu", (0.4, 0.8), options={"max_points": 2})
+        data, hopf = branch.dataset, branch.bifurcations()[-1]
         cycles = data.isel(point=data.branch_part.values == 1)
         assert cycles.kind.values[:2].tolist() == ["start", "state change"]
         assert cycles.point.size > 2
@@ -61,3 +62,7 @@ def test_cycles_begin_at_the_hopf_point_of_the_balance_whatever_the_damping(loss
             Z = K * (1.0 + 1j * loss) + [[0.0, 40.0 * mu], [0.0, 40.0]] + (1j * omega * damping - omega**2) * np.eye(2)
             assert abs(np.linalg.det(Z)) < 1e-9 * abs(Z[0, 1] * Z[1, 0])
         assert cycles.residual.values.max() < 1e-9
+        # eigenvalues tell of the same one
+        assert (hopf.kind, hopf.before, hopf.after) == ("Hopf", 0, 2)
+        assert hopf.value == pytest.approx(cycles.parameter.values[0], rel=1e-10)
+        assert hopf.omega == pytest.approx(cycles.omega.values[0], rel=1e-10)

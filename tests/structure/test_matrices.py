@@ -126,6 +126,15 @@ def test_time_equations_have_the_same_receptance():
         )
 
 
+def test_hysteretic_damping_in_time_may_have_the_same_value_at_one_frequency():
+    M, K = chain()
+    structure = MatrixStructure(M=M, C=damping("general", M, K), K=K, dofs=names(6), loss_factor=0.03)
+    equations = structure.time_equations(np.eye(6), np.eye(6), damping_at=0.7)
+    Z = equations.K - 0.7**2 * equations.M + 0.7j * equations.C
+    value, _ = structure.project(np.eye(6), np.eye(6)).at([1], 0.7)
+    np.testing.assert_allclose(np.linalg.inv(Z), value[0], rtol=1e-10)
+
+
 def test_hysteretic_damping_in_time_has_the_same_value_at_each_resonance():
     M, K = chain()
     structure = MatrixStructure(M=M, K=K, dofs=names(6), loss_factor=0.01)

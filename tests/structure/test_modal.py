@@ -160,6 +160,15 @@ def test_hysteretic_damping_in_time_has_the_same_value_at_each_resonance():
     np.testing.assert_allclose(np.diag(equations.C), 0.004 * structure.omega)
 
 
+def test_hysteretic_damping_in_time_may_have_the_same_value_at_one_frequency():
+    structure, _, _ = truncated(5, loss_factor=[0.004, 0.0, 0.02, 0.01, 0.004], damping_ratio=0.01)
+    equations = structure.time_equations(np.eye(3), np.eye(3), damping_at=0.7)
+    Z = equations.K - 0.7**2 * equations.M + 0.7j * equations.C
+    value, _ = structure.project(np.eye(3), np.eye(3)).at([1], 0.7)
+    answer = equations.rows @ np.linalg.solve(Z, equations.columns) + equations.feedthrough
+    np.testing.assert_allclose(answer, value[0], rtol=1e-11)
+
+
 def test_without_compliance_the_modes_are_all_there_is():
     structure = ModalStructure(omega=[2.0], mode_shapes=[[0.5], [1.0]], dofs=["a", "b"])
     np.testing.assert_allclose(structure.static_compliance, [[0.0625, 0.125], [0.125, 0.25]])

@@ -12,7 +12,7 @@ import numpy as np
 
 from slipstick.analysis.cycle_start import CycleStart
 from slipstick.analysis.cycle_system import CycleSpecialPoints, CycleWatch
-from slipstick.analysis.sliding import Sliding, SteadySliding
+from slipstick.analysis.sliding import Sliding, SteadySliding, damped_as_vibrating
 from slipstick.analysis.slope import StateSpace
 from slipstick.analysis.warming import NO_WORK, Work
 from slipstick.balance.parameters import parameter_path
@@ -37,11 +37,14 @@ CYCLE_PART, SLIDING_PART = 1, 2
 _SLIDING_POINTS = 61
 _SAME = 1e-9
 """Values of the parameter that are one, of the range."""
+_TOLD = 1e-6
+"""Of the range, that two Hopf points are apart: it is told."""
 _GONE = 1e-3
 """Of the first cycle's motion: what has less vibrates no more."""
+_NONE = "no limit cycle beside the Hopf point is in the range"
 _HYSTERETIC = (
     "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers are told with "
-    "viscous damping equal at each natural frequency, the limit cycles with hysteretic damping"
+    "viscous damping that is equal at {}, the limit cycles with hysteretic damping"
 )
 
 
@@ -67,9 +70,11 @@ class SelfExcited:
         clock, sliding = time.perf_counter(), SteadySliding(self.balance, self.parameter)
         if not sliding.in_time:
             raise InputError("limit cycles need equations in time: give the structure as matrices or modes")
-        warnings = self._warned()
+        if self._hysteretic:
+            sliding = damped_as_vibrating(self.balance, self.parameter, self._values)
+        warnings = self._warned(sliding.damping_at)
         known, hopf = self._slid(sliding)
-        cycles = Cycles(self, hopf[0]) if hopf else None
+        cycles = Cycles(self, hopf[0], sliding.damping_at) if hopf else None
         if cycles is not None:
             cycles.follow()
         points = [*(cycles.found if cycles else ()), *(self._sliding_point(s, known, hopf) for s in known)]
@@ -84,24 +89,34 @@ class SelfExcited:
         residual = relative(here.at.residual, terms(self.balance, x, here.at))
         return Point.at(here.found, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
 
-    def _warned(self) -> Sequence[str]:
-        """What looks wrong, said."""
+    @property
+    def _hysteretic(self) -> bool:
+        """Whether there is hysteretic damping anywhere in the range."""
+        ends = (self.problem.at_parameter(self.parameter, end).structure for end in self.span)
+        return any(np.any(np.asarray(getattr(structure, "loss_factor", 0.0))) for structure in ends)
+
+    @property
+    def _values(self) -> list[float]:
+        """Of the parameter, at which steady sliding is looked at; in their order."""
+        values = {*np.linspace(*self.span, _SLIDING_POINTS).tolist(), *self.requested}
+        return sorted(values, reverse=self.span[1] < self.span[0])
+
+    def _warned(self, damping_at: float | None) -> Sequence[str]:
+        """What looks wrong, said; of hysteretic damping that it is viscous, equal at a frequency."""
         static = self.balance.receptance.static
         warnings = [*parameter_warnings(self.problem, self.parameter, self.span, 1.0, static)]
-        if np.any(np.asarray(getattr(self.problem.structure, "loss_factor", 0.0))):
-            warnings.append(_HYSTERETIC)
+        if damping_at is not None:
+            warnings.append(_HYSTERETIC.format(self.problem.units.frequency_text(damping_at)))
         self.problem.warn(warnings)
         return warnings
 
     def _slid(self, sliding: SteadySliding) -> tuple[list[Sliding], list[Sliding]]:
         """Steady sliding over the range, and its Hopf points, which are among it."""
-        way = 1.0 if self.span[1] > self.span[0] else -1.0
-        values = {*np.linspace(*self.span, _SLIDING_POINTS).tolist(), *self.requested}
-        known = list(sliding.over(sorted(values, key=lambda value: way * value)))
+        known = list(sliding.over(self._values))
         hopf = sliding.hopf_points(known)
         near = _SAME * abs(self.span[1] - self.span[0])
         apart = [s for s in known if all(abs(s.value - point.value) > near for point in hopf)]
-        return sorted([*apart, *hopf], key=lambda s: way * s.value), hopf
+        return sorted([*apart, *hopf], key=lambda s: s.value, reverse=self.span[1] < self.span[0]), hopf
 
     def _sliding_point(self, own: Sliding, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> Point:
         kind = "start" if own is known[0] else "end" if own is known[-1] else "regular"
@@ -115,7 +130,10 @@ class SelfExcited:
         if cycles is not None:
             others = ", ".join(f"{s.value:.6g}" for s in hopf[1:])
             more = f"; further Hopf points, not followed from: {others}" if others else ""
-            return cycles.outcome, f"{cycles.message}; Hopf point at {hopf[0].value:.6g} ({self.parameter}){more}"
+            at = f"{cycles.beginning:.6g} ({self.parameter})"
+            if abs(cycles.beginning - hopf[0].value) > _TOLD * abs(self.span[1] - self.span[0]):
+                at += f", by eigenvalues at {hopf[0].value:.6g}: equations in time leave out part of the compliance"
+            return cycles.outcome, f"{cycles.message}; Hopf point at {at}{more}"
         where = f"over the whole range of {self.parameter}"
         if any(s.growing for s in known):
             return Outcome.NO_FIRST_POINT, (
@@ -149,18 +167,19 @@ class Cycles:
     ----------
     found
         Points so far.
+    beginning
+        Value of the parameter at which they begin.
     outcome, message
         How it ended.
     """
 
-    def __init__(self, request: SelfExcited, hopf: Sliding) -> None:
+    def __init__(self, request: SelfExcited, hopf: Sliding, damping_at: float | None) -> None:
         self._request, self._hopf = request, hopf
+        self._watch = CycleWatch(request.balance, damping_at=damping_at)
         self.found: list[Point] = []
+        self.beginning = hopf.value
         self.work = NO_WORK
-        self.outcome, self.message = (
-            Outcome.NO_FIRST_POINT,
-            "no limit cycle beside the Hopf point is in the range",
-        )
+        self.outcome, self.message = Outcome.NO_FIRST_POINT, _NONE
 
     def follow(self) -> None:
         """Find all points; a KeyboardInterrupt ends it early."""
@@ -176,6 +195,7 @@ class Cycles:
         if not start.found:
             self.message = "the balance has no vibration near the Hopf point that eigenvalues tell of"
             return
+        self.beginning = start.value
         yield self._rising(start, 0.0, "start")
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
@@ -193,7 +213,7 @@ class Cycles:
     def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
         """Where contacts change their states, along the branch."""
         request, system = self._request, start.system
-        special = CycleSpecialPoints(CycleWatch(request.balance), system)
+        special = CycleSpecialPoints(self._watch, system)
         least = _GONE * start.size(first.x[:-1])
         gone = BranchEvent(
             name="the vibration dies away in steady sliding", kind="end", terminal=True, direction=-1,

@@ -34,6 +34,11 @@ _AT_AN_END = 1e-5
 _EXACT = NewtonOptions(tolerance=1e-14)
 """Down to rounding, as eigenvalues are."""
 
+_SAME_FREQUENCY = 1e-12
+"""Of frequencies, relative."""
+
+_ROUNDS, _NEIGHBOURS = 30, 3
+
 _REAL = 1e-9
 """Imaginary part beside the largest magnitude below which an eigenvalue is real."""
 
@@ -98,14 +103,19 @@ class Sliding:
 
 
 class SteadySliding:
-    """Steady sliding of a problem over a parameter: the balance with the zero harmonic alone."""
+    """Steady sliding of a problem over a parameter: the balance with the zero harmonic alone.
 
-    def __init__(self, balance: Balance, parameter: str) -> None:
+    Disturbances are damped by viscous damping that is equal to hysteretic at each natural frequency, or at
+    ``damping_at`` (rad/s).
+    """
+
+    def __init__(self, balance: Balance, parameter: str, damping_at: float | None = None) -> None:
+        self.damping_at = damping_at
         self._balance = balance.narrowed(Harmonics([0]))
         self._path = parameter_path(self._balance.problem, parameter)
         self._reference = _reference(balance)
         self._system = ParameterSystem(self._balance, self._path, self._reference)
-        self._systems = LinearSystems(self._balance, full=True)
+        self._systems = LinearSystems(self._balance, full=True, damping_at=damping_at)
         self._last: Array | None = None
 
     @property
@@ -178,6 +188,33 @@ class SteadySliding:
                 return found.x
         self._last = FirstPoint(self._balance, self._path.at(value)[0], self._reference).find()
         return self._last
+
+
+def damped_as_vibrating(balance: Balance, parameter: str, values: Sequence[float]) -> SteadySliding:
+    """Steady sliding with hysteretic damping equal at the frequency of its first Hopf point among sorted values.
+
+    There disturbances are damped as in the balance itself: both have the same Hopf point. Without one it is the
+    frequency of what decays least.
+    """
+    sliding, asked = SteadySliding(balance, parameter), values
+    for _ in range(_ROUNDS):
+        known = list(sliding.over(asked))
+        hopf = sliding.hopf_points(known)
+        if not hopf and asked is not values:
+            asked = values  # it is elsewhere now
+            continue
+        least = hopf[0] if hopf else max(known, key=lambda s: s.growth(0), default=None)
+        if least is None or abs(least.omega - (sliding.damping_at or 0.0)) <= _SAME_FREQUENCY * least.omega:
+            break
+        sliding = SteadySliding(balance, parameter, damping_at=least.omega)
+        asked = _around(least.value, values) if hopf else values
+    return sliding
+
+
+def _around(value: float, values: Sequence[float]) -> Sequence[float]:
+    """Some of sorted values on both sides of one."""
+    nearest = int(np.argmin(np.abs(np.asarray(values) - value)))
+    return values[max(0, nearest - _NEIGHBOURS) : nearest + _NEIGHBOURS + 1]
 
 
 def _reference(balance: Balance) -> float:

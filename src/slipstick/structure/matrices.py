@@ -261,8 +261,13 @@ class MatrixStructure:
     def _stiffness(self) -> DynamicStiffness:
         return DynamicStiffness(M=self.M, C=self._viscous, K=self.K, loss_factor=self.loss_factor, damping=self.damping)
 
-    def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
-        """Equations of motion in time; hysteretic damping becomes viscous, equal at each natural frequency."""
+    def time_equations(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
+        """Equations of motion in time; hysteretic damping becomes viscous, equal at each natural frequency or at one.
+
+        ``damping_at`` is that frequency, rad/s.
+        """
         n = len(self._dofs)
         if not self._dense:
             raise InputError(
@@ -273,7 +278,9 @@ class MatrixStructure:
                 )
             )
         damping = np.zeros((n, n)) if self.C is None else self.C
-        if self.loss_factor:
+        if damping_at is not None:
+            damping = damping + self.loss_factor / damping_at * self.K
+        elif self.loss_factor:
             squared, modes = self._modes
             weighted = self.M @ modes
             damping = damping + (weighted * (self.loss_factor * np.sqrt(squared))) @ weighted.T

@@ -361,15 +361,19 @@ class ModalStructure:
         responses = [zero if s.second_response is None else np.asarray(s.second_response) for s in chosen]
         return left, right, static, r.T @ np.column_stack([own, *responses])
 
-    def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
+    def time_equations(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
         """Modal equations in time; the static residual is a feedthrough, the second one is left out.
 
-        A loss factor ``eta_r`` becomes a viscous damping ratio ``eta_r / 2``, equal at the mode's own frequency.
+        A loss factor ``eta_r`` becomes a viscous damping ratio ``eta_r / 2``, equal at the mode's own frequency, or
+        one that is equal at ``damping_at`` (rad/s).
         """
+        lost = self.loss_factor * self.omega * (1.0 if damping_at is None else self.omega / damping_at)
         left, right, static, _ = self.modal_parts(rows, columns, shapes)
         return TimeEquations(
             M=np.eye(self.omega.size),
-            C=np.diag((2.0 * self.damping_ratio + self.loss_factor) * self.omega),
+            C=np.diag(2.0 * self.damping_ratio * self.omega + lost),
             K=np.diag(self.omega**2),
             rows=left,
             columns=np.ascontiguousarray(right.T),

@@ -71,7 +71,9 @@ class PrescribedMode:
             self._own, self.target, left, right, (static, second), mode=self.scale if MODE in shapes else None
         ).changed(xi=self.xi)
 
-    def time_equations(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> TimeEquations:
+    def time_equations(
+        self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
         """There are none."""
         raise InputError("a mode whose motion is prescribed has no equations in time")
 

@@ -77,9 +77,13 @@ class Structure(Protocol):
         """
         ...
 
-    def time_equations(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> TimeEquations:
+    def time_equations(
+        self, rows: Array, columns: Array, shapes: Sequence[str] = (), *, damping_at: float | None = None
+    ) -> TimeEquations:
         """Equations of motion in time for the same rows and columns.
 
-        Hysteretic damping becomes viscous with the same value at each mode's own frequency.
+        Hysteretic damping becomes viscous with the same value at each mode's own frequency, or at the one given as
+        ``damping_at`` (rad/s): then vibration at that frequency is damped as it is in the receptance. A structure
+        without a ``loss_factor`` is never asked for that.
         """
         ...

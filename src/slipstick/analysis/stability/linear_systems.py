@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +20,17 @@ IN_MOTION = 4.0
 class LinearSystems:
     """Makes them when a point asks.
 
+    Hysteretic damping is viscous, equal at each natural frequency or at ``damping_at``, rad/s.
+
     Attributes
     ----------
     in_time
         Whether the structure has equations in time; without, only :meth:`contacts` is known.
     """
 
-    def __init__(self, balance: Balance, *, full: bool) -> None:
+    def __init__(self, balance: Balance, *, full: bool, damping_at: float | None = None) -> None:
         self._balance, self._full = balance, full
+        self._damping: dict[str, Any] = {} if damping_at is None else {"damping_at": damping_at}
         batch, numbers = balance.batches[0], np.arange(balance.n_ports)
         self._tangential, self._normal = np.full((2, batch.count), -1)
         for place, port in zip((self._tangential, self._normal), batch.ports, strict=True):
@@ -66,5 +70,5 @@ class LinearSystems:
             structure = self._balance.problem.structure
             own = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
             directions = self._balance.directions
-            self._structures = {key: dynamics(own.time_equations(directions, directions))}
+            self._structures = {key: dynamics(own.time_equations(directions, directions, **self._damping))}
         return self._structures[key]

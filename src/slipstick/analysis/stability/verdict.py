@@ -37,6 +37,8 @@ class StabilityWatch:
         Of the branch.
     full
         Whether all modes stay in motion; else those up to four times the highest harmonic do.
+    damping_at
+        Frequency (rad/s) at which hysteretic damping is as viscous; by default each natural frequency.
 
     Raises
     ------
@@ -44,11 +46,11 @@ class StabilityWatch:
         If a contact follows a law other than friction.
     """
 
-    def __init__(self, balance: Balance, *, full: bool = False) -> None:
+    def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
         if faults := [_foreign(name) for name in _foreign_contacts(balance)]:
             raise InputError(faults)
         self.balance, self._iterate = balance, Iteration(balance)
-        self.systems = LinearSystems(balance, full=full)
+        self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
 
     def at(self, x: Array, detail: Detail) -> PointStability:
         """Stability at a solution (N,)."""
