@@ -60,6 +60,19 @@ def test_a_small_peak_that_only_a_finer_run_showed():
     assert found[2, 1] == pytest.approx(2.2475779583, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    "seed, name, omega, size",
+    [(34, "d2", 12.19906295, 0.0987322721), (76, "d2", 1.859161116, 1.120066181), (114, "d6", 3.137786557, 3.20861684)],
+)
+def test_small_peaks_between_points_where_the_branch_has_a_kink(seed, name, omega, size):
+    """The cubics between such points are not near the branch, and the slope is of one sign at both."""
+    system = random_system(seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = ss.forced_response(system.problem, omega=system.span, peaks_of=name).peaks(name)
+    assert min(abs(at / omega - 1.0) + abs(high / size - 1.0) for at, high in found) < 1e-8
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("chunk", range(8))
 def test_small_peaks_of_a_hundred_systems(chunk):

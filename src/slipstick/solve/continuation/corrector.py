@@ -138,13 +138,16 @@ class Corrector:
         return norm(off * self.metric.inverse)
 
     def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
-        """Bound on the distance, over the size of the solution, between two cubics of some ``length``.
+        """Distance, over the size of the solution, in the middle between two cubics of some ``length``.
 
-        They share an end; at the other one is at ``guess`` with ``direction``, the other at the step.
+        They share an end, the first for a positive ``length``; at the other one is at ``guess`` with ``direction``, the
+        other at the step. Where the two differences cancel in the middle an eighth of them counts, as much as is
+        left of them on a smooth branch.
         """
         metric = self.metric
         turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
-        return 0.5 * self.size(step.state - guess) + 0.125 * length * self.size(turned)
+        by_state, by_slope = 0.5 * (step.state - guess), 0.125 * length * turned
+        return max(self.size(by_state - by_slope), 0.125 * (self.size(by_state) + self.size(by_slope)))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.

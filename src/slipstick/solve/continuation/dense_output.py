@@ -27,30 +27,32 @@ class DenseOutput:
     tolerance
         Largest error of an interpolated solution over its size: measured in the middle of each arc, where the error of
         a cubic between two points is largest, by one Newton correction. Where another cubic that is as good at one end
-        is that near at the other, nothing is measured: a kink anywhere between would have parted them.
+        is that near in the middle, nothing is measured: a kink anywhere between would have parted them.
     """
 
     def __init__(self, corrector: Corrector, span: Span, step: float, tolerance: float) -> None:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
 
-    def halves(self, first: Step, second: Step, apart: float | None = None) -> list[Step]:
+    def halves(self, first: Step, second: Step, apart: float) -> list[Step]:
         """Corrected points between two neighbours, so that the cubics meet the tolerance; both ends left out.
 
-        ``apart`` bounds the distance of the cubic from another one, by default from that which predicted ``second``.
+        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``.
         """
-        arc = self._corrector.arc(first, second)
-        if arc.length <= self._step:
+        corrector, arc = self._corrector, self._corrector.arc(first, second)
+        second.smooth = apart <= self._tolerance
+        if second.smooth or arc.length <= self._step:
             return []
-        second.smooth = (second.apart if apart is None else apart) <= self._tolerance
-        middle = None if second.smooth else self._middle(arc, first, second)
-        if middle is None:
+        guess, direction, half = arc.point(0.5), arc.derivative(0.5), 0.5 * arc.length
+        middle = self._middle(arc, guess, direction, second)
+        if middle is None or middle.orientation * first.orientation < 0:
             return []
-        apart = middle.apart
-        return [*self.halves(first, middle, apart), middle, *self.halves(middle, second, apart)]
+        middle.arclength = first.arclength + corrector.metric.length(middle.state - first.state)
+        before, after = (corrector.apart(middle, guess, direction, way) for way in (half, -half))
+        return [*self.halves(first, middle, before), middle, *self.halves(middle, second, after)]
 
-    def _middle(self, arc: Arc, first: Step, second: Step) -> Step | None:
+    def _middle(self, arc: Arc, guess: Array, direction: Array, second: Step) -> Step | None:
         """The corrected point in the middle, where the arc turns out not to be near enough."""
-        corrector, guess, direction = self._corrector, arc.point(0.5), arc.derivative(0.5)
+        corrector = self._corrector
         off = corrector.off(guess, second)
         if off is None:
             return None
@@ -58,13 +60,9 @@ class DenseOutput:
         if second.smooth:
             return None
         middle, _ = corrector.correct(guess - off if self._near(off, arc) else guess, direction, "regular")
-        if middle is None or middle.orientation * first.orientation < 0:
+        if middle is None or not self._near(middle.state - guess, arc):
             return None
-        if not self._near(middle.state - guess, arc) or self._span.passed(middle.parameter) is not None:
-            return None
-        middle.apart = corrector.apart(middle, guess, direction, 0.5 * arc.length)
-        middle.arclength = first.arclength + corrector.metric.length(middle.state - first.state)
-        return middle
+        return None if self._span.passed(middle.parameter) is not None else middle
 
     def _near(self, off: Array, arc: Arc) -> bool:
         return self._corrector.metric.length(off) <= _TOO_FAR * arc.length

@@ -61,7 +61,7 @@ class Locator:
             if event.place is not None:
                 located = [self._jump(event, arc, event.place(first, second, arc)) for _ in crossed]
             else:
-                located = [self._change(event, arc, at, of) for at, of in crossed]
+                located = [self._change(event, arc, at, of, second.smooth) for at, of in crossed]
                 if not any(located) and event.crossed(before, values[-1]):
                     located = [self._event(event, arc, (0.0, before), (1.0, values[-1]))]
             found += [step for step in located if step is not None]
@@ -76,11 +76,8 @@ class Locator:
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
     ) -> tuple[list[float], list[float]]:
-        """Places on the arc, its ends among them, and the event function there: exact at the ends.
-
-        Where the arc is not known to be near the branch its ends alone count.
-        """
-        if event.along is None or not second.smooth:
+        """Places on the arc, its ends among them, and the event function there: exact at the ends."""
+        if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = np.array([before, *event.along(first, second, arc, _PLACES)[1:]])
         self._see_to_near_miss(event, arc, values)
@@ -100,11 +97,14 @@ class Locator:
             if np.sign(values[i]) != sign[i]:
                 return
 
-    def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both) -> tuple[float, Step] | None:
-        """The sign change expected between two places, from the values expected there."""
+    def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both, smooth: bool) -> tuple[float, Step] | None:
+        """The sign change expected between two places, from the values expected there.
+
+        On an arc that is not known to be near the branch it is believed once solutions on both sides show it.
+        """
         margin = at[1] - at[0]
         room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
-        quick = self._quickly(event, arc, at, of, room) if event.along else None
+        quick = self._quickly(event, arc, at, of, room) if event.along and smooth else None
         if quick is not None or margin == 1.0:
             return quick or self._event(event, arc, (at[0], of[0]), (at[1], of[1]))
         low, high = (self._solved(event, arc, u, 0.0) for u in room)

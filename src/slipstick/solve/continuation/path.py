@@ -119,7 +119,7 @@ class Continuation(Iterator[Step]):
 
     def _between(self, last: Step, new: Step) -> Iterator[Step]:
         """What comes between two neighbours: corrected, located and interpolated points, in order."""
-        for a, b in pairwise([last, *self._dense.halves(last, new), new]):
+        for a, b in pairwise([last, *self._dense.halves(last, new, new.apart), new]):
             for c, d in pairwise([a, *self._locator.between(a, b), b]):
                 if b.smooth:
                     yield from self._dense.points(c, d)

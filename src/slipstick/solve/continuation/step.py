@@ -35,7 +35,7 @@ class Step:
     jacobian
         The bordered Jacobian that it was corrected with last; None of a point that was not.
     apart
-        Bound on the distance between the cubic from the point before and the one that predicted this point, over the
+        Distance in the middle between the cubic from the point before and the one that predicted this point, over the
         size of the solution.
     place
         Of an interpolated point: the steps on both sides, the arc between them and the place ``u`` on it; else None.
