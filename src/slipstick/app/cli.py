@@ -182,7 +182,7 @@ def study(
         raise typer.Exit(run_study(case, output, spread=spread, missing=missing, manner=manner))
 
 
-Force = Annotated[bool, typer.Option("--force", help="Replace earlier results.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")]
 
 
 @app.command()

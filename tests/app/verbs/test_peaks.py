@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import slipstick as ss
 from slipstick.app.case.case import Case
 from slipstick.app.cli import app
+from slipstick.io.lock import FolderLock
 
 CASE = oscillator(
     head='harmonics = "0..5"\nunits = { length = "mm", force = "N", time = "s" }\n', rubbing="velocity = 0.0",
@@ -33,7 +34,7 @@ def test_track_leaves_a_folder(tmp_path):
     case, out = written(tmp_path, TRACK, OPTIMAL), tmp_path / "out"
     result = slipstick("track", case, "-o", out)
     assert result.exit_code == 0, result.output
-    assert {path.name for path in out.iterdir()} == {"results.nc", "report.html", "response.png"}
+    assert {path.name for path in out.iterdir()} == {"case.toml", "results.nc", "report.html", "response.png"}
     branch = ss.load(out / "results.nc")
     assert branch.dataset.attrs["case_file"] == "case.toml"
     again = ss.track_peak(Case.from_file(case).problem(), "damper.normal_load", (600.0, 800.0), omega=(8.0, 12.0))
@@ -42,6 +43,30 @@ def test_track_leaves_a_folder(tmp_path):
     refused = slipstick("track", case, "-o", out)
     assert (refused.exit_code, "already holds results" in refused.output) == (2, True)
     assert slipstick("track", case, "-o", out, "--force", "--no-figures").exit_code == 0
+    assert {path.name for path in out.iterdir()} == {"case.toml", "results.nc", "report.html"}
+
+
+def test_earlier_results_stay_until_new_ones_are_complete(tmp_path):
+    case, out = written(tmp_path, TRACK), tmp_path / "out"
+    assert slipstick("track", case, "-o", out, "--no-figures").exit_code == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    lost = slipstick("track", written(tmp_path, TRACK + "omega = [2.0, 3.0]\n"), "-o", out, "--force")
+    assert lost.exit_code == 1
+    assert "the earlier results in" in lost.output
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_two_do_not_write_into_one_folder(tmp_path):
+    case, out = written(tmp_path, OPTIMAL), tmp_path / "out"
+    out.mkdir()
+    lock = FolderLock(out)
+    refused = slipstick("optimal", case, "-o", out)
+    lock.release()
+    assert (refused.exit_code, "another" in refused.output) == (2, True)
+    (out / "case.toml").write_text("of somebody else")
+    refused = slipstick("optimal", case, "-o", out)
+    assert (refused.exit_code, "already holds case.toml" in refused.output) == (2, True)
+    assert (out / "case.toml").read_text() == "of somebody else"
 
 
 def test_optimal_says_the_value(tmp_path):
@@ -59,7 +84,13 @@ def test_modes_leave_a_folder(tmp_path):
     case, out = written(tmp_path, "[modes]\nfrom = 2\nto = 8.0\nload_factors = [1.0]\n"), tmp_path / "out"
     result = slipstick("modes", case, "-o", out, "--json")
     assert result.exit_code == 0, result.output
-    assert {path.name for path in out.iterdir()} == {"results.nc", "report.html", "backbone.png", "damping.png"}
+    assert {path.name for path in out.iterdir()} == {
+        "case.toml",
+        "results.nc",
+        "report.html",
+        "backbone.png",
+        "damping.png",
+    }
     (peak,) = json.loads(result.stdout)["peaks"]
     branch = ss.load(out / "results.nc")
     k = int((branch.dataset.kind.values == "requested").argmax())

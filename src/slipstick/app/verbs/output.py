@@ -16,7 +16,11 @@ FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
     *("power", "fractions", "friction", "temperature", "loop", "states"),
 )
-_OWN = (RESULTS, RESULTS + ".journal", REPORT, *(f"{f}.{ending}" for f in FIGURES for ending in FORMATS))
+_FURTHER_FIGURES = ("backbone", "damping")
+_OWN = (
+    *(RESULTS, RESULTS + ".journal", REPORT),
+    *(f"{figure}.{ending}" for figure in (*FIGURES, *_FURTHER_FIGURES) for ending in FORMATS),
+)
 
 
 class OutputFolder:

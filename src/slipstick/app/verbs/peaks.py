@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer, files_in
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
-from slipstick.app.verbs.output import REPORT, RESULTS
+from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.units import after_number
@@ -30,25 +31,25 @@ def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
     from slipstick.analysis.tracking import track_peak
 
     case, table = _asked(path, "track", 'parameter = "damper.normal_load", from = 10, to = 1000')
-    folder = _folder(output or Path(f"{case.name}-track"), force)
-    branch = _quietly(
-        track_peak,
-        case.problem(), table.parameter, (table.start, table.stop), omega=_range(case, table), dof=table.dof,
-        requested=table.at,
-    )  # fmt: skip
-    data, unit = branch.table, after_number(str(branch.table["parameter"].attrs.get("units", "")))
-    kinds, value = data["kind"].to_numpy(), data["parameter"].to_numpy()
-    d = branch.dof_index(str(data.attrs["peak_of"]))
-    size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
-    marked = [k for k in range(len(branch)) if kinds[k] in ("optimum", "turning point", "tie")]
-    for k in marked:
-        say(f"{kinds[k]}: {table.parameter} = {value[k]:.6g}{unit}, {_peak(case, branch, size[k], omega[k])}")
-    answer["marked"] = [
-        {"kind": str(kinds[k]), "parameter": value[k], "omega": omega[k], "amplitude": size[k]} for k in marked
-    ]
-    of = str(data.attrs["peak_of"])
-    drawn = {"response": lambda branch: branch.plot.response(of)} if figures else {}
-    return _written(case, branch, folder, answer, figures=drawn)
+    with _folder(case, output, "track", force) as folder:
+        branch = _quietly(
+            track_peak,
+            case.problem(), table.parameter, (table.start, table.stop), omega=_range(case, table), dof=table.dof,
+            requested=table.at,
+        )  # fmt: skip
+        data, unit = branch.table, after_number(str(branch.table["parameter"].attrs.get("units", "")))
+        kinds, value = data["kind"].to_numpy(), data["parameter"].to_numpy()
+        d = branch.dof_index(str(data.attrs["peak_of"]))
+        size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
+        marked = [k for k in range(len(branch)) if kinds[k] in ("optimum", "turning point", "tie")]
+        for k in marked:
+            say(f"{kinds[k]}: {table.parameter} = {value[k]:.6g}{unit}, {_peak(case, branch, size[k], omega[k])}")
+        answer["marked"] = [
+            {"kind": str(kinds[k]), "parameter": value[k], "omega": omega[k], "amplitude": size[k]} for k in marked
+        ]
+        of = str(data.attrs["peak_of"])
+        drawn = {"response": lambda branch: branch.plot.response(of)} if figures else {}
+        return _written(case, branch, folder, answer, figures=drawn)
 
 
 def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False) -> int:
@@ -62,17 +63,17 @@ def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool
     from slipstick.analysis.optimum import optimal
 
     case, table = _asked(path, "optimal", 'parameter = "damper.normal_load"')
-    folder = _folder(output or Path(f"{case.name}-optimal"), force)
-    found = _quietly(
-        optimal,
-        case.problem(), table.parameter, omega=_range(case, table), dof=table.dof, start=table.start
-    )  # fmt: skip
-    answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
-    if found.kind:
-        unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
-        where = _peak(case, found.branch, found.amplitude, found.omega)
-        say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
-    return _written(case, found.branch, folder, answer, figures={})
+    with _folder(case, output, "optimal", force) as folder:
+        found = _quietly(
+            optimal,
+            case.problem(), table.parameter, omega=_range(case, table), dof=table.dof, start=table.start
+        )  # fmt: skip
+        answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
+        if found.kind:
+            unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
+            where = _peak(case, found.branch, found.amplitude, found.omega)
+            say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
+        return _written(case, found.branch, folder, answer, figures={})
 
 
 def modes_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:
@@ -87,24 +88,24 @@ def modes_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
     from slipstick.plots import backbone, damping
 
     case, table = _asked(path, "modes", "from = 0.01, to = 10.0")
-    folder = _folder(output or Path(f"{case.name}-modes"), force)
-    branch = _quietly(
-        nonlinear_modes,
-        case.problem(), amplitude=(table.start, table.stop), mode=table.mode, dof=table.dof,
-        load_factors=table.load_factors,
-    )  # fmt: skip
-    data, d = branch.table, branch.dof_index(table.dof)
-    factor, ratio = data["load_factor"].to_numpy(), data["modal_damping"].to_numpy()
-    size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
-    asked = (data["kind"].to_numpy() == "requested").nonzero()[0]
-    for k in asked:
-        peak = _peak(case, branch, size[k], omega[k])
-        say(f"loads times {factor[k]:.6g}: {peak}, damping ratio {100.0 * ratio[k]:.3g} %")
-    answer["peaks"] = [
-        {"load_factor": factor[k], "omega": omega[k], "amplitude": size[k], "damping": ratio[k]} for k in asked
-    ]
-    drawn = {"backbone": backbone, "damping": damping} if figures else {}
-    return _written(case, branch, folder, answer, figures=drawn)
+    with _folder(case, output, "modes", force) as folder:
+        branch = _quietly(
+            nonlinear_modes,
+            case.problem(), amplitude=(table.start, table.stop), mode=table.mode, dof=table.dof,
+            load_factors=table.load_factors,
+        )  # fmt: skip
+        data, d = branch.table, branch.dof_index(table.dof)
+        factor, ratio = data["load_factor"].to_numpy(), data["modal_damping"].to_numpy()
+        size, omega = data["amplitude"].to_numpy()[:, d], data["omega"].to_numpy()
+        asked = (data["kind"].to_numpy() == "requested").nonzero()[0]
+        for k in asked:
+            peak = _peak(case, branch, size[k], omega[k])
+            say(f"loads times {factor[k]:.6g}: {peak}, damping ratio {100.0 * ratio[k]:.3g} %")
+        answer["peaks"] = [
+            {"load_factor": factor[k], "omega": omega[k], "amplitude": size[k], "damping": ratio[k]} for k in asked
+        ]
+        drawn = {"backbone": backbone, "damping": damping} if figures else {}
+        return _written(case, branch, folder, answer, figures=drawn)
 
 
 def _quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
@@ -126,10 +127,14 @@ def _range(case: Case, table: Any) -> tuple[float, float]:
     return case.span if table.omega is None else table.omega
 
 
-def _folder(folder: Path, force: bool) -> Path:
-    if (folder / RESULTS).exists() and not force:
-        raise InputError(f"{folder} already holds results; choose another folder with -o, or replace them with --force")
-    return folder
+@contextmanager
+def _folder(case: Case, output: Path | None, verb: str, force: bool) -> Iterator[OutputFolder]:
+    """The folder of the results, nobody else's meanwhile; by default ``CASE-verb``."""
+    folder = OutputFolder(output or Path(f"{case.name}-{verb}"), case_path=case.path, case_text=case.text, force=force)
+    try:
+        yield folder
+    finally:
+        folder.abandon()  # what holds something stays
 
 
 def _peak(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
@@ -137,7 +142,7 @@ def _peak(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
     return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"
 
 
-def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figures: Mapping[str, Any]) -> int:
+def _written(case: Case, branch: Branch, folder: OutputFolder, answer: Answer, *, figures: Mapping[str, Any]) -> int:
     """Save what was found, say how it ended; the exit code."""
     branch.table.attrs.update(case.names)
     for sentence in branch.warnings:
@@ -145,13 +150,17 @@ def _written(case: Case, branch: Branch, folder: Path, answer: Answer, *, figure
     answer |= {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
     say(branch.message)
     if len(branch):
-        folder.mkdir(parents=True, exist_ok=True)
-        branch.save(folder / RESULTS)
-        branch.report(folder / REPORT)
+        folder.copy_case()
+        branch.save(folder.results)
+        branch.report(folder.work / REPORT)
         for name, draw in figures.items():
             from slipstick.plots import save_figure
 
-            save_figure(draw(branch), folder / name, formats=("png",))
-        answer |= files_in(folder)
-        say(f"results in {folder}")
+            save_figure(draw(branch), folder.work / name, formats=("png",))
+        if branch.outcome.ok:
+            folder.complete()
+        answer |= files_in(folder.work)
+        say(f"results in {folder.work}/")
+    if folder.replaces:
+        complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
     return DONE if branch.outcome.ok else STOPPED
