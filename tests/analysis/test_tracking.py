@@ -76,6 +76,28 @@ def test_a_tie_is_located_and_passed():
     assert peak == pytest.approx((float(d.omega[-1]), float(d.amplitude[-1, 0])), rel=1e-7)
 
 
+@pytest.mark.parametrize("span", [(0.0, 5.0), (0.0, -5.0), (5.0, -5.0)])
+def test_a_tie_by_symmetry_is_passed(span):
+    """At rest both extremes peak at one frequency: the peak goes on as that of the other."""
+    locus = ss.track_peak(oscillator(), "damper.velocity", span, omega=(7.0, 15.0))
+    d = locus.dataset
+    assert locus.outcome is ss.Outcome.COMPLETED
+    assert float(d.parameter[-1]) == span[1]
+    (peak,) = ss.forced_response(oscillator(velocity=5.0), omega=(7.0, 15.0)).peaks("x")
+    assert (float(d.omega[-1]), float(d.amplitude[-1, 0])) == pytest.approx(peak, rel=1e-8)
+    assert all(abs(v) < 1e-6 for v, _, _ in at(locus, "tie"))
+
+
+@pytest.mark.parametrize("velocity", [0.0, 5.0])
+def test_the_phase_of_a_load_only_shifts_the_motion(velocity):
+    """The extreme is followed however far it moves in time: no ties, no optima."""
+    locus = ss.track_peak(oscillator(velocity=velocity), "load.x.phase", (-4.0, 4.0), omega=(7.0, 15.0))
+    assert locus.outcome is ss.Outcome.COMPLETED
+    assert set(locus.dataset.kind.values.tolist()) == {"start", "regular", "end"}
+    assert np.ptp(locus.dataset.amplitude.values) < 1e-9
+    assert len(locus) < 60
+
+
 def test_peaks_on_changes_of_state_are_bracketed():
     """A maximum with a corner: the slope of the amplitude jumps through zero where slip begins."""
     problem = oscillator(velocity=15.0)

@@ -114,7 +114,7 @@ class Locus:
             why, found = (yield from self._smooth(y, at)), found + 1
             if not why:
                 return
-            onward = self._climbed() if why == TIE else (yield from self._corners())
+            onward = (self._rivalled() or self._climbed()) if why == TIE else (yield from self._corners())
             if onward is None:
                 return
             y, at = onward
@@ -178,6 +178,26 @@ class Locus:
         residual = norm(value.residual[:-1] / np.where(size > 0, size, 1.0))
         self._context = value.context
         return LocusPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations)
+
+    def _rivalled(self) -> tuple[Array, float] | None:
+        """The peak of the other extreme at a tie, where it is at the same frequency: equal by symmetry."""
+        last, context = self.last, self._context
+        assert last is not None
+        assert context is not None
+        x, omega, temperature = last.y[:-1], float(last.y[-1]), context[1:]
+        U = self.system.space.at(x, omega, last.parameter, temperature if temperature.size else None).motion()[0]
+        rival = Extreme.near(self.balance.harmonics, U, float(context[0])).rival(U)
+        if rival is None:
+            return None
+        start, scale = np.append(rival.time, temperature), np.append(np.full(x.size, norm(x) or 1.0), omega)
+        found = newton(lambda y: self.system.evaluate(y, last.parameter, start), last.y, options=NEWTON, scale=scale)
+        near = abs(found.x[-1] - omega) <= _ASIDE * omega
+        if not (found.converged and near and found.evaluation.detail.bend < 0.0):
+            return None
+        self.notes.append(f"at {last.parameter:.6g} another extreme of the period is as large and is followed on")
+        self._context = found.evaluation.context
+        self._take(last._replace(y=found.x, kind="regular"))
+        return found.x, last.parameter
 
     def _climbed(self) -> tuple[Array, float] | None:
         """The peak that the larger extreme rises to from a tie, at the same parameter."""

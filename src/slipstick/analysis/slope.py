@@ -25,6 +25,8 @@ _STEP = 1e-6
 """Of the state, over which exact first derivatives are differenced."""
 _SAME = 1e-6
 """Times (rad) that are one."""
+_UPHILL = 60
+"""Steps to the top at most, each of half a radian of the highest harmonic or less."""
 
 
 @dataclass(frozen=True)
@@ -45,16 +47,16 @@ class Extreme:
 
     @classmethod
     def near(cls, harmonics: Harmonics, U: Array, time: float) -> Extreme:
-        """The one next to a time, by Newton's method; the largest where there is none."""
+        """The one that a time lies below, by Newton's method uphill; the largest where there is none."""
         slope, curvature = harmonics.derivative(U), harmonics.derivative(harmonics.derivative(U))
         t, reach = time, 0.5 / max(1, harmonics.highest)
-        for _ in range(20):
+        side = 1.0 if harmonics.H_minus(t)[1:] @ U[1:] >= 0.0 else -1.0
+        for _ in range(_UPHILL):
             H = harmonics.H_minus(t)
-            bent = float(H @ curvature)
-            moved = t - float(H @ slope) / bent if bent else t
-            moved = min(max(moved, time - reach), time + reach)
-            done, t = abs(moved - t) < 1e-14, moved
-            if done:
+            rise, bent = side * float(H @ slope), side * float(H @ curvature)
+            step = -rise / bent if bent < 0.0 else reach * float(np.sign(rise))
+            t += min(max(step, -reach), reach)
+            if abs(step) < 1e-14:
                 break
         H = harmonics.H_minus(t)
         value = float(H[1:] @ U[1:])
@@ -64,16 +66,20 @@ class Extreme:
 
     def ahead(self, U: Array) -> float:
         """The largest other extreme of the motion over this one, less 1; -1 where there is none."""
-        found = self._others(U)
-        return max(found, default=0.0) / self.value - 1.0 if self.value > 0.0 else -1.0
+        rival = self.rival(U)
+        return rival.value / self.value - 1.0 if rival is not None and self.value > 0.0 else -1.0
 
-    def _others(self, U: Array) -> Iterator[float]:
+    def rival(self, U: Array) -> Extreme | None:
+        """The largest other extreme of the motion."""
+        return max(self._others(U), key=lambda other: other.value, default=None)
+
+    def _others(self, U: Array) -> Iterator[Extreme]:
         times = np.arange(16 * max(1, self.harmonics.highest)) * (np.pi / (8 * max(1, self.harmonics.highest)))
         size = np.abs(self.harmonics.H_minus(times)[:, 1:] @ U[1:])
         for k in np.flatnonzero((size >= np.roll(size, 1)) & (size >= np.roll(size, -1))):
             other = Extreme.near(self.harmonics, U, float(times[k]))
             if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
-                yield other.value
+                yield other
 
     @property
     def h(self) -> Array:
