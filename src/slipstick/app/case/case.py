@@ -107,7 +107,7 @@ class Case:
         return Job(
             problem=self.problem(), span=self.span, parameter=self.parameter or "", omega=self.omega[0],
             requested=self.requested, peaks_of=self.response.peaks_of, options=self.options(),
-            stability=self.response.stability,
+            stability=self.response.judged,
         )  # fmt: skip
 
     @property
@@ -201,7 +201,7 @@ class Case:
         from slipstick.analysis.tasks import frequency_task, parameter_task
 
         asked = self.response
-        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.stability)
+        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
         if self.parameter is None:
             return frequency_task(self.problem(), self.span, *given)
         return parameter_task(self.problem(), self.parameter, self.span, self.omega[0], *given)
@@ -211,9 +211,20 @@ class Case:
         from slipstick.analysis.walking import collect
 
         branch = collect(self.task(listeners=listeners))
+        branch.subharmonics = self.subharmonics(branch)
         said = dict.fromkeys([*self.body.warnings, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
+
+    def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
+        """Branches of twice the period from those points of a branch of this case, where they are asked for."""
+        from slipstick.analysis.stability.subharmonic import subharmonics_of
+
+        if self.response.follow is None:
+            return ()
+        return subharmonics_of(
+            branch, options=self.options(), stability=self.response.judged, listeners=tuple(listeners)
+        )
 
     @property
     def names(self) -> dict[str, str]:

@@ -33,6 +33,14 @@ class ResponseTable(StepKeys, Table):
     stability: bool | Literal["full"] = Field(
         default=False, description='true, false or "full": whether every point is judged stable or not'
     )
+    follow: Literal["subharmonic"] | None = Field(
+        default=None, description='"subharmonic": where the period doubles, motion of twice the period is followed too'
+    )
+
+    @property
+    def judged(self) -> bool | Literal["full"]:
+        """Whether points are judged stable or not, which ``follow`` needs."""
+        return self.stability or self.follow is not None
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:

@@ -302,7 +302,7 @@ class _Script:
         for key in ("start", "stop", "omega"):
             given.take(key)
         more = {"requested": _requested(at, ends)} if at else {}
-        more |= given.rest("peaks_of", "stability")
+        more |= given.rest("peaks_of", "stability", "follow")
         options = given.rest(*STEP_KEYS)
         if options:
             more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"

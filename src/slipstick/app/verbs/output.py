@@ -11,6 +11,7 @@ from slipstick.io.lock import FolderLock
 from slipstick.replacing import remove_leftovers
 
 RESULTS, REPORT = "results.nc", "report.html"
+SUBHARMONICS = "subharmonic_{}.nc"
 FORMATS = ("png", "svg", "pdf")
 FIGURES = (
     *("response", "mean", "phase", "spectrum", "history"),
@@ -99,7 +100,7 @@ class OutputFolder:
         new = {path.name: path for path in self.work.iterdir()}
         for name, path in new.items():
             os.replace(path, self.folder / name)
-        for name in _OWN:
+        for name in _own(self.folder):
             if name not in new:
                 (self.folder / name).unlink(missing_ok=True)
         self.work.rmdir()
@@ -120,7 +121,7 @@ class OutputFolder:
     def _earlier(self) -> list[str]:
         if not self.folder.is_dir():
             return []
-        found = [name for name in _OWN if (self.folder / name).exists()]
+        found = [name for name in _own(self.folder) if (self.folder / name).exists()]
         copy = self.folder / self._case_path.name
         if copy.exists() and not copy.samefile(self._case_path) and self._case_text != _text(copy):
             found.append(copy.name)
@@ -134,6 +135,11 @@ class OutputFolder:
         missing = [p for p in (path, *path.parents) if not p.exists()]
         path.mkdir(parents=True, exist_ok=True)
         self._created += reversed(missing)
+
+
+def _own(folder: Path) -> list[str]:
+    """Names of files that a run may have left in a folder."""
+    return [*_OWN, *sorted(path.name for path in folder.glob(SUBHARMONICS.format("[0-9]*")))]
 
 
 def work_of(folder: Path) -> Path:

@@ -189,7 +189,7 @@ def _same_problem(case: Case, layout: Layout, fingerprint: str, journal: Path) -
     from slipstick.io import problem as problems
     from slipstick.results.schema import layout_of
 
-    own = layout_of(case.problem(), parameter=case.parameter or "", stability=bool(case.response.stability))
+    own = layout_of(case.problem(), parameter=case.parameter or "", stability=bool(case.response.judged))
     same = (own.labels, own.variables) == (layout.labels, layout.variables)
     if not same or problems.fingerprint(case.problem()) != fingerprint:
         raise InputError(

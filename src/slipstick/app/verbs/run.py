@@ -90,6 +90,10 @@ class Run:
     seconds: float = 0.0
     found: Mapping[str, Any] = field(default_factory=dict)
     """Attributes of the branch."""
+    doubled: Sequence[Answer] = ()
+    """Branches of twice the period."""
+    until: float = math.inf
+    """When its time is up, of the monotonic clock."""
 
     def whole(self) -> int:
         """From its first point to its summary; the exit code."""
@@ -109,7 +113,7 @@ class Run:
         begin = time.monotonic()
         prepare_kernel(self.manner.tell)
         recorder = Recorder(
-            self.case.balance, parameter=self.case.parameter or "", stability=bool(self.case.response.stability)
+            self.case.balance, parameter=self.case.parameter or "", stability=bool(self.case.response.judged)
         )
         self._open(replace(recorder.layout, attributes=self._attributes()))
         factor, unit = self.case.shown_in
@@ -117,7 +121,7 @@ class Run:
         with termination_as_interrupt(), progress(start, stop, unit, quiet=self.manner.quiet) as shown:
             listener = _Listener(self.store, recorder, shown, self.case)
             if self.manner.time_limit is not None:
-                listener.until = begin + self.manner.time_limit
+                self.until = listener.until = begin + self.manner.time_limit
             if self.begun is not None:
                 listener.go_on(self.begun.checkpoints)
             self._follow(listener)
@@ -193,7 +197,8 @@ class Run:
         ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
         said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
         results = {"points": 0, "peaks": []} if data is None else results_answer(data)
-        return {**case_answer(self.case), **ended, **said, **results, **files_in(self.folder.work)}
+        doubled = {} if self.case.response.follow is None else {"subharmonics": self.doubled}
+        return {**case_answer(self.case), **ended, **said, **results, **doubled, **files_in(self.folder.work)}
 
     @property
     def complete(self) -> bool:
@@ -222,6 +227,8 @@ class Run:
             self._draw()
         if self.manner.report and found:
             self._report()
+        if self.case.response.follow is not None and self.complete and found:
+            self._follow_doubled()
         if self.complete:
             self.folder.complete()
         self._summary(found)
@@ -242,6 +249,14 @@ class Run:
             self.failures.append(f"figures: {os_sentence(error)}")
         except Exception as error:
             self.failures.append(f"figures: {internal_sentence(error)}")
+
+    def _follow_doubled(self) -> None:
+        from slipstick.app.verbs.doubled import follow_doubled
+
+        try:
+            self.doubled = follow_doubled(self.case, self.folder.results, self.until)
+        except OSError as error:
+            self.failures.append(f"twice the period: {os_sentence(error)}")
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""

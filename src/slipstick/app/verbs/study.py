@@ -120,6 +120,8 @@ class Study:
     def _computed(self, place: StudyFolder, todo: list[int]) -> int:
         assert self.case.plan is not None
         self.manner.tell(f"{self.case.title}: {cases_text(self.case.plan)}; {len(todo)} to compute")
+        if self.case.response.follow is not None:
+            self.manner.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
         stop, failure = None, ""
         if todo:
             prepare_kernel(self.manner.tell)

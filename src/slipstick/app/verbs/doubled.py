@@ -1,0 +1,57 @@
+"""Motion of twice the period beside the results of a run: ``follow = "subharmonic"`` of a case."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from slipstick.app.case.case import Case
+from slipstick.app.terminal.answers import Answer
+from slipstick.app.terminal.guard import complain, say, termination_as_interrupt
+from slipstick.app.verbs.output import SUBHARMONICS
+from slipstick.errors import SlipstickWarning, TimeIsUp
+from slipstick.io.loading import load
+
+
+def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
+    """Follow it from every point of the results at which the period doubles; what was found, a file each.
+
+    ``until`` is when that has to end, of the monotonic clock.
+    """
+    with termination_as_interrupt(), _warnings_said():
+        found = case.subharmonics(load(results), listeners=(_Clock(until),))
+    answers: list[Answer] = []
+    for number, branch in enumerate(found, 1):
+        file = results.with_name(SUBHARMONICS.format(number))
+        branch.table.attrs.update(title=case.title, frequency_unit=case.frequency_unit)
+        branch.save(file)
+        say(f"twice the period, {file.name}: {len(branch)} points, {branch.message or branch.outcome.text}")
+        ended = {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
+        answers.append({"file": file.name, **ended})
+    if not found:
+        say("the period doubles nowhere: there is no motion of twice the period to follow")
+    return answers
+
+
+@contextmanager
+def _warnings_said() -> Iterator[None]:
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", SlipstickWarning)
+        yield
+    for sentence in dict.fromkeys(str(w.message) for w in said if issubclass(w.category, SlipstickWarning)):
+        complain(f"warning: {sentence}")
+
+
+class _Clock:
+    """Ends a computation when its time is up."""
+
+    def __init__(self, until: float) -> None:
+        self._until = until
+
+    def __call__(self, event: Any) -> None:
+        if time.monotonic() > self._until and type(event).__name__ != "Stopped":
+            raise TimeIsUp
