@@ -1,9 +1,11 @@
 """Makes what several rooms' tests share importable, ``from helpers.cases import ...``; everything is compiled once."""
 
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
+import typer.testing
 from hypothesis import settings
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -11,6 +13,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 settings.register_profile("any machine", deadline=None)  # how long one example takes is not what is tested
 settings.load_profile("any machine")
+
+# the runner makes the commands from their signatures again for each call, which takes as long as many of the calls do
+typer.testing._get_command = cache(typer.testing._get_command)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -21,7 +21,7 @@ from slipstick.verify.cases import oscillator
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
 STEEP = ss.FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])
-COARSE = {"max_step": 0.05, "first_step": 0.05}
+COARSE = {"max_step": 0.05, "first_step": 0.05, "output_step": 0.025}
 
 
 def heated() -> ss.Problem:

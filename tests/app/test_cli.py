@@ -24,7 +24,8 @@ from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
 GOOD = "\n" + oscillator(
-    head='title = "oscillator"\nharmonics = "0..5"\n', rubbing="velocity = 100.0", response="from = 4.0\nto = 8.0\n"
+    head='title = "oscillator"\nharmonics = "0..5"\n', rubbing="velocity = 100.0",
+    response="output_step = 1.0\nfrom = 4.0\nto = 8.0\n",
 )
 SLOW = GOOD.replace("to = 8.0", "to = 8.0\nmax_step = 1e-5\nfirst_step = 1e-5\nmax_points = 1000000")
 
@@ -83,17 +84,20 @@ def test_wrong_figures_are_told_before_anything_is_computed(tmp_path: Path, opti
 def test_run_loads_nothing_that_it_does_not_need(tmp_path: Path) -> None:
     """Each of them takes longer to import than a curve takes to compute."""
     code = (
-        "import sys; from slipstick.app.cli import app; \n"
-        "try:\n    app()\nexcept SystemExit as ended:\n    assert not ended.code\n"
-        "print(*sys.modules)"
+        "import sys, json; from slipstick.app.cli import app\n"
+        "for words in json.loads(sys.argv[1]):\n"
+        "    try:\n        app(words)\n    except SystemExit as ended:\n        assert not ended.code\n"
+        "    print(*sys.modules)"
     )
     late = {"xarray", "pandas", "matplotlib", "dask", "h5netcdf", "slipstick.fem.mesh", "slipstick.importers.raw_model"}
     unasked = {"slipstick.analysis.stability.verdict", "slipstick.analysis.sensitivity", "slipstick.studies.plan"}
-    check, run = ["check", case(tmp_path)], ["run", case(tmp_path), "-o", tmp_path / "out", "-q"]
-    for command, others in ((check, {"numba", "h5py"}), (run, set())):
-        done = subprocess.run([sys.executable, "-c", code, *map(str, command)], capture_output=True, text=True)
-        loaded = set(done.stdout.splitlines()[-1].split())
-        assert "numpy" in loaded, done.stdout + done.stderr
+    path, out = str(case(tmp_path)), str(tmp_path / "out")
+    words = json.dumps([["check", path], ["run", path, "-o", out, "-q"]])
+    done = subprocess.run([sys.executable, "-c", code, words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = [set(line.split()) for line in done.stdout.splitlines() if " slipstick.app.cli " in line]
+    for loaded, others in zip(told, ({"numba", "h5py"}, set()), strict=True):
+        assert "numpy" in loaded
         assert not loaded & (late | unasked | others)
 
 
@@ -162,7 +166,7 @@ def test_a_parameter_is_followed(tmp_path: Path) -> None:
 
 
 def test_a_point_limit_stops_early_with_everything_saved(tmp_path: Path) -> None:
-    result = slipstick("run", case(tmp_path, GOOD + "max_points = 12\noutput_step = 1.0\n"), "-o", tmp_path / "out")
+    result = slipstick("run", case(tmp_path, GOOD + "max_points = 12\n"), "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert "raise max_points" in told(result)
     data = load_dataset(tmp_path / "out" / "results.nc")
@@ -333,7 +337,7 @@ def started(path: Path, out: Path) -> subprocess.Popen[str]:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.verify)])
 def test_an_interrupt_keeps_the_points(tmp_path: Path, number: signal.Signals) -> None:
     child = started(case(tmp_path, SLOW), tmp_path / "out")
     child.send_signal(number)
@@ -347,8 +351,10 @@ def test_an_interrupt_keeps_the_points(tmp_path: Path, number: signal.Signals) -
     assert (tmp_path / "out" / "results.nc.journal").exists()
 
 
+@pytest.mark.verify
 @pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
 def test_a_kill_leaves_a_file_that_opens(tmp_path: Path) -> None:
+    """From outside; children that kill themselves are in hostile/test_kills.py and io/test_store.py."""
     child = started(case(tmp_path, SLOW), tmp_path / "out")
     child.kill()
     child.communicate(timeout=60)

@@ -30,7 +30,7 @@ from slipstick.io.store import ResultStore
 CASE = oscillator(
     head='harmonics = "0..5"\n',
     rubbing="velocity = 10.0",
-    response="from = 4.0\nto = 8.0\nfirst_step = 2e-2\nmax_step = 2e-2\n",
+    response="from = 4.0\nto = 8.0\nfirst_step = 4e-2\nmax_step = 4e-2\n",
 )
 
 
