@@ -83,6 +83,7 @@ SLOW = {
     "answers.md",
     "tutorial-blade-tip.md",
     "tutorial.md",
+    "sensitivity.md",
     "studies.md",
     "damper-load.md",
     "importing.md",

@@ -29,7 +29,7 @@ def starting_force(amplitude, normal, velocity, periods=6, steps=4000):
     bound = 0.3 * np.maximum(800.0 + normal * np.sin(tau), 0.0)
     force = np.zeros_like(tau)
     for i in range(1, len(tau)):
-        force[i] = np.clip(force[i - 1] + 100.0 * (w[i] - w[i - 1]), -bound[i], bound[i])
+        force[i] = min(max(force[i - 1] + 100.0 * (w[i] - w[i - 1]), -bound[i]), bound[i])
     return tau, force
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from consistency.random_systems import random_system
@@ -14,6 +16,11 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarni
 
 POINT = {"max_points": 1}
 SHORT = {"max_points": 3, "max_step": 1 / 120, "first_step": 1 / 300}
+
+
+@cache
+def curve(velocity, omega):
+    return ss.forced_response(oscillator(velocity=velocity), omega=omega)
 
 
 @pytest.mark.parametrize(
@@ -32,7 +39,7 @@ SHORT = {"max_points": 3, "max_step": 1 / 120, "first_step": 1 / 300}
 )
 def test_peaks_of_the_oscillator(velocity, omega, name, of_amplitude, of_omega):
     """Against peaks located again with another parameter, to seven digits; c is 0.4 times the factor "damping"."""
-    found = ss.forced_response(oscillator(velocity=velocity), omega=omega).sensitivity(name).isel(peak=0)
+    found = curve(velocity, omega).sensitivity(name).isel(peak=0)
     assert float(found.peak_amplitude[0]) == pytest.approx(of_amplitude, rel=1e-6, abs=1e-9)
     assert float(found.peak_omega[0]) == pytest.approx(of_omega, rel=2e-6, abs=1e-8)
 

@@ -24,7 +24,8 @@ from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
 GOOD = "\n" + oscillator(
-    head='title = "oscillator"\nharmonics = "0..5"\n', rubbing="velocity = 100.0",
+    head='title = "oscillator"\nharmonics = "0..5"\n',
+    rubbing="velocity = 100.0",
     response="output_step = 1.0\nfrom = 4.0\nto = 8.0\n",
 )
 SLOW = GOOD.replace("to = 8.0", "to = 8.0\nmax_step = 1e-5\nfirst_step = 1e-5\nmax_points = 1000000")

@@ -48,7 +48,7 @@ def test_power_derivatives(seed: int) -> None:
 
 
 @pytest.mark.parametrize("resistance", [INFLUENCE, INFLUENCE.diagonal()], ids=["coupled", "element-wise"])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.verify) for seed in range(3, 8))])
 def test_total_tangent(seed: int, resistance: Array) -> None:
     """Total derivatives by every element's X, Y and by omega, velocity, gap: temperature moves along."""
     heated, given = model(resistance), state(seed)
