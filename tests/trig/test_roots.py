@@ -1,6 +1,6 @@
 """Certified roots against companion-matrix eigenvalues and constructed near-double roots."""
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -184,9 +184,9 @@ def test_values_that_equal_the_floor_over_a_stretch_end_the_search():
     """A touching root: the values near it are few numbers, and the floor may be one of them."""
     h = Harmonics(range(3))
     for size in (0.25, 0.5, 1.0, 2.0):
-        start = perf_counter()
+        start = process_time()
         assert len(roots(h, [size, 0, 0, -size, 0])[0]) == 0
-        assert perf_counter() - start < 0.01
+        assert process_time() - start < 0.01
 
 
 def test_a_list_of_roots_is_never_cut_short(monkeypatch):

@@ -340,10 +340,10 @@ def test_too_many_unknowns_are_refused_quickly() -> None:
     head, rest = GOOD.split("[[contact]]")
     contact, response = rest.split("[response]")
     many = "".join("[[contact]]" + contact.replace('"damper"', f'"c{i}"') for i in range(700))
-    begin = time.perf_counter()
+    begin = time.process_time()
     (found,) = faults(head + many + "[response]" + response)
     assert "14700 unknowns" in found
-    assert time.perf_counter() - begin < 3.0
+    assert time.process_time() - begin < 3.0
 
 
 values = st.one_of(

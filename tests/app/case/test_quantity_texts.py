@@ -60,10 +60,10 @@ def test_faulty_harmonics(value: object) -> None:
 
 @pytest.mark.parametrize("value", ["0..100000000", "0..999999999999999999", "0..99999999999999999999", [0, 10**30]])
 def test_huge_harmonics_are_refused_at_once(value: object) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     with pytest.raises(ValueError, match=r"above|expected"):
         harmonic_orders(value)
-    assert time.perf_counter() - begin < 0.1
+    assert time.process_time() - begin < 0.1
 
 
 def test_many_harmonics_are_refused() -> None:
