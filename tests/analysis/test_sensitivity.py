@@ -44,6 +44,33 @@ def test_peaks_of_the_oscillator(velocity, omega, name, of_amplitude, of_omega):
     assert float(found.peak_omega[0]) == pytest.approx(of_omega, rel=2e-6, abs=1e-8)
 
 
+def test_a_corner_has_no_derivatives():
+    """The first peak is a tie of two extremes, at which neither has a slope of zero; the second is smooth."""
+    problem, band = oscillator(velocity=5.0), (2.3, 3.6)
+    branch = ss.forced_response(problem, omega=band)
+    found = branch.sensitivity("damper.kt").isel(parameter=0)
+    corner, smooth = found.peak_amplitude.values
+    low, high = (
+        ss.forced_response(problem.with_parameter("damper.kt", kt), omega=band).peaks("x") for kt in (99.99, 100.01)
+    )
+    first, second = ((b[1] - a[1]) / 0.02 for a, b in zip(low, high, strict=True))
+    assert smooth == pytest.approx(second, rel=1e-4)
+    assert float(found.amplitude[found.peak[0]]) != pytest.approx(first, rel=0.1)
+    assert np.isnan(corner)
+    assert np.isnan(found.peak_omega.values).tolist() == [True, False]
+
+
+def test_setting_a_stuck_contact_in_motion_has_no_derivative():
+    """Its mean friction force jumps from the middle of an interval to its end."""
+    still = ss.forced_response(oscillator(), omega=(4.0, 4.1), options=POINT)
+    moving = ss.forced_response(oscillator(velocity=1e-9), omega=(4.0, 4.1), options=POINT)
+    assert float(still.dataset.stick_fraction[0, 0]) == 1.0
+    assert abs(float(moving.dataset["mean"][0, 0] - still.dataset["mean"][0, 0])) > 1.0
+    found = still.sensitivity(["damper.velocity", "damper.mu"])
+    for name in ("amplitude", "mean", "dissipated_power"):
+        assert np.isnan(found[name].values[:, 0]).tolist() == [True, False]
+
+
 def test_defaults_are_all_contacts_loads_and_damping():
     problem = oscillator(velocity=10.0)
     found = ss.forced_response(problem, omega=(4.0, 4.1), options=POINT).sensitivity()

@@ -17,7 +17,7 @@ import numpy as np
 from slipstick.analysis.bracketing import bracketed_peak
 from slipstick.analysis.peak_system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks import peak_events
-from slipstick.analysis.slope import Extreme
+from slipstick.analysis.slope import FLAT, Extreme
 from slipstick.analysis.warming import NO_WORK, Work
 from slipstick.balance.ports import Balance
 from slipstick.balance.scaling import scales
@@ -44,8 +44,6 @@ NEWTON = NewtonOptions(max_iterations=8, min_damping=1.0, non_monotone=2, patien
 
 LEVEL = 1e-9
 """Extremes that are equal by symmetry differ by rounding, and a plateau is not quite level."""
-_FLAT = 1e-6
-"""Slope over the sizes of its terms above which a point is no smooth peak."""
 _MOST_RUNS = 200
 _ASIDE = 1e-4
 _JUMP = 0.02
@@ -127,7 +125,7 @@ class Locus:
             for step in run:
                 # smooth loci turn where the bend of the curve passes zero, and nowhere else
                 own = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
-                if self._slope_of(step) > _FLAT or (step.kind != "turning point" and own * side < 0.0):
+                if self._slope_of(step) > FLAT or (step.kind != "turning point" and own * side < 0.0):
                     return CORNER
                 again, side = step.kind == "start" and self.last is not None, side or own
                 point = self._point(step)
@@ -249,7 +247,7 @@ class Locus:
             return None
         if abs(found.y[-1] - before[-1]) > _JUMP * before[-1]:
             self.notes.append(f"at {at:.6g} the peak at {found.y[-1]:.6g} {self._unit} is followed on")
-        kind = "end" if at == self.span[1] else "regular" if found.slope <= _FLAT else CORNER
+        kind = "end" if at == self.span[1] else "regular" if found.slope <= FLAT else CORNER
         kind = "start" if self.last is None else kind
         self._take(LocusPoint(found.y, at, found.detail, kind, found.residual, found.iterations))
         self._context = found.context

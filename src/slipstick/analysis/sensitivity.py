@@ -12,14 +12,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.analysis.neighbourhood import FREQUENCY, BatchPower, Move, Neighbourhood
-from slipstick.analysis.slope import Extreme, Slope, StateSpace
+from slipstick.analysis.slope import FLAT, Extreme, Slope, StateSpace
 from slipstick.analysis.threads import one_thread
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
+from slipstick.contact import traits
 from slipstick.errors import InputError
 from slipstick.results.record import Outputs, unknowns
 from slipstick.results.schema import is_self_excited
@@ -79,8 +81,8 @@ class Sensitivities:
         found = np.full((4, len(directions)), np.nan)
         for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
             found[row] = _along(here, part, z, directions, pushed)
-        amplitude, mean, power, temperature = found
         place = self._place_rates(here, point, directions, pushed)
+        amplitude, mean, power, temperature, place = np.where(_undecided(here, directions), np.nan, [*found, place])
         return PointDerivatives(amplitude, mean, power, temperature, place)
 
     def _functionals(self, here: Neighbourhood) -> Iterator[Functional]:
@@ -104,7 +106,7 @@ class Sensitivities:
     def _place_rates(
         self, here: Neighbourhood, point: int, directions: Sequence[Move], pushed: Sequence[ComplexArray]
     ) -> Array:
-        """``-G_s / G_w``: how the place of a peak moves; nan where there is none."""
+        """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
         rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
         if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0:
             return rates
@@ -113,6 +115,8 @@ class Sensitivities:
         over = FREQUENCY if self._path is None else surface.along(value)
         extreme = Extreme.largest(self.balance.harmonics, here.motion()[0])
         slope = Slope(surface, here, value, extreme, over)
+        if not abs(slope.value) <= FLAT * slope.size:
+            return rates
         beside = slope.displaced(np.ptp(self._table[self.branch.followed].to_numpy()) or abs(value))
         bend = beside.by_motion()
         q = here.jacobian.solve(bend, transposed=True)
@@ -163,6 +167,17 @@ class Sensitivities:
 _SOLVED = 1e-10
 """Residual over its terms above which a point is corrected first."""
 _CORRECTIONS = 4
+
+
+def _undecided(here: Neighbourhood, directions: Sequence[Move]) -> NDArray[np.bool_]:
+    """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
+    found = np.zeros(len(directions), dtype=bool)
+    for b, (batch, response) in enumerate(zip(here.balance.batches, here.found.responses, strict=True)):
+        loose = traits.undecided(batch.law, response)
+        for k, direction in enumerate(directions):
+            assert direction.inputs is not None
+            found[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))
+    return found
 
 
 def _along(

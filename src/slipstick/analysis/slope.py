@@ -25,6 +25,8 @@ _STEP = 1e-6
 """Of the state, over which exact first derivatives are differenced."""
 _SAME = 1e-6
 """Times (rad) that are one."""
+FLAT = 1e-6
+"""Slope over the sizes of its terms above which a point is no smooth peak."""
 _UPHILL = 60
 """Steps to the top at most, each of half a radian of the highest harmonic or less."""
 

@@ -67,6 +67,12 @@ class FrictionLaw:
         )
 
     @staticmethod
+    def undecided(response: Response) -> NDArray[np.bool_]:
+        """Contacts that are stuck all period at rest: their mean friction force is one of an interval."""
+        low, high = response.detail.residual_traction.T
+        return np.asarray(low < high)
+
+    @staticmethod
     def kinked(values: Mapping[str, Array]) -> NDArray[np.bool_]:
         """Contacts that have friction."""
         return np.asarray((values["mu"] > 0) & (values["kt"] > 0))

@@ -129,6 +129,12 @@ def springs(law: Law, response: Response) -> Mapping[int, Array]:
     return total
 
 
+def undecided(law: Law, response: Response) -> NDArray[np.bool_]:
+    """Which of n elements have a constant force that any steady motion of the counter surface makes jump, (n,)."""
+    own = getattr(law, "undecided", None)
+    return np.zeros(len(response.work), dtype=bool) if own is None else np.asarray(own(response), dtype=bool)
+
+
 def kinked(law: Law, values: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Which of n elements have friction that acts, (n,) of bool: their forces have kinks and many harmonics."""
     own = getattr(law, "kinked", None)

@@ -309,7 +309,9 @@ class Branch:
             Derivatives ``amplitude``, ``mean``, ``dissipated_power`` (of all contacts together) and, where friction
             heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed value of what the
             branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over (parameter, peak), where
-            ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a state is born.
+            ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a
+            state is born, those of a peak where it is a corner of the curve, and those by the velocity of a counter
+            surface at rest where its contact is stuck all period: the mean force jumps.
 
         Raises
         ------

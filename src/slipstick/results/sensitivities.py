@@ -82,7 +82,7 @@ class PointDerivatives(NamedTuple):
     dissipated_power: Array
     temperature: Array
     followed: Array
-    """Of the place of a peak along the branch."""
+    """Of the place of a peak along the branch; nan where it is no smooth one, whose height then changes otherwise."""
 
 
 SUBJECTS = {
@@ -113,7 +113,8 @@ def sensitivity_dataset(
     of = table["peak_dof"].to_numpy() == branch.dof_index(dof)
     peaks, where = np.flatnonzero(of), table[followed]
     place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}
-    data["peak_amplitude"] = (("parameter", "peak"), found["amplitude"][:, peaks], data["amplitude"][2])
+    heights = np.where(np.isnan(found["followed"]), np.nan, found["amplitude"])
+    data["peak_amplitude"] = (("parameter", "peak"), heights[:, peaks], data["amplitude"][2])
     data[f"peak_{followed}"] = (("parameter", "peak"), found["followed"][:, peaks], place)
     coordinates: dict[str, Any] = {
         "parameter": ("parameter", np.array(parameters, dtype=np.str_)),
