@@ -21,7 +21,7 @@ from slipstick.verify.cases import oscillator
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 
 STEEP = ss.FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])
-COARSE = {"max_step": 0.05, "first_step": 0.05, "output_step": 0.025}
+COARSE = {"max_step": 0.05, "first_step": 0.05}
 
 
 def heated() -> ss.Problem:
@@ -38,7 +38,7 @@ def heated() -> ss.Problem:
 
 
 def opening() -> ss.Problem:
-    """A contact that opens and closes: from 2 rad/s the branch comes back, from 15 rad/s it does not."""
+    """A contact that opens and closes: from 2 rad/s the branch comes back, as from 10; from 15 rad/s it does not."""
     structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[40.0, -10.0], [-10.0, 60.0]], dofs=["x", "y"])
     contact = ss.FrictionContact(kt=400.0, mu=0.3, kn=400.0, gap=-2.0)
     pair = ss.ContactPair(name="damper", contact=contact, tangential="x", normal="y")
@@ -47,7 +47,8 @@ def opening() -> ss.Problem:
 
 TASKS: dict[str, Callable[[], Task]] = {
     "frequency": lambda: frequency_task(oscillator(velocity=0.5), (2.0, 15.0), (5.0, 7.5), None, COARSE),
-    "two parts": lambda: frequency_task(opening(), (2.0, 15.0), (), None, COARSE),
+    "two parts": lambda: frequency_task(opening(), (2.0, 10.0), (), None, COARSE),
+    "two parts that meet": lambda: frequency_task(opening(), (2.0, 15.0), (), None, COARSE),
     "through velocity 0": lambda: parameter_task(
         oscillator(velocity=10.0), "damper.velocity", (-10.0, 20.0), 6.0, (), None, COARSE
     ),
@@ -96,7 +97,10 @@ def bits(value: Any) -> Any:
     return value.tobytes() if isinstance(value, np.ndarray) else repr(value)
 
 
-@pytest.mark.parametrize("name", TASKS)
+LONG = {"two parts that meet"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.verify] if n in LONG else []) for n in TASKS])
 def test_points_to_come_are_the_same_to_the_last_bit(name: str) -> None:
     task = TASKS[name]()
     whole = walked_whole(name)

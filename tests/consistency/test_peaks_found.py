@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from helpers.results import corrected
 from random_systems import random_system
-from scipy.signal import find_peaks
 
 import slipstick as ss
 from slipstick.analysis.arguments import common_arguments
@@ -18,6 +17,8 @@ FINE = {"max_step": 1 / 1200, "first_step": 1 / 1200, "output_step": 1.0, "max_p
 
 def shown(branch, name):
     """Places and heights of prominent local maxima of a dof's amplitude, in each part of the branch."""
+    from scipy.signal import find_peaks
+
     d, found = corrected(branch.dataset), []
     for part in np.unique(d.branch_part.values):
         own = d.isel(point=np.flatnonzero(d.branch_part.values == part))

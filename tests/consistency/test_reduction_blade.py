@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
@@ -12,8 +14,14 @@ from slipstick.models.surface_model import ContactModel
 from slipstick.structure.reduction.reduce import Reduction, estimate_error, reduce_model
 
 
+@cache
+def full(size: str) -> ContactModel:
+    return finite_element_blade(BladeModel(shape=blade_shape(size)))
+
+
+@cache
 def reduced(size: str, **wishes: object) -> tuple[ContactModel, Reduction]:
-    whole = finite_element_blade(BladeModel(shape=blade_shape(size)))
+    whole = full(size)
     return whole, reduce_model(whole.model.K, whole.model.M, **whole.request, **wishes)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from importlib.util import find_spec
 from typing import Any
 
 import pytest
@@ -17,7 +18,7 @@ from slipstick.studies.solving import CaseSolved, Job, solve
 from slipstick.studies.workers import connected, in_turn, local_workers, on_cluster, solutions
 from slipstick.verify.cases import oscillator
 
-pytest.importorskip("distributed")
+pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="needs distributed")
 
 JOB = Job(problem=oscillator(velocity=10.0), span=(5.0, 7.0))
 PLAN = make_plan(JOB.problem, {"damper.velocity": [10.0, 20.0, 30.0, 40.0]})
