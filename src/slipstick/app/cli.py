@@ -34,6 +34,11 @@ CasePath = Annotated[
 ]
 
 
+def _folder(by_default: str) -> Any:
+    """The option that names the folder of the results."""
+    return typer.Option("-o", "--output", help=f"Folder of the results; by default {by_default}, here.")
+
+
 Figures = Annotated[
     str | None,
     typer.Option("--figures", help='Draw these too: "all", or names such as "response,loop".', metavar="NAMES"),
@@ -69,9 +74,7 @@ def _common(
 @app.command()
 def run(
     case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-results, here.")
-    ] = None,
+    output: Annotated[Path | None, _folder("CASE-results")] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")
     ] = False,
@@ -155,9 +158,7 @@ def report(
 @app.command()
 def study(
     case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-study, here.")
-    ] = None,
+    output: Annotated[Path | None, _folder("CASE-study")] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, max=1024, help="Processes on this machine; by default one a processor.")
     ] = None,
@@ -188,9 +189,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace earlier results, o
 @app.command()
 def track(
     case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-track, here.")
-    ] = None,
+    output: Annotated[Path | None, _folder("CASE-track")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     as_json: AsJson = False,
@@ -205,9 +204,7 @@ def track(
 @app.command()
 def optimal(
     case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-optimal, here.")
-    ] = None,
+    output: Annotated[Path | None, _folder("CASE-optimal")] = None,
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
@@ -221,9 +218,7 @@ def optimal(
 @app.command()
 def modes(
     case: CasePath,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder of the results; by default CASE-modes, here.")
-    ] = None,
+    output: Annotated[Path | None, _folder("CASE-modes")] = None,
     force: Force = False,
     figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
     as_json: AsJson = False,
@@ -233,6 +228,21 @@ def modes(
         from slipstick.app.verbs.peaks import modes_case
 
         raise typer.Exit(modes_case(case, output, answer, force=force, figures=figures))
+
+
+@app.command()
+def cycles(
+    case: CasePath,
+    output: Annotated[Path | None, _folder("CASE-cycles")] = None,
+    force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Follow self-excited vibration, such as squeal, over the parameter of the table "cycles"."""
+    with answering(as_json) as answer:
+        from slipstick.app.verbs.cycles import cycles_case
+
+        raise typer.Exit(cycles_case(case, output, answer, force=force, figures=figures))
 
 
 @app.command()

@@ -46,7 +46,7 @@ class Case:
     response: ResponseTable
     frequency_unit: str = "rad/s"
     further: Mapping[str, Any] = field(default_factory=dict)
-    """What ``[track]``, ``[optimal]`` and ``[modes]`` ask for, by name."""
+    """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
     """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""

@@ -1,4 +1,7 @@
-"""The tables ``[track]``, ``[optimal]``, ``[modes]``: a peak over a parameter, where it is lowest, a nonlinear mode."""
+"""Tables of verbs of their own: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``.
+
+A peak over a parameter, where it is lowest, a nonlinear mode, self-excited vibration over a parameter.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +66,19 @@ class ModesTable(Table):
     )
 
 
-PEAK_TABLES: Mapping[str, type[Table]] = {"track": TrackTable, "optimal": OptimalTable, "modes": ModesTable}
+class CyclesTable(Table):
+    """``[cycles]``: self-excited vibration over a parameter."""
+
+    parameter: str = Field(description='the name of a parameter such as "pad.mu"')
+    start: float = Field(alias="from", description="a number, where steady sliding is stable")
+    stop: float = Field(alias="to", description="a number")
+    dof: str | None = Field(default=None, description="the name of an output")
+    at: list[float] = Field(default=[], description="a list of values that become exact points")
+
+
+PEAK_TABLES: Mapping[str, type[Table]] = {
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable
+}  # fmt: skip
 
 
 def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
@@ -83,16 +98,18 @@ def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
 def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
     """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
     for name, table in tables.items():
-        if isinstance(table, TrackTable | OptimalTable):
-            yield from _parameter_faults(problem, name, table, swept=swept)
+        if isinstance(table, TrackTable | OptimalTable | CyclesTable):
+            yield from _parameter_faults(problem, name, table)
+        if isinstance(table, TrackTable | OptimalTable) and swept and table.omega is None:
+            yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")
         known = tuple(problem.outputs or ())
         if table.dof is not None and table.dof not in known:
             yield Fault((name, "dof"), f"there is no output {shown(table.dof)}", remedy=suggestion(table.dof, known))
-        if name in ("track", "modes") and table.start == table.stop:
+        if name != "optimal" and table.start == table.stop:
             yield Fault((name, "to"), f"is {table.stop:g}, the same as from", remedy="give a range that is not empty")
 
 
-def _parameter_faults(problem: Problem, name: str, table: TrackTable | OptimalTable, *, swept: bool) -> Iterator[Fault]:
+def _parameter_faults(problem: Problem, name: str, table: TrackTable | OptimalTable | CyclesTable) -> Iterator[Fault]:
     values = [value for end in ("start", "stop") if (value := getattr(table, end, None)) is not None]
     try:
         problem.parameter_target(table.parameter)
@@ -100,5 +117,3 @@ def _parameter_faults(problem: Problem, name: str, table: TrackTable | OptimalTa
             problem.at_parameter(table.parameter, value)
     except InputError as error:
         yield from (fault.inside(name, "parameter") for fault in error.faults)
-    if swept and table.omega is None:
-        yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")

@@ -79,7 +79,7 @@ def python_script(text: str, name: str, folder: Path) -> str:
     """
     raw = parse(text, name)
     study = raw.pop("study", None)
-    further = {"track": "track_peak", "optimal": "optimal", "modes": "nonlinear_modes"}
+    further = {"track": "track_peak", "optimal": "optimal", "modes": "nonlinear_modes", "cycles": "limit_cycles"}
     calls = [
         f"# The case has [{section}] too: see ss.{verb}, which takes problem() and what stands there.\n"
         for section, verb in further.items()

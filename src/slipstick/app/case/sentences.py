@@ -9,7 +9,8 @@ from slipstick.errors import UNKNOWN_KEY, Fault, InputError, Where
 from slipstick.faults import shown
 
 REPEATED_SECTIONS = ("load", "contact")
-CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", "track", "optimal", "modes")
+_VERBS = ("track", "optimal", "modes", "cycles")
+CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *_VERBS)
 
 _LONGEST = 60
 
