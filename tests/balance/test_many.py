@@ -8,7 +8,6 @@ import slipstick as ss
 from slipstick.balance.many import answered, evaluated_together, respond
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
-from slipstick.balance.residual import unanswered
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.norm import norm
 from slipstick.trig.harmonics import Harmonics
@@ -25,21 +24,19 @@ def states(seed, count=5):
 def test_forces_and_residuals_are_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     inputs = [problem.inputs.scaled(1.0 + 0.1 * i) for i in range(len(x))]
-    details, residuals = answered(balance, x, [unanswered(i, w) for i, w in zip(inputs, omega, strict=True)])
-    for i, found in enumerate(details):
+    together, residuals = answered(balance, x, omega, inputs)
+    for i in range(len(x)):
         alone = FrequencySystem(balance, inputs[i]).evaluate(x[i], float(omega[i]))
         terms = alone.terms()
         assert residuals[i] == pytest.approx(norm(alone.residual / np.where(terms > 0, terms, 1.0)), rel=1e-10)
-        for one, other in zip(found.responses, alone.detail.responses, strict=True):
-            assert one.work == pytest.approx(other.work, rel=1e-12)
+        for batch, all_states, other in zip(balance.batches, together, alone.detail.responses, strict=True):
+            own = slice(i * batch.count, (i + 1) * batch.count)
+            assert all_states.work[own] == pytest.approx(other.work, rel=1e-12)
             for name, value in other.values.items():
-                assert np.array_equal(one.values[name], value)
-            for a, b in zip(one.force, other.force, strict=True):
-                assert a == pytest.approx(b, rel=1e-12, abs=1e-12 * np.abs(b).max())
-            for pair, tangent in other.by_motion.items():
-                assert one.by_motion[pair] == pytest.approx(tangent, rel=1e-12, abs=1e-12 * np.abs(tangent).max())
-            assert set(one.by_parameter("mu")) == set(other.by_parameter("mu"))
-            assert one.detail.stick_fraction == pytest.approx(other.detail.stick_fraction, abs=1e-12)
+                assert np.array_equal(all_states.values[name][own], value)
+            for a, b in zip(all_states.force, other.force, strict=True):
+                assert a[own] == pytest.approx(b, rel=1e-12, abs=1e-12 * np.abs(b).max())
+            assert all_states.detail.stick_fraction[own] == pytest.approx(other.detail.stick_fraction, abs=1e-12)
 
 
 def test_a_parameter_of_the_structure_that_varies():
@@ -51,7 +48,7 @@ def test_a_parameter_of_the_structure_that_varies():
     balance, path = Balance(problem), parameter_path(problem, "loss_factor")
     x = np.random.default_rng(0).normal(size=(3, balance.size))
     inputs = [path.at(value)[0] for value in (0.01, 0.02, 0.3)]
-    _, residuals = answered(balance, x, [unanswered(one, 2.5) for one in inputs])
+    _, residuals = answered(balance, x, np.full(3, 2.5), inputs)
     for i, one in enumerate(inputs):
         alone = FrequencySystem(balance, one).evaluate(x[i], 2.5)
         assert residuals[i] == pytest.approx(norm(alone.residual / alone.terms()), rel=1e-10)

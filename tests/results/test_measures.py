@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import slipstick as ss
-from slipstick.results.measures import amplitude, amplitude_slope, friction_force
+from slipstick.results.measures import amplitude, amplitude_with_slope, friction_force
 
 
 @pytest.mark.parametrize("orders", [[0, 1], [0, 1, 2, 3], [0, 2, 5, 10], [0, 7]])
@@ -47,7 +47,9 @@ def test_slope_of_the_amplitude() -> None:
     X, dX = rng.standard_normal((2, 50, h.size))
     step = 1e-6
     wanted = (amplitude(h, X + step * dX).value - amplitude(h, X - step * dX).value) / (2 * step)
-    assert amplitude_slope(h, amplitude(h, X), dX) == pytest.approx(wanted, abs=1e-7)
+    size, slope = amplitude_with_slope(h, X, dX)
+    assert slope == pytest.approx(wanted, abs=1e-7)
+    assert size == pytest.approx(amplitude(h, X).value, rel=1e-15)
 
 
 @pytest.mark.parametrize("velocity, scale", [(0.0, 0.2), (0.0, 3.0), (1.0, 3.0), (30.0, 1.0)])

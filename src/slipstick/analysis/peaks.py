@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.results.measures import amplitude, amplitude_slope
+from slipstick.results.measures import amplitude_with_slope
 from slipstick.results.record import Outputs
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
+_TINY = float(np.finfo(float).tiny)
 _ROUNDING = 1e-9
 """Relative change of an amplitude over the whole range that is rounding."""
 _LEVEL = 1e-6
@@ -31,7 +32,7 @@ def peak_events(
 def _event(name: str, i: int, slopes: _Slopes) -> BranchEvent:
     return BranchEvent(
         name=name, kind="peak", direction=-1, function=lambda step: float(slopes.at(step)[i]),
-        along=lambda first, second, arc, u: slopes.along(first, second, arc, u)[:, i],
+        along=lambda first, second, arc, places: slopes.along(first, second, arc, places)[:, i],
     )  # fmt: skip
 
 
@@ -48,17 +49,15 @@ class _Slopes:
             self._found = step, self._slopes(*self._outputs.motion_along(step, self._system), _ROUNDING)
         return self._found[1]
 
-    def along(self, first: Any, second: Any, arc: Arc, u: Array) -> Array:
-        """Derivatives (n, n_outputs) at places ``u`` (n,) between two steps, of the cubics through their motions."""
+    def along(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> Array:
+        """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
         if self._found[0] is not arc:
             (a, da), (b, db) = (self._outputs.motion_along(step, self._system) for step in (first, second))
-            motion, change = arc.between(a, b, da, db, u)
+            motion, change = arc.between(a, b, da, db, places)
             self._found = arc, self._slopes(motion, change / arc.length, _LEVEL)
         return self._found[1]
 
     def _slopes(self, motion: Array, change: Array, level: float) -> Array:
-        h = self._outputs.balance.harmonics
-        size = amplitude(h, motion)
-        value = amplitude_slope(h, size, change)
-        value[np.abs(value) <= level * size.value] = np.finfo(float).tiny
-        return value
+        size, slope = amplitude_with_slope(self._outputs.balance.harmonics, motion, change)
+        slope[np.abs(slope) <= level * size] = _TINY
+        return slope

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
-from slipstick.balance.inputs import Inputs
+from slipstick.balance.inputs import SURFACE, Given, Inputs
 from slipstick.balance.ports import Balance
-from slipstick.balance.residual import Detail
 from slipstick.contact import traits
 from slipstick.contact.law import Motion, Response
 from slipstick.solve.norm import norm
@@ -36,17 +34,21 @@ def respond(
     With other ``harmonics`` that hold those of the balance, forces are given in these.
     """
     batch, own = balance.batches[k], balance.harmonics
-    given = [one.batches[k] for one in inputs]
+    given = _joined([one.batches[k] for one in inputs])
     X = x.reshape(len(x), balance.n_ports, balance.L)
     moved = []
-    for i, port in enumerate(batch.ports):
-        Q = np.array([g.motion[i] for g in given])
-        Q[:, port.members] += X[:, port.rows]
-        moved.append(_in(harmonics or own, own, Q.reshape(-1, own.size)))
+    for port, Q in zip(batch.ports, given.motion, strict=True):
+        Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
+        moved.append(_in(harmonics or own, own, Q))
     each = np.repeat(omega, batch.count)
-    drift = np.concatenate([g.drift(w) for g, w in zip(given, omega.tolist(), strict=True)], axis=1)
-    values = {name: np.concatenate([g.values[name] for g in given]) for name in batch.law.values}
-    return batch.law.respond(Motion(harmonics or own, each, tuple(moved), drift), values)
+    return batch.law.respond(Motion(harmonics or own, each, tuple(moved), given.drift(each)), given.values)
+
+
+def _joined(given: Sequence[Given]) -> Given:
+    """The elements of all in one, in new arrays."""
+    surface = {name: np.concatenate([getattr(g, name) for g in given], axis=1) for name in SURFACE}
+    values = {name: np.concatenate([g.values[name] for g in given]) for name in given[0].values}
+    return Given(values=values, **surface)
 
 
 def _in(wide: Harmonics, own: Harmonics, Q: Array) -> Array:
@@ -58,45 +60,13 @@ def _in(wide: Harmonics, own: Harmonics, Q: Array) -> Array:
     return out
 
 
-def answered(balance: Balance, x: Array, details: Sequence[Detail]) -> tuple[list[Detail], Array]:
-    """Details with their responses, and relative residuals (n,), of n states with unknowns (n, N).
+def answered(balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs]) -> tuple[list[Response], Array]:
+    """The response of each batch as ``respond`` gives it, and relative residuals (n,), of n states.
 
     A residual is the norm of its entries over the sizes of their terms, as in ``balance.residual.terms``.
     """
-    omega, inputs = np.array([d.omega for d in details]), [d.inputs for d in details]
     responses = [respond(balance, k, x, omega, inputs) for k in range(len(balance.batches))]
-    counts = [batch.count for batch in balance.batches]
-    found = []
-    for i, given in enumerate(inputs):
-        own = (_part(r, slice(i * n, (i + 1) * n)) for r, n in zip(responses, counts, strict=True))
-        found.append(Detail(responses=tuple(own), inputs=given, omega=float(omega[i])))
-    return found, _residuals(balance, x, omega, inputs, responses)
-
-
-def _part(response: Response, at: slice) -> Response:
-    """Some of a response's elements."""
-
-    def parts(arrays: Mapping[Any, Array]) -> dict[Any, Array]:
-        return {key: value[at] for key, value in arrays.items()}
-
-    return Response(
-        force=tuple(F[at] for F in response.force), by_motion=parts(response.by_motion),
-        by_parameter=lambda name: parts(response.by_parameter(name)), by_drift=parts(response.by_drift),
-        by_omega=parts(response.by_omega), values=parts(response.values), work=response.work[at],
-        detail=_Part(response.detail, at),
-    )  # fmt: skip
-
-
-class _Part:
-    """Some elements of what a law itself wants to find again: its arrays are cut when they are asked for."""
-
-    __slots__ = ("_at", "_whole")
-
-    def __init__(self, whole: Any, at: slice) -> None:
-        self._whole, self._at = whole, at
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._whole, name)[self._at]
+    return responses, _residuals(balance, x, omega, inputs, responses)
 
 
 def _residuals(

@@ -86,12 +86,22 @@ def _of_several(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
     return largest_deviations(harmonics, X)
 
 
-def amplitude_slope(harmonics: Harmonics, at: Amplitude, dX: ArrayLike) -> Array:
-    """Change of the amplitude with a change ``dX`` (..., L) of the motion: at its own time (envelope theorem)."""
-    H = harmonics.H_minus(at.time)
-    H[..., 0] = 0.0
-    change: Array = at.sign * (H * np.asarray(dX, dtype=float)).sum(axis=-1)
-    return change
+def amplitude_with_slope(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Array, Array]:
+    """Amplitudes (...) of motions ``X`` (..., L), and their changes with changes ``dX`` (..., L) of the motions.
+
+    An amplitude changes as the motion does at the time of its extreme (envelope theorem).
+    """
+    if harmonics.n == 0:
+        return np.zeros(X.shape[:-1]), np.zeros(X.shape[:-1])
+    shape, X, dX = X.shape[:-1], X.reshape(-1, harmonics.size), dX.reshape(-1, harmonics.size)
+    known = _of_one_harmonic(harmonics, X)
+    if known is None:
+        from slipstick.trig.extremes import largest_with_changes
+
+        value, change = largest_with_changes(harmonics, X, dX)
+    else:
+        value, change = known[0], (harmonics.H_minus(known[1])[:, 1:] * dX[:, 1:]).sum(axis=1)
+    return np.abs(value).reshape(shape), np.copysign(change, value * change).reshape(shape)
 
 
 def friction_force(

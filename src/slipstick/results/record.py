@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,11 +16,13 @@ from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
+from slipstick.contact.law import Response
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Structures, moved, truncation
+from slipstick.solve.continuation.arc import ArcPlaces
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
 
@@ -117,7 +119,7 @@ class Outputs:
             return None
         first, second, arc, u = step.place
         (a, da), (b, db) = self.motion_along(first, system), self.motion_along(second, system)
-        return np.asarray(arc.between(a, b, da, db, np.array([u]))[0][0])
+        return np.asarray(arc.between(a, b, da, db, ArcPlaces(np.array([u])))[0][0])
 
     def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
@@ -187,9 +189,10 @@ class Recorder:
 
     def values(self, points: Sequence[Point]) -> dict[str, AnyArray]:
         """Every variable, (n_points, ...)."""
-        b, points = self.balance, _with_responses(self.balance, points)
+        b = self.balance
         x = _stack([p.x for p in points], (b.size,))
         omega = np.array([p.omega for p in points], dtype=float)
+        answers = _Answers(b, points, x, omega)
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
@@ -199,7 +202,7 @@ class Recorder:
             if "contact" in declared.dims
         }
         for k in range(len(b.batches)):
-            self._of_batch(k, points, found, force)
+            self._of_batch(k, points, x, answers, found, force)
         motion = self.outputs.motion(x, force, P, omega, [p.detail.inputs.structure for p in points])
         for i, point in enumerate(points):
             if point.motion is not None:
@@ -214,7 +217,7 @@ class Recorder:
             "mean": motion[:, :, 0],
             "truncation": self._truncation(points, x, motion, omega),
             "harmonics_in_use": np.array([_in_use(b, p) for p in points], dtype=np.int32),
-            "residual": np.array([p.residual for p in points], dtype=float),
+            "residual": answers.residual,
             "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
             "kind": np.array([p.kind for p in points], dtype=np.str_),
             "branch_part": np.array([p.part for p in points], dtype=np.int32),
@@ -237,22 +240,23 @@ class Recorder:
         out[others] = truncation(self.outputs, [points[i] for i in others], x[others], motion[others], omega[others])
         return out
 
-    def _of_batch(self, k: int, points: Sequence[Point], found: dict[str, AnyArray], force: Array) -> None:
+    def _of_batch(
+        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, found: dict[str, AnyArray], force: Array
+    ) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
-        responses, at = [p.detail.responses[k] for p in points], batch.elements
+        at, shape = batch.elements, (batch.count, b.L)
         given = [p.detail.inputs.batches[k] for p in points]
-        shape = (batch.count, b.L)
-        X = _stack([p.x for p in points], (b.n_ports, b.L)) if points else np.empty((0, b.n_ports, b.L))
+        X = x.reshape(len(points), b.n_ports, b.L)
         for i, name in enumerate(traits.force_names(batch.law)):
-            own, port = _stack([r.force[i] for r in responses], shape), batch.ports[i]
+            own, port = answers.of(k, _force_of(i), shape), batch.ports[i]
             found[f"{name}_force"][:, at] = own
             force[:, port.rows] = own[:, port.members]
             moved = np.zeros_like(own)
             moved[:, port.members] = X[:, port.rows]
             found[f"contact_{batch.law.ports[i]}"][:, at] = moved
         omega = np.array([p.omega for p in points])[:, None]
-        found["dissipated_power"][:, at] = omega * _stack([r.work for r in responses], shape[:1])
+        found["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
         found["rubbing_velocity"][:, at] = _stack(
             [g.speed(p.omega)[0] for g, p in zip(given, points, strict=True)], shape[:1]
         )
@@ -264,11 +268,8 @@ class Recorder:
         if any(h is not None for h in hot):
             found["temperature"][:, at] = _stack([h.temperature for h in hot if h is not None], shape[:1])
         for name, variable in law_variables(batch.law).items():
-            source = (
-                [r.values[variable.source] for r in responses] if variable.source in batch.law.values
-                else [getattr(r.detail, variable.source) for r in responses]
-            )  # fmt: skip
-            found[name][:, at] = _stack(source, (batch.count, *found[name].shape[2:]))
+            get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
+            found[name][:, at] = answers.of(k, get, (batch.count, *found[name].shape[2:]))
 
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
@@ -293,17 +294,41 @@ def _in_use(balance: Balance, point: Point) -> int:
     return len(balance.harmonics.orders) if adapted is None else adapted.in_use
 
 
-def _with_responses(balance: Balance, points: Sequence[Point]) -> Sequence[Point]:
-    """The points; those whose forces are still to be had are evaluated all together."""
-    without = [i for i, p in enumerate(points) if not p.detail.responses]
-    if not without:
-        return points
-    x = np.array([points[i].x for i in without])
-    details, residuals = answered(balance, x, [points[i].detail for i in without])
-    known = list(points)
-    for i, detail, residual in zip(without, details, residuals.tolist(), strict=True):
-        known[i] = replace(known[i], detail=detail, residual=residual)
-    return known
+class _Answers:
+    """What the laws answered at points (n,); where that is still to be had, all points together are asked for.
+
+    ``residual`` (n,) are the relative residuals.
+    """
+
+    def __init__(self, balance: Balance, points: Sequence[Point], x: Array, omega: Array) -> None:
+        self._points = points
+        self._known = [i for i, p in enumerate(points) if p.detail.responses]
+        self._others = [i for i, p in enumerate(points) if not p.detail.responses]
+        self._together: Sequence[Response] = ()
+        self.residual = np.array([p.residual for p in points], dtype=float)
+        if at := self._others:
+            inputs = [points[i].detail.inputs for i in at]
+            self._together, self.residual[at] = answered(balance, x[at], omega[at], inputs)
+
+    def of(self, k: int, get: Callable[[Response], Array], shape: tuple[int, ...]) -> Array:
+        """Something of the responses of batch ``k``, of ``shape`` each, at all points (n, *shape)."""
+        out = np.empty((len(self._points), *shape))
+        out[self._known] = _stack([get(self._points[i].detail.responses[k]) for i in self._known], shape)
+        if self._others:
+            out[self._others] = get(self._together[k]).reshape(-1, *shape)
+        return out
+
+
+def _force_of(i: int) -> Callable[[Response], Array]:
+    return lambda response: response.force[i]
+
+
+def _values_of(name: str) -> Callable[[Response], Array]:
+    return lambda response: response.values[name]
+
+
+def _detail_of(name: str) -> Callable[[Response], Array]:
+    return lambda response: np.asarray(getattr(response.detail, name))
 
 
 def _stack(arrays: Sequence[Array], shape: tuple[int, ...]) -> Array:

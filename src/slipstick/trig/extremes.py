@@ -6,6 +6,8 @@ Between two neighbouring times of a grid of step ``h`` the deviation rises above
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from slipstick.trig.basis import TWO_PI, Grid, Polynomial, basis, grid, values
@@ -33,12 +35,16 @@ def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: A
 
 
 @compiled(allocates=True)
-def _largest(X: Array, grid: Grid) -> tuple[Array, Array]:
-    """Signed largest deviation of each row of ``X`` (k, L) and its time."""
+def _largest(X: Array, dX: Array, tables: Any) -> tuple[Array, Array, Array]:
+    """Signed largest deviation of each row of ``X`` (k, L), its time, and its change with ``dX`` (k, L) or (0, L).
+
+    ``tables`` is a plain tuple of the fields of ``Grid``, whose type numba knows at once.
+    """
+    grid = Grid(*tables)
     orders, cos, sin = grid.orders, grid.cos, grid.sin
     rows, cells = X.shape[0], cos.shape[1]
     step = TWO_PI / cells
-    value, time = np.zeros(rows), np.zeros(rows)
+    value, time, change = np.zeros(rows), np.zeros(rows), np.zeros(rows)
     pc, ps = np.zeros(orders.size), np.zeros(orders.size)
     c, s, v = np.empty(orders.size), np.empty(orders.size), np.empty(cells)
     for r in range(rows):
@@ -58,7 +64,11 @@ def _largest(X: Array, grid: Grid) -> tuple[Array, Array]:
                 t, found = summit((i + 0.5) * step, v[i], step, Polynomial(0.0, pc, ps), grid, c, s)
                 if abs(found) >= abs(value[r]):
                     value[r], time[r] = found, t
-    return value, time
+        if len(dX):
+            basis(time[r], grid, c, s)
+            for j in range(grid.n):
+                change[r] += dX[r, 2 * j + 1] * c[j] + dX[r, 2 * j + 2] * s[j]
+    return value, time, change
 
 
 def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
@@ -66,5 +76,16 @@ def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
 
     Times are in rad within ``[0, 2 pi)``; where several deviations are equally large one of them is given.
     """
-    value, time = _largest(np.require(X, float, ["C", "W"]), grid(harmonics))
+    value, time, _ = _largest(*_plain(X, X[:0]), tuple(grid(harmonics)))
     return value, np.mod(time, TWO_PI)
+
+
+def largest_with_changes(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Array, Array]:
+    """The same deviations, signed, and their changes (k,) with changes ``dX`` (k, L): at their own times."""
+    value, _, change = _largest(*_plain(X, dX), tuple(grid(harmonics)))
+    return value, change
+
+
+def _plain(*arrays: Array) -> list[Array]:
+    """As the one compiled version takes them: writable and contiguous."""
+    return [a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in arrays]

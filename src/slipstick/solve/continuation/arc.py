@@ -9,6 +9,15 @@ import numpy as np
 from slipstick.typing import Array
 
 
+class ArcPlaces:
+    """ArcPlaces ``u`` (n,) on arcs, and the shares (n, 4) of what is known at the ends in values and slopes there."""
+
+    __slots__ = ("shares", "slopes", "u")
+
+    def __init__(self, u: Array) -> None:
+        self.u, self.shares, self.slopes = u, np.transpose(blend(u)), np.transpose(blend_slope(u))
+
+
 class Arc:
     """Cubic Hermite curve through two states with tangents; ``u`` is 0 at the first and 1 at the second.
 
@@ -31,15 +40,15 @@ class Arc:
         self.length, self.rates = length, rates or (length, length)
         self._nodes = np.array((first, second, self.rates[0] * first_tangent, self.rates[1] * second_tangent))
 
-    def between(self, first: Array, second: Array, first_rate: Array, second_rate: Array, u: Array) -> Any:
-        """Any quantity and its derivative by ``u``, both (n, ...), at ``u`` (n,), from values and rates at the ends.
+    def between(self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: ArcPlaces) -> Any:
+        """Any quantity and its derivative by ``u``, both (n, ...), at n places, from values and rates at the ends.
 
         Rates are derivatives by what the tangents are derivatives by.
         """
         nodes = np.array((first, second, self.rates[0] * first_rate, self.rates[1] * second_rate))
         flat = nodes.reshape(4, -1)
-        value, slope = (np.array(shares(u)).T @ flat for shares in (blend, blend_slope))
-        return value.reshape(-1, *nodes.shape[1:]), slope.reshape(-1, *nodes.shape[1:])
+        shape = (-1, *nodes.shape[1:])
+        return (places.shares @ flat).reshape(shape), (places.slopes @ flat).reshape(shape)
 
     def point(self, u: float) -> Array:
         """State (N + 1,) at ``u``."""
@@ -49,13 +58,17 @@ class Arc:
         """Derivative by ``u`` (N + 1,)."""
         return np.asarray(np.array(blend_slope(u)) @ self._nodes)
 
-    def points(self, u: Array) -> Array:
-        """States (n, N + 1) at ``u`` (n,)."""
-        return np.asarray(np.array(blend(u)).T @ self._nodes)
+    def points(self, places: ArcPlaces) -> Array:
+        """States (n, N + 1) at n places."""
+        return np.asarray(places.shares @ self._nodes)
 
-    def derivatives(self, u: Array) -> Array:
-        """Derivatives by ``u`` (n, N + 1) at ``u`` (n,)."""
-        return np.asarray(np.array(blend_slope(u)).T @ self._nodes)
+    def derivatives(self, places: ArcPlaces) -> Array:
+        """Derivatives by ``u`` (n, N + 1) at n places."""
+        return np.asarray(places.slopes @ self._nodes)
+
+    def parameter_rates(self, places: ArcPlaces) -> Array:
+        """Derivatives of the parameter by ``u`` (n,) at n places."""
+        return np.asarray(places.slopes @ self._nodes[:, -1])
 
     def parameter(self, u: float) -> float:
         """Parameter (last entry of the state) at ``u``."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
@@ -73,11 +74,18 @@ class DenseOutput:
         count = ceil(arc.length / self._step)
         if count < 2:
             return []
-        u = np.arange(1, count) / count
-        found = []
-        for state, slope, at in zip(arc.points(u), arc.derivatives(u), u.tolist(), strict=True):
-            if self._span.passed(state[-1]) is None:
-                step = Step.interpolated(state, slope / metric.length(slope), (first, second, arc, at))
-                step.arclength = first.arclength + metric.length(state - first.state)
-                found.append(step)
-        return found
+        places = _evenly(count)
+        states, slopes = arc.points(places), arc.derivatives(places)
+        tangents = slopes / metric.lengths(slopes)[:, None]
+        ways = (first.arclength + metric.lengths(states - first.state)).tolist()
+        return [
+            Step.interpolated(state, tangent, (first, second, arc, at), way)
+            for state, tangent, at, way in zip(states, tangents, places.u.tolist(), ways, strict=True)
+            if self._span.passed(state[-1]) is None
+        ]
+
+
+@lru_cache(maxsize=64)
+def _evenly(count: int) -> ArcPlaces:
+    """ArcPlaces that part an arc into ``count`` pieces."""
+    return ArcPlaces(np.arange(1, count) / count)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.typing import Array
 
 
@@ -54,8 +54,8 @@ class BranchEvent:
         For a function that jumps: where on the arc between two steps it does, ``u`` from 0 to 1. It is solved for there
         once, instead of until the jump is known to the tolerance.
     along
-        What the function is expected to be between two neighbouring steps: of both, of the arc between them, and of
-        places ``u`` (n,) on it. With it sign changes are sought on the whole arc; without, only from end to end.
+        What the function is expected to be between two neighbouring steps, (n,): of both, of the arc between them, and
+        of n places on it. With it sign changes are sought on the whole arc; without, only from end to end.
     """
 
     name: str
@@ -64,7 +64,7 @@ class BranchEvent:
     direction: int = 0
     terminal: bool = False
     place: Callable[[Any, Any, Arc], float] | None = None
-    along: Callable[[Any, Any, Arc, Array], Array] | None = None
+    along: Callable[[Any, Any, Arc, ArcPlaces], Array] | None = None
 
     def crossed(self, before: float, after: float) -> bool:
         """Whether the values at two neighbouring points enclose such a sign change."""
@@ -81,7 +81,7 @@ def turning_points(*, terminal: bool = False) -> BranchEvent:
     """The event of the parameter turning back."""
     return BranchEvent(
         name="turning point", kind="turning point", function=turning_parameter, terminal=terminal,
-        along=lambda first, second, arc, u: arc.derivatives(u)[:, -1] / arc.length,
+        along=lambda first, second, arc, places: arc.parameter_rates(places) / arc.length,
     )  # fmt: skip
 
 

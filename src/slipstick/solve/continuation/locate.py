@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent
 from slipstick.solve.continuation.step import Step
@@ -15,7 +15,8 @@ from slipstick.typing import Array
 
 _MAX_TRIALS = 60
 _TOO_FAR = 0.5
-_PLACES = np.linspace(0.0, 1.0, 9)
+_PLACES = ArcPlaces(np.linspace(0.0, 1.0, 9))
+_AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of an arc nearly changes its sign there."""
 _SECANTS = 8
@@ -76,26 +77,26 @@ class Locator:
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
     ) -> tuple[list[float], list[float]]:
-        """Places on the arc, its ends among them, and the event function there: exact at the ends."""
+        """ArcPlaces on the arc, its ends among them, and the event function there: exact at the ends."""
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
-        values = np.array([before, *event.along(first, second, arc, _PLACES)[1:]])
-        self._see_to_near_miss(event, arc, values)
-        return _PLACES.tolist(), values.tolist()
+        values = [before, *event.along(first, second, arc, _PLACES).tolist()[1:]]
+        if min(values) > 0.0 or max(values) < 0.0:
+            self._see_to_near_miss(event, arc, values)
+        return _AT, values
 
-    def _see_to_near_miss(self, event: BranchEvent, arc: Arc, values: Array) -> None:
-        """Make values exact where the sign nearly changes: the cubic is not as near to the branch as that."""
-        size, sign = np.abs(values), np.sign(values)
-        if np.ptp(sign) != 0.0:
-            return
-        nearest = 1 + int(np.argmin(size[1:-1]))
+    def _see_to_near_miss(self, event: BranchEvent, arc: Arc, values: list[float]) -> None:
+        """Make values of one sign exact where it nearly changes: the cubic is not as near to the branch as that."""
+        size, positive = [abs(value) for value in values], values[0] > 0.0
+        nearest = min(range(1, len(size) - 1), key=size.__getitem__)
         if not size[nearest] < _NEARLY * min(size[0], size[-1]):
             return
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
-            solved = self._solved(event, arc, float(_PLACES[i]), 0.0)
-            values[i] = values[i] if solved is None else solved[1]
-            if np.sign(values[i]) != sign[i]:
-                return
+            solved = self._solved(event, arc, _AT[i], 0.0)
+            if solved is not None:
+                values[i] = solved[1]
+                if (values[i] > 0.0) != positive:
+                    return
 
     def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both, smooth: bool) -> tuple[float, Step] | None:
         """The sign change expected between two places, from the values expected there.

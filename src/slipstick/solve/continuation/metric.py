@@ -105,6 +105,11 @@ class Metric:
         """Scaled length of a vector (N + 1,)."""
         return norm(vector * self.weights)
 
+    def lengths(self, vectors: Array) -> Array:
+        """Scaled lengths (n,) of vectors (n, N + 1)."""
+        scaled = vectors * self.weights
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", scaled, scaled)))
+
     def cosine(self, a: Array, b: Array) -> float:
         """Cosine of the scaled angle between two vectors."""
         a, b = a * self.weights, b * self.weights

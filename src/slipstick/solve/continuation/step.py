@@ -75,10 +75,10 @@ class Step:
         self.place: tuple[Step, Step, Arc, float] | None = None
 
     @classmethod
-    def interpolated(cls, state: Array, tangent: Array, place: tuple[Step, Step, Arc, float]) -> Step:
+    def interpolated(cls, state: Array, tangent: Array, place: tuple[Step, Step, Arc, float], arclength: float) -> Step:
         """A point of an arc, at a ``place``."""
         step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
-        step.place = place
+        step.place, step.arclength = place, arclength
         return step
 
     @classmethod
