@@ -79,7 +79,6 @@ SECTIONS = {"structure", "load", "contact", "thermal", "response", "output", "st
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
 SLOW = {
-    "oscillator-answers.md",
     "answers.md",
     "tutorial-blade-tip.md",
     "tutorial.md",

@@ -141,22 +141,6 @@ def test_shaken():
     assert branch.check_in_time(branch.at(omega)).relative_difference < 2e-4
 
 
-@pytest.mark.verify
-def test_answers(tmp_path):
-    """Loci end where curves over the frequency have their peaks; the best load is that of many curves."""
-    module = load("oscillator/answers.py")
-    with pytest.warns(ss.SlipstickWarning, match="the damping ratio of the mode reaches 23 %"):
-        found = module.compute()
-    fast, slow = (found[name].dataset for name in ("from fast", "from slow"))
-    assert (float(fast.omega[0]), float(fast.amplitude[0, 0])) == pytest.approx((6.31823, 39.54825), rel=1e-5)
-    assert (float(slow.omega[0]), float(slow.amplitude[0, 0])) == pytest.approx((10.77286, 3.36221), rel=1e-5)
-    assert all(bool((curve.dataset.stable == 1).all()) for curve in found["curves"].values())
-    best = found["loads"].dataset.isel(point=found["loads"].dataset.kind == "optimum")
-    assert float(best.parameter[0]) == pytest.approx(471.69623, rel=1e-7)
-    module.draw(found, tmp_path)
-    assert (tmp_path / "oscillator_answers.png").stat().st_size > 10_000
-
-
 def test_brake_squeal(tmp_path):
     """Limit cycles: the frequencies are those of shooting with exact events."""
     module = load("brake_squeal/brake_squeal.py")
@@ -173,7 +157,7 @@ def test_brake_squeal(tmp_path):
 @pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_answers_of_the_oscillator(tmp_path):
     """Peaks over the velocity: located events, and every circle of the figure lies on a locus or is a smaller peak."""
-    module = load("oscillator/worst_velocity.py")
+    module = load("oscillator/answers.py")
     loci = module.loci()
     up, down = (locus.dataset for locus in loci.values())
     assert float(up.parameter[up.kind == "tie"][-1]) == pytest.approx(21.2484, abs=2e-4)
@@ -186,8 +170,19 @@ def test_answers_of_the_oscillator(tmp_path):
     for v, height in ((12.0, 5.4956), (14.51, 6.184), (18.0, 5.0383), (21.0, 5.2954)):
         curve = ss.forced_response(module.problem(v), omega=(3.0, 15.0))
         assert highest(curve, "x")[1] == pytest.approx(height, rel=2e-4), v
-    module.draw_loci(tmp_path)
-    module.draw_answers(tmp_path)
+    for span, ends in (((300.0, 1.0), (6.31823, 39.54825)), ((1.0, 300.0), (10.77286, 3.36221))):
+        data = ss.track_peak(module.problem(), "damper.velocity", span, omega=(2.0, 15.0)).dataset
+        assert (float(data.omega[0]), float(data.amplitude[0, 0])) == pytest.approx(ends, rel=1e-5)
+    curves, loads = module.stability(), module.over_load().dataset
+    assert all(bool((curve.dataset.stable == 1).all()) for curve in curves.values())
+    best = loads.isel(point=loads.kind == "optimum")
+    assert float(best.parameter[0]) == pytest.approx(471.69623, rel=1e-7)
+    with pytest.warns(ss.SlipstickWarning, match="the damping ratio of the mode reaches 23 %"):
+        free = module.modes()
+    module.draw_loci(loci, tmp_path)
+    module.draw_answers(curves, free, tmp_path)
+    for name in ("velocity", "oscillator"):
+        assert (tmp_path / f"answers_{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.verify

@@ -1,6 +1,7 @@
-"""What an engineer asks of the oscillator: worst velocity, best normal load, stability, damping over amplitude."""
+"""What an engineer asks of the oscillator: worst rubbing velocity, best normal load, stability, damping."""
 
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,63 +9,126 @@ from matplotlib.figure import Figure
 
 import slipstick as ss
 
-OMEGA, VELOCITIES = (2.0, 15.0), (1.0, 300.0)
-FINE = {"max_step": 0.03}
+VELOCITIES = (0.0, 1.0, 10.0, 50.0, 100.0)
+CHECKED = (1.0, 4.0, 6.0, 7.0, 9.0, 10.0, 12.0, 14.5, 18.0, 21.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+LOADED = (100.0, 200.0, 400.0, 700.0, 1000.0)
+SMALLEST = {0.0: 2.0, 1.0: 0.1, 10.0: 0.5, 50.0: 2.0, 100.0: 2.0}
+"""Amplitudes at which the damper sticks (at rest) or only slides: there the nonlinear mode begins."""
 
 
 def problem(velocity=0.0):
-    """Petrov's oscillator under its load; the contact rubs at a velocity."""
+    """The oscillator of Petrov (2012), rubbed at a constant velocity."""
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    damper = ss.ContactPair(name="damper", tangential="x", contact=contact, rubbing=ss.RubbingMotion(velocity=velocity))
-    load = ss.Load(dof="x", sin=100.0)
-    return ss.Problem(structure, contacts=damper, loads=load, harmonics=range(11), title="One oscillator, its answers")
+    damper = ss.ContactPair(
+        name="damper",
+        contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
+        tangential="x",
+        rubbing=ss.RubbingMotion(velocity=velocity),
+    )
+    return ss.Problem(structure, contacts=damper, loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
 
 
-def compute():
-    """The two peaks over the rubbing velocity, each from where it is the highest; curves; loads; the free vibration."""
+def loci():
+    """Both peaks over the rubbing velocity: the upper one from rest, the lower one from fast rubbing down."""
     return {
-        "from fast": ss.track_peak(problem(), "damper.velocity", VELOCITIES[::-1], omega=OMEGA, options=FINE),
-        "from slow": ss.track_peak(problem(), "damper.velocity", VELOCITIES, omega=OMEGA, options=FINE),
-        "curves": {v: ss.forced_response(problem(v), omega=OMEGA, stability=True) for v in (0.0, 10.0, 50.0, 250.0)},
-        "loads": ss.track_peak(problem(), "damper.normal_load", (300.0, 800.0), omega=OMEGA, options=FINE),
-        "free": ss.nonlinear_modes(problem(), amplitude=(2.0, 80.0)),
+        "from 0 up": ss.track_peak(problem(), "damper.velocity", (0.0, 300.0), omega=(3.0, 12.0)),
+        "from 100 down": ss.track_peak(problem(), "damper.velocity", (100.0, 0.5), omega=(3.0, 12.0)),
     }
 
 
-def draw(found, folder):
-    """One figure of four."""
+def over_load():
+    """The highest peak over the normal load, without rubbing."""
+    return ss.track_peak(problem(), "damper.normal_load", (10.0, 1000.0), omega=(2.0, 15.0))
+
+
+def stability():
+    """Response curves with their Floquet multipliers."""
+    return {
+        f"v = {v:g}": ss.forced_response(problem(v), omega=(1.5, 15.0), stability=True)
+        for v in (0.0, 1.0, 10.0, 50.0, 100.0, 250.0)
+    }
+
+
+def modes():
+    """Free vibration over its amplitude."""
+    return {v: ss.nonlinear_modes(problem(v), amplitude=(SMALLEST[v], 80.0)) for v in VELOCITIES}
+
+
+def peaks_of_curves(changed, values):
+    """``(value, omega, amplitude)`` of the peaks of whole response curves above 3 rad/s."""
+    found = []
+    for value in values:
+        curve = ss.forced_response(changed(value), omega=(1.5, 15.0))
+        found += [(value, omega, size) for omega, size in curve.peaks("x") if omega > 3.0]
+    return np.array(found)
+
+
+def peaks_alone(locus):
+    """Parameter, amplitude and frequency of a locus, broken where one peak ends and another is followed on."""
+    data = locus.dataset.isel(point=locus.dataset.peak_dof.values >= 0)
+    rows = np.column_stack([data.parameter, data.amplitude[:, 0], data.omega])
+    jumps = np.abs(np.diff(rows[:, 2])) > 0.1 * rows[1:, 2]
+    return np.insert(rows, np.flatnonzero(jumps) + 1, np.nan, axis=0).T
+
+
+def draw_loci(followed, folder):
+    """Height and frequency of both peaks; circles are peaks of whole curves."""
+    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    heights, places = figure.subplots(1, 2)
+    for (label, locus), style in zip(followed.items(), ("-", "--"), strict=True):
+        at, height, omega = peaks_alone(locus)
+        (line,) = heights.plot(at, height, style, label=label)
+        places.plot(at, omega, style, color=line.get_color())
+    checked = peaks_of_curves(problem, CHECKED)
+    heights.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
+    places.plot(checked[:, 0], checked[:, 1], "ko", mfc="none", ms=4)
+    for axes, name in ((heights, "amplitude of the peak"), (places, "frequency of the peak [rad/s]")):
+        axes.set(xscale="log", xlabel="rubbing velocity", ylabel=name, xlim=(0.5, 310.0))
+    heights.set_yscale("log")
+    heights.legend()
+    figure.savefig(folder / "answers_velocity.png", dpi=120)
+
+
+def draw_answers(curves, free, folder):
+    """Best load, largest multiplier, damping and frequency over the amplitude."""
     figure = Figure(figsize=(10, 7.5), layout="constrained")
-    axes = figure.subplots(2, 2)
-    for name in ("from fast", "from slow"):
-        data = found[name].dataset
-        axes[0, 0].plot(data.parameter, data.amplitude.sel(dof="x"), label=name)
-    axes[0, 0].set(xlabel="rubbing velocity", ylabel="peak amplitude", xscale="log", yscale="log")
-    axes[0, 0].legend()
-    ss.plots.stability({f"v = {v:g}": curve for v, curve in found["curves"].items()}, ax=axes[0, 1])
-    found["loads"].plot.response("x", ax=axes[1, 0])
-    ss.plots.damping(found["free"], ax=axes[1, 1])
-    for axis, ticks in (
-        (axes[0, 0].xaxis, (1, 3, 10, 30, 100, 300)), (axes[0, 0].yaxis, (2, 4, 10, 20, 40)),
-        (axes[1, 1].xaxis, (2, 5, 10, 20, 50)),
-    ):  # fmt: skip
-        axis.set_ticks(ticks, labels=[str(tick) for tick in ticks])
-        axis.set_ticks([], minor=True)
-    figure.savefig(folder / "oscillator_answers.png", dpi=120)
+    (load, multipliers), (damping, frequency) = figure.subplots(2, 2)
+    data = over_load().dataset
+    load.plot(data.parameter, data.amplitude[:, 0])
+    best = data.isel(point=data.kind.values == "optimum")
+    load.plot(best.parameter, best.amplitude[:, 0], "o", label=f"best: {float(best.parameter[0]):.2f}")
+    checked = peaks_of_curves(lambda value: problem().with_parameter("damper.normal_load", value), LOADED)
+    load.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
+    load.set(xlabel="normal load, v = 0", ylabel="amplitude of the highest peak", yscale="log")
+    load.legend()
+    ss.plots.stability(curves, ax=multipliers)
+    multipliers.set_ylim(0.0, 1.05)
+    multipliers.legend(loc="lower right", ncols=2, fontsize=8)
+    for v, mode in free.items():
+        data = mode.dataset
+        damping.loglog(data.modal_amplitude, data.modal_damping, label=f"v = {v:g}")
+        frequency.semilogx(data.modal_amplitude, data.omega, label=f"v = {v:g}")
+    damping.set(xlabel="amplitude of free vibration", ylabel="damping ratio")
+    frequency.set(xlabel="amplitude of free vibration", ylabel="frequency [rad/s]")
+    damping.legend()
+    figure.savefig(folder / "answers_oscillator.png", dpi=120)
 
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     folder.mkdir(parents=True, exist_ok=True)
-    found = compute()
-    fast = found["from fast"].dataset
-    worst = fast.isel(point=int(np.argmax(fast.amplitude.sel(dof="x").values)))
-    print(f"worst: {float(worst.amplitude[0]):.3f} at {float(worst.omega):.3f} rad/s")
-    best = ss.optimal(problem(), "damper.normal_load", omega=OMEGA)
+    warnings.simplefilter("ignore", ss.SlipstickWarning)
+    followed, curves, free = loci(), stability(), modes()
+    for label, locus in followed.items():
+        worst = locus.dataset.isel(point=int(locus.dataset.amplitude[:, 0].argmax("point")))
+        highest = f"{float(worst.amplitude[0]):.3f} at {float(worst.omega):.3f} rad/s, v = {float(worst.parameter):g}"
+        print(f"{label}: {locus.message}; highest {highest}")
+    best = ss.optimal(problem(), "damper.normal_load", omega=(2.0, 15.0))
     print(f"best normal load {best.value:.3f}: {best.amplitude:.5f} at {best.omega:.5f} rad/s")
-    for v, curve in found["curves"].items():
-        print(f"velocity {v:g}: largest multiplier {float(curve.dataset.multiplier_max.max()):.3f}")
-    free = found["free"].dataset
-    most = free.isel(point=int(np.argmax(free.modal_damping.values)))
-    print(f"most damping {float(most.modal_damping):.3f} at amplitude {float(most.modal_amplitude):.2f}")
-    draw(found, folder)
+    for label, curve in curves.items():
+        print(f"{label}: largest multiplier {float(curve.dataset.multiplier_max.max()):.3f}")
+    for v, mode in free.items():
+        most = mode.dataset.isel(point=int(mode.dataset.modal_damping.argmax("point")))
+        print(f"v = {v:g}: most damping {float(most.modal_damping):.3f} at amplitude {float(most.modal_amplitude):.2f}")
+    draw_loci(followed, folder)
+    draw_answers(curves, free, folder)
