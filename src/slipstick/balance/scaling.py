@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import AnyCompliance
@@ -25,14 +26,18 @@ class Scales:
         Typical relative motion at the contacts, length, > 0.
     velocity
         Rubbing velocity at which contacts of that motion slip without end, length/time, > 0.
+    vibration
+        Which unknowns belong to harmonics other than 0, (N,).
     """
 
     displacement: float
     velocity: float
+    vibration: NDArray[np.bool_]
 
     def arclength(self, *, weight: float = 0.1) -> ArclengthScaling:
         """Corrections and steps are measured against the present solution, and against this while it is zero."""
-        return ArclengthScaling(x=self.displacement, weight=weight)
+        judged = self.vibration if self.vibration.any() else None
+        return ArclengthScaling(x=self.displacement, weight=weight, judged=judged)
 
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
@@ -43,7 +48,12 @@ def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
         sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
     displacement = max(present) if present else 1.0
-    return Scales(displacement=displacement, velocity=omega * max(1, balance.harmonics.highest) * displacement)
+    vibration = np.tile(np.arange(balance.L) > 0, balance.size // balance.L)
+    return Scales(
+        displacement=displacement,
+        velocity=omega * max(1, balance.harmonics.highest) * displacement,
+        vibration=vibration,
+    )
 
 
 def _largest(values: Array) -> float:

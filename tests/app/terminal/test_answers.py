@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from slipstick.app.cli import app
+from slipstick.app.terminal.answers import answering
 from slipstick.app.verbs.examples import example
 
 OSCILLATOR = example("oscillator").path.read_text(encoding="utf-8")
@@ -93,3 +98,15 @@ def test_a_parameter_curve_names_its_values(tmp_path: Path) -> None:
     sweep = ("from = 2.0", 'parameter = "damper.velocity"\nomega = 4.0\nfrom = 10.0')
     _, found, _ = asked("run", case(tmp_path, sweep), "-o", tmp_path / "out", "--no-figures", "-q")
     assert (found["followed"], found["range"], found["omega"]) == ("damper.velocity", [10.0, 15.0], 4.0)
+
+
+def test_a_full_disk_behind_the_document_is_told_in_a_sentence(monkeypatch, capsys) -> None:
+    class Full(io.StringIO):
+        def flush(self) -> None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(sys, "stdout", Full())
+    with pytest.raises(typer.Exit) as ended, answering(True):
+        raise typer.Exit(0)
+    assert ended.value.exit_code == 2
+    assert capsys.readouterr().err == "error: the disk is full; free some space or choose another folder with -o\n"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from slipstick.app.terminal.guard import DONE, guarded
+from slipstick.app.terminal.guard import DONE, guarded, put
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
@@ -51,9 +51,10 @@ def answering(wanted: bool) -> Iterator[Answer]:
 
 
 def print_answer(answer: Answer, error: InputError | None = None) -> None:
-    """The document, with the faults of an error if there is one."""
+    """The document, with the faults of an error if there is one; a full disk behind it is told as any other."""
     whole = answer if error is None else answer | _faults(error)
-    print(json.dumps(plain_json(whole), ensure_ascii=False, allow_nan=False), flush=True)
+    with guarded():
+        put(json.dumps(plain_json(whole), ensure_ascii=False, allow_nan=False))
 
 
 def _faults(error: InputError) -> Answer:

@@ -28,9 +28,14 @@ def plain(text: str) -> str:
 
 
 def say(text: str = "") -> None:
-    """A line to the user; a closed pipe is no fault."""
+    """A line to the user."""
+    put(plain(text))
+
+
+def put(line: str) -> None:
+    """A line on standard output as it is; a closed pipe is no fault."""
     try:
-        print(plain(text), flush=True)
+        print(line, flush=True)
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 

@@ -133,10 +133,6 @@ class Corrector:
         self.solves += 1
         return near.jacobian.solve(right) if np.all(np.isfinite(right)) else np.full(right.size, inf)
 
-    def size(self, off: Array) -> float:
-        """A difference of states (N + 1,) over the size of the solution."""
-        return norm(off * self.metric.inverse)
-
     def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
         """Distance, over the size of the solution, in the middle between two cubics of some ``length``.
 
@@ -147,7 +143,8 @@ class Corrector:
         metric = self.metric
         turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
         by_state, by_slope = 0.5 * (step.state - guess), 0.125 * length * turned
-        return max(self.size(by_state - by_slope), 0.125 * (self.size(by_state) + self.size(by_slope)))
+        apart, state, slope = (metric.error(off, step.state) for off in (by_state - by_slope, by_state, by_slope))
+        return max(apart, 0.125 * (state + slope))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.

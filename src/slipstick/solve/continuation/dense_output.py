@@ -57,7 +57,7 @@ class DenseOutput:
         off = corrector.off(guess, second)
         if off is None:
             return None
-        second.smooth = corrector.size(off) <= self._tolerance
+        second.smooth = corrector.metric.error(off, second.state) <= self._tolerance
         if second.smooth:
             return None
         middle, _ = corrector.correct(guess - off if self._near(off, arc) else guess, direction, "regular")

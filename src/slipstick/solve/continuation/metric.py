@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipstick.errors import InputError
 from slipstick.solve.norm import norm
@@ -13,6 +13,8 @@ from slipstick.typing import Array
 
 _VANISHED = 1e-12
 """Fraction of the largest magnitude met below which corrections are no longer measured by the solution itself."""
+_STILL = 1e-6
+"""Fraction of a solution below which what is judged of it is as good as nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +38,9 @@ class ArclengthScaling:
         Smallest magnitude used when adaptive, as a fraction of the largest met so far: a solution may pass zero.
     weight
         A change of the solution by its own size counts as much as this fraction of the parameter scale.
+    judged
+        Which unknowns say how large a solution is where it is interpolated, (N,) of bool; None: all. A large constant
+        part must not hide the error of what varies.
 
     Raises
     ------
@@ -48,6 +53,7 @@ class ArclengthScaling:
     adaptive: bool = True
     floor: float = 1e-3
     weight: float = 0.1
+    judged: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         faults = []
@@ -100,6 +106,15 @@ class Metric:
         largest = max(largest, magnitude)
         size = max(magnitude, self._scaling.floor * largest) or 1.0
         self.measure = (typical, size, max(magnitude, _VANISHED * largest) or 1.0, largest)
+
+    def error(self, off: Array, at: Array) -> float:
+        """A difference of states (N + 1,) over the size of what is judged of the solution ``at`` (N + 1,)."""
+        scaled = off * self.inverse
+        judged = self._scaling.judged
+        if judged is not None:
+            x = at[:-1] * self.inverse[:-1]
+            scaled[:-1] /= max(norm(x[judged]), _STILL * norm(x)) or 1.0
+        return norm(scaled)
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""
