@@ -1,6 +1,8 @@
 """Makes what several rooms' tests share importable, ``from helpers.cases import ...``; everything is compiled once."""
 
+import gc
 import sys
+from collections.abc import Generator
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +24,17 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile before there are workers, each of which would do so for itself."""
     if getattr(config.option, "numprocesses", None) and not config.option.collectonly:
         _compile()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Nothing that is collected is garbage, now or later."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def _compile() -> None:

@@ -408,8 +408,8 @@ def zoo() -> Iterator[Any]:
 
 
 CASES = [(entry, argument) for entry, (_, good) in ENTRIES.items() for argument in good]
-SHARE = 3
-"""Each argument gets every third wrong value, its neighbour the next ones; all of them are for `make verify`."""
+SHARE = 4
+"""Each argument gets every fourth wrong value, its neighbour the next ones; all of them are for `make verify`."""
 
 
 @pytest.mark.parametrize("every", [SHARE, pytest.param(1, marks=pytest.mark.verify)], ids=["some", "all"])

@@ -46,9 +46,9 @@ COPIES: list[Callable[[Any], Any]] = [lambda thing: pickle.loads(pickle.dumps(th
 @pytest.mark.parametrize("copied", COPIES, ids=["pickle", "deepcopy"])
 def test_problems_and_branches(copied: Callable[[Any], Any]) -> None:
     for whole in (problem(), problem(thermal=THERMAL)):
-        branch = ss.forced_response(copied(whole), omega=(4.0, 4.4))
+        branch = ss.forced_response(copied(whole), omega=(4.0, 4.1))
         again = copied(branch)
-        assert again.dataset.equals(ss.forced_response(whole, omega=(4.0, 4.4)).dataset)
+        assert again.dataset.equals(ss.forced_response(whole, omega=(4.0, 4.1)).dataset)
         assert (again.outcome, again.message) == (branch.outcome, branch.message)
         assert again.states(0) == branch.states(0)
         assert again.check_in_time(0).relative_difference == branch.check_in_time(0).relative_difference
