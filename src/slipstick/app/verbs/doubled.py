@@ -15,6 +15,7 @@ from slipstick.app.terminal.guard import complain, say, termination_as_interrupt
 from slipstick.app.verbs.output import SUBHARMONICS
 from slipstick.errors import SlipstickWarning, TimeIsUp
 from slipstick.io.loading import load
+from slipstick.results.stability import PERIOD_DOUBLING
 
 
 def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
@@ -22,8 +23,9 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
 
     ``until`` is when that has to end, of the monotonic clock.
     """
+    whole = load(results)
     with termination_as_interrupt(), _warnings_said():
-        found = case.subharmonics(load(results), listeners=(_Clock(until),))
+        found = case.subharmonics(whole, listeners=(_Clock(until),))
     answers: list[Answer] = []
     for number, branch in enumerate(found, 1):
         file = results.with_name(SUBHARMONICS.format(number))
@@ -32,7 +34,7 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
         say(f"twice the period, {file.name}: {len(branch)} points, {branch.message or branch.outcome.text}")
         ended = {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
         answers.append({"file": file.name, **ended})
-    if not found:
+    if PERIOD_DOUBLING not in whole.table["kind"].to_numpy():
         say("the period doubles nowhere: there is no motion of twice the period to follow")
     return answers
 
