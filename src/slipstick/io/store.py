@@ -23,7 +23,8 @@ from slipstick.faults import warn
 from slipstick.io.journal import Journal, Recorded, journal_of
 from slipstick.io.netcdf import Group, StoredVariable, write_netcdf
 from slipstick.replacing import replacing
-from slipstick.results.schema import Layout
+from slipstick.results.schema import Layout, make_table
+from slipstick.results.table import ResultTable
 
 if TYPE_CHECKING:
     import xarray
@@ -118,6 +119,10 @@ class ResultStore:
     def rows(self) -> NDArray[np.float64]:
         """All points so far, (n_points, numbers a point)."""
         return np.array(self._rows, dtype=float).reshape(len(self._rows), self.layout.size)
+
+    def table(self) -> ResultTable:
+        """All points so far, as the results file holds them after ``write``."""
+        return make_table(self.layout, self.layout.unpack(self.rows()), self.attributes)
 
     def close(self, attributes: Mapping[str, Any] | None = None, *, finished: bool = True) -> None:
         """Write everything, with final attributes, and remove the journal where nobody will go on with the run."""

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,15 +30,14 @@ from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
-from slipstick.io.loading import load_table
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.course import Checkpoint
-    from slipstick.analysis.events import Stopped
+    from slipstick.analysis.events import PointFound, Stopped
     from slipstick.io.journal import Recorded
     from slipstick.io.store import ResultStore
-    from slipstick.results.record import Recorder
+    from slipstick.results.record import Point, Recorder
     from slipstick.results.schema import Layout
     from slipstick.results.table import ResultTable
 
@@ -189,10 +189,15 @@ class Run:
         asked = self.case.options().adapt_harmonics
         return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular, asked)
 
+    @cached_property
+    def _data(self) -> ResultTable:
+        """The results as they were written, or as they stand in the journal."""
+        return self.store.table()
+
     @property
     def answer(self) -> Answer:
         """What a program is told of the run."""
-        data = load_table(self.folder.results) if len(self.store) else None
+        data = self._data if len(self.store) else None
         found = [] if data is None else warnings_of(data)
         ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
         said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
@@ -242,8 +247,7 @@ class Run:
         from slipstick.app.verbs.figures import draw_figures
 
         try:
-            data = load_table(self.folder.results).to_dataset()
-            for name in draw_figures(data, self.case, self.folder.work, self.manner.wanted):
+            for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.manner.wanted):
                 complain(f"warning: figures: these results hold nothing to draw of '{name}'")
         except OSError as error:
             self.failures.append(f"figures: {os_sentence(error)}")
@@ -260,11 +264,11 @@ class Run:
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""
-        from slipstick.io.loading import load
         from slipstick.report.writing import write_report
+        from slipstick.results.branch import Branch
 
         try:
-            write_report(load(self.folder.results), self.folder.work / REPORT)
+            write_report(Branch.from_dataset(self._data, self.case.problem()), self.folder.work / REPORT)
         except InputError as error:
             complain(f"warning: {error}")
         except Exception as error:
@@ -272,7 +276,7 @@ class Run:
 
     def _summary(self, found: int) -> None:
         if found:
-            data = load_table(self.folder.results)
+            data = self._data
             iterations = int(data["newton_iterations"].to_numpy().sum())
             for line in peak_lines(data):
                 self.manner.tell(line)
@@ -298,6 +302,7 @@ class _Listener:
         self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
+        self._waiting: list[PointFound] = []
         self.until = math.inf
         self.end: Stopped | None = None
 
@@ -311,9 +316,12 @@ class _Listener:
         kind = type(event).__name__
         if kind == "Stopped":
             self.end = event
+            self._write()
             return
         if kind == "PointFound":
-            self._point(event.point, event.checkpoint)
+            self._waiting.append(event)
+            if event.kind != "interpolated":
+                self._write()
         elif kind == "StrategyTried":
             why = f": {event.reason.text}" if event.reason else ""
             result = "found" if event.found else f"not found{why}"
@@ -321,8 +329,14 @@ class _Listener:
         if time.monotonic() > self.until:
             raise TimeIsUp
 
-    def _point(self, point: Any, checkpoint: Checkpoint) -> None:
-        record = self._recorder.record(point)
+    def _write(self) -> None:
+        """Points that come together are recorded together: interpolated ones with the solution they lead to."""
+        waiting, self._waiting = self._waiting, []
+        values = self._recorder.values([event.point for event in waiting])
+        for i, event in enumerate(waiting):
+            self._point(event.point, event.checkpoint, {name: value[i] for name, value in values.items()})
+
+    def _point(self, point: Point, checkpoint: Checkpoint, record: Mapping[str, Any]) -> None:
         self._store.append(record, checkpoint.plain())
         value = float(point.parameter) / self._factor
         if point.part != self._part:
