@@ -35,20 +35,22 @@ def summit(t: float, start: float, reach: float, p: Polynomial, grid: Grid, c: A
 
 
 @compiled(allocates=True)
-def _largest(X: Array, dX: Array, tables: Any) -> tuple[Array, Array, Array]:
+def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
     """Signed largest deviation of each row of ``X`` (k, L), its time, and its change with ``dX`` (k, L) or (0, L).
 
-    ``tables`` is a plain tuple of the fields of ``Grid``, whose type numba knows at once.
+    They are written into ``out`` (3, k): a new array is handed to Python only after microseconds. ``tables`` is a plain
+    tuple of the fields of ``Grid``, whose type numba knows at once.
     """
     grid = Grid(*tables)
     orders, cos, sin = grid.orders, grid.cos, grid.sin
     rows, cells = X.shape[0], cos.shape[1]
     step = TWO_PI / cells
-    value, time, change = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    value, time, change = out[0], out[1], out[2]
     pc, ps = np.zeros(orders.size), np.zeros(orders.size)
     c, s, v = np.empty(orders.size), np.empty(orders.size), np.empty(cells)
     for r in range(rows):
         margin, top = 0.0, 0.0
+        value[r], time[r], change[r] = 0.0, 0.0, 0.0
         v[:] = 0.0
         for j in range(grid.n):
             pc[j], ps[j] = X[r, 2 * j + 1], X[r, 2 * j + 2]
@@ -68,7 +70,6 @@ def _largest(X: Array, dX: Array, tables: Any) -> tuple[Array, Array, Array]:
             basis(time[r], grid, c, s)
             for j in range(grid.n):
                 change[r] += dX[r, 2 * j + 1] * c[j] + dX[r, 2 * j + 2] * s[j]
-    return value, time, change
 
 
 def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
@@ -76,16 +77,19 @@ def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
 
     Times are in rad within ``[0, 2 pi)``; where several deviations are equally large one of them is given.
     """
-    value, time, _ = _largest(*_plain(X, X[:0]), tuple(grid(harmonics)))
+    value, time, _ = _all_largest(harmonics, X, X[:0])
     return value, np.mod(time, TWO_PI)
 
 
 def largest_with_changes(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Array, Array]:
     """The same deviations, signed, and their changes (k,) with changes ``dX`` (k, L): at their own times."""
-    value, _, change = _largest(*_plain(X, dX), tuple(grid(harmonics)))
+    value, _, change = _all_largest(harmonics, X, dX)
     return value, change
 
 
-def _plain(*arrays: Array) -> list[Array]:
-    """As the one compiled version takes them: writable and contiguous."""
-    return [a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in arrays]
+def _all_largest(harmonics: Harmonics, *motions: Array) -> Array:
+    """What is written into ``out``, of motions as the one compiled version takes them: writable and contiguous."""
+    X, dX = (a if a.flags.carray else np.require(a, float, ["C", "W"]) for a in motions)
+    out = np.empty((3, len(X)))
+    _largest(X, dX, tuple(grid(harmonics)), out)
+    return out

@@ -142,9 +142,9 @@ class Corrector:
         """
         metric = self.metric
         turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
-        by_state, by_slope = 0.5 * (step.state - guess), 0.125 * length * turned
-        apart, state, slope = (metric.error(off, step.state) for off in (by_state - by_slope, by_state, by_slope))
-        return max(apart, 0.125 * (state + slope))
+        factors = metric.judging(step.state)
+        by_state, by_slope = 0.5 * factors * (step.state - guess), 0.125 * length * factors * turned
+        return max(norm(by_state - by_slope), 0.125 * (norm(by_state) + norm(by_slope)))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.

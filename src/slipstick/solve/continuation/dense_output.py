@@ -11,6 +11,7 @@ from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _TOO_FAR = 0.5
@@ -57,7 +58,7 @@ class DenseOutput:
         off = corrector.off(guess, second)
         if off is None:
             return None
-        second.smooth = corrector.metric.error(off, second.state) <= self._tolerance
+        second.smooth = norm(off * corrector.metric.judging(second.state)) <= self._tolerance
         if second.smooth:
             return None
         middle, _ = corrector.correct(guess - off if self._near(off, arc) else guess, direction, "regular")

@@ -107,14 +107,14 @@ class Metric:
         size = max(magnitude, self._scaling.floor * largest) or 1.0
         self.measure = (typical, size, max(magnitude, _VANISHED * largest) or 1.0, largest)
 
-    def error(self, off: Array, at: Array) -> float:
-        """A difference of states (N + 1,) over the size of what is judged of the solution ``at`` (N + 1,)."""
-        scaled = off * self.inverse
+    def judging(self, at: Array) -> Array:
+        """Factors (N + 1,) that measure differences of states by the size of what is judged of the solution ``at``."""
         judged = self._scaling.judged
-        if judged is not None:
-            x = at[:-1] * self.inverse[:-1]
-            scaled[:-1] /= max(norm(x[judged]), _STILL * norm(x)) or 1.0
-        return norm(scaled)
+        if judged is None:
+            return self.inverse
+        factors, x = self.inverse.copy(), at[:-1] * self.inverse[:-1]
+        factors[:-1] /= max(norm(x[judged]), _STILL * norm(x)) or 1.0
+        return factors
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""
