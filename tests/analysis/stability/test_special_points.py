@@ -73,6 +73,18 @@ def _word(states):
     return min(tuple(states[i:] + states[:i]) for i in range(len(states)))
 
 
+def test_without_damping_pairs_that_stay_on_the_circle_are_no_bifurcations() -> None:
+    """A stuck contact on a structure without damping: all magnitudes are 1 but for rounding."""
+    structure = ss.MatrixStructure(M=np.diag([1.0, 2.0]), K=[[60.0, -20.0], [-20.0, 50.0]], dofs=["a", "b"])
+    damper = ss.FrictionContact(kt=30.0, mu=0.5, normal_load=1000.0)
+    pair = ss.ContactPair(name="damper", tangential="a", contact=damper)
+    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", cos=2.0), harmonics=range(4))
+    branch = ss.forced_response(problem, omega=(5.1, 7.5), stability=True)
+    assert branch.dataset.stick_fraction.values == pytest.approx(1.0)
+    assert branch.bifurcations() == []
+    assert abs(branch.dataset.multiplier_max.values - 1.0).max() < 1e-9
+
+
 def test_without_a_pair_nothing_can_leave_the_circle_as_one() -> None:
     assert torus(np.array([1.4 + 0j, 0.3])) == -1.0
     assert abs(torus(np.array([0.6 + 0.8j, 0.6 - 0.8j, 3.0]))) < 1e-15

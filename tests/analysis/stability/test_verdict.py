@@ -94,3 +94,15 @@ def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:
     assert np.isfinite(solved.multiplier_max.values).all()
     wanted = np.interp(solved.omega, one.omega, one.multiplier_max)
     assert np.abs(solved.multiplier_max - wanted).max() < 0.02
+
+
+@pytest.mark.parametrize("velocity", [0.0, 1.0])
+def test_a_contact_without_tangential_stiffness_remembers_nothing(velocity) -> None:
+    """Its multipliers are those of the structure alone."""
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=0.0, mu=0.3, normal_load=10.0)
+    rubbing = ss.RubbingMotion(velocity=velocity)
+    pair = ss.ContactPair(name="c", tangential="x", contact=contact, rubbing=rubbing)
+    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", cos=1.0), harmonics=range(3))
+    found = ss.forced_response(problem, omega=(4.0, 4.1), stability=True).dataset
+    assert found.multiplier_max.values == pytest.approx(np.exp(-0.2 * 2.0 * np.pi / found.omega.values))

@@ -41,7 +41,8 @@ class Monodromy:
 def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, omega: float) -> Monodromy | None:
     """The product of all pieces of a period (THEORY.md (13.4)); None where it would be too long."""
     r, n = combinations.dynamics.size, combinations.contacts.count
-    kept = tuple(i for i, state in enumerate(line.cut) if state == STICK and i not in line.neutral)
+    changing = {interval.change.contact for interval in line.intervals if interval.change is not None}
+    kept = tuple(i for i, state in enumerate(line.cut) if state == STICK and i in changing)
     known = list(dict.fromkeys(interval.states for interval in line.intervals))
     pieces = [combinations(states) for states in known]
     rates = np.array([piece.rate for piece in pieces])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.stability.intervals import Word, word_of
-from slipstick.analysis.stability.verdict import StabilityWatch
+from slipstick.analysis.stability.verdict import BEYOND, StabilityWatch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
@@ -156,9 +156,12 @@ def doubling(multipliers: ComplexArray) -> float:
 
 
 def torus(multipliers: ComplexArray) -> float:
-    """Largest magnitude of a pair, less 1; -1 without a pair."""
+    """Largest magnitude of a pair, less 1 and half of what counts as unstable; -1 without a pair.
+
+    Without damping pairs stay on the circle, but for rounding.
+    """
     pairs = multipliers[np.abs(multipliers.imag) > _REAL * np.abs(multipliers)]
-    return float(np.abs(pairs).max(initial=0.0)) - 1.0
+    return float(np.abs(pairs).max()) - 1.0 - 0.5 * BEYOND if pairs.size else -1.0
 
 
 def beside_minus_one(multipliers: ComplexArray) -> float:

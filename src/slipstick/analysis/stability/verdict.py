@@ -19,7 +19,7 @@ from slipstick.results.stability import UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
-_BEYOND = 1e-6
+BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
 
 _DEAD = 1e-3
@@ -104,7 +104,7 @@ class StabilityWatch:
 
 def unstable(multipliers: ComplexArray) -> int:
     """How many multipliers lie beyond the unit circle."""
-    return int(np.sum(np.abs(multipliers) > 1.0 + _BEYOND))
+    return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
 
 
 def _verdict(found: Monodromy | None, multipliers: ComplexArray) -> int:
