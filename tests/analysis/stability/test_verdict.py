@@ -96,6 +96,7 @@ def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:
     assert np.abs(solved.multiplier_max - wanted).max() < 0.02
 
 
+@pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 @pytest.mark.parametrize("velocity", [0.0, 1.0])
 def test_a_contact_without_tangential_stiffness_remembers_nothing(velocity) -> None:
     """Its multipliers are those of the structure alone."""
