@@ -158,3 +158,23 @@ def test_motions_that_free_vibration_has_not_are_refused():
     problem = ss.Problem(coupled, contacts=ss.ContactPair(name="c", tangential="a", contact=law), harmonics=[0, 1])
     with pytest.raises(ss.InputError, match="the viscous damping couples the modes"):
         ss.nonlinear_modes(problem, amplitude=(1.0, 2.0))
+
+
+def test_modes_of_one_frequency():
+    """Of two equal oscillators one has a damper: each vibrates alone, as if the other were not there."""
+    damper = ss.FrictionContact(kt=20.0, mu=0.4, normal_load=20.0)
+    pair = ss.ContactPair(name="damper", contact=damper, tangential="a")
+
+    def ends(n, mode, dof):
+        structure = ss.MatrixStructure(M=np.eye(n), C=0.1 * np.eye(n), K=40.0 * np.eye(n), dofs=["a", "b"][:n])
+        problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", cos=1.0), harmonics=range(4))
+        found = ss.nonlinear_modes(problem, amplitude=(0.05, 20.0), mode=mode, dof=dof)
+        assert found.outcome is ss.Outcome.COMPLETED, found.message
+        return found.dataset.omega.values[[0, -1]], found.dataset.modal_damping.values[[0, -1]]
+
+    alone, both = ends(1, 1, "a"), ends(2, 1, "a")
+    assert both[0] == pytest.approx(alone[0], rel=1e-9)
+    assert both[1] == pytest.approx(alone[1], rel=1e-7)
+    omega, damping = ends(2, 2, "b")
+    assert omega == pytest.approx(np.sqrt(40.0))
+    assert damping == pytest.approx(0.1 / (2.0 * np.sqrt(40.0)), rel=1e-6)

@@ -192,6 +192,7 @@ def free_problem(problem: Problem, number: int, dof: str) -> FreeProblem:
 
 
 _STILL = 1e-6
+_BEGIN = "at which the contacts stick, or only slide"
 _ALONE = "free vibration has no such motion: leave it out"
 
 
@@ -231,6 +232,8 @@ class _Followed:
             outcome, message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
         if outcome is not Outcome.COMPLETED and steps:
             message = f"{message}; the last amplitude is {exp(steps[-1].parameter):.6g}"
+        if outcome is Outcome.NO_FIRST_POINT:
+            message = f"no free vibration was found at the amplitude {self.ends[0]:.6g}: begin at another, {_BEGIN}"
         return self._recorded(balance, steps, outcome, message, force, {
             "evaluations": run.evaluations, "linear_solves": run.solves, "rejected_steps": run.rejected,
             "seconds": time.perf_counter() - clock, "jacobian": balance.kind.name,

@@ -25,6 +25,8 @@ MODE = "mode"
 XI = "xi"
 """The parameter: damping over mass that is taken from all modes, 1/time."""
 
+_EPS = float(np.finfo(float).eps)
+
 
 class PrescribedMode:
     """A ``ModalStructure`` whose mode number ``target`` (from 0) moves as it is told in harmonic 1.
@@ -159,7 +161,10 @@ class PrescribedReceptance:
         w = np.multiply.outer(np.asarray(omega, dtype=float), m)[..., None]
         held = np.zeros((m.size, self._stiffness.size), dtype=bool)
         held[m == 1.0, self._target] = True
-        D = np.where(held, 0.0, 1.0 / np.where(held, 1.0, self._stiffness + w * (1j * (self._damping - self._xi) - w)))
+        inverse = self._stiffness + w * (1j * (self._damping - self._xi) - w)
+        least = _EPS * np.abs(self._stiffness)  # modes of one frequency: at the target's another is in resonance
+        inverse = np.where(np.abs(inverse) < least, least, inverse)
+        D = np.where(held, 0.0, 1.0 / np.where(held, 1.0, inverse))
         return m, w, D
 
     def _sum(self, m: Array, D: ComplexArray, by_mode: float = 1.0) -> ComplexArray:
