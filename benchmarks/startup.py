@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 KERNEL = """
-from slipstick.contact.kernel.compilation import compile_kernel
-compile_kernel()
+from slipstick.balance.kernel.compilation import compile_all
+compile_all()
 """
 
 

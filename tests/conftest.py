@@ -39,12 +39,12 @@ def pytest_collection() -> Generator[None, object, object]:
 
 def _compile() -> None:
     """The kernel, and what of it tests call by itself; what is compiled already is read."""
-    from slipstick.contact.kernel.compilation import compile_kernel
+    from slipstick.balance.kernel.compilation import compile_all
     from slipstick.trig.harmonics import Harmonics
     from slipstick.trig.integrals import interval_integrals
     from slipstick.trig.roots import roots
 
-    compile_kernel()
+    compile_all()
     h = Harmonics([0, 1])
     roots(h, [0.0, 1.0, 0.0])
     interval_integrals(h, 0.0, 1.0)

@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 from slipstick.app.cli import app
 from slipstick.app.verbs import run as run_module
 from slipstick.app.verbs.examples import examples
-from slipstick.contact.kernel.compilation import compile_kernel
+from slipstick.balance.kernel.compilation import compile_all
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
@@ -326,7 +326,7 @@ def heard() -> None:
 
 
 def started(path: Path, out: Path) -> subprocess.Popen[str]:
-    compile_kernel()
+    compile_all()
     command = [sys.executable, "-m", "slipstick", "run", str(path), "-o", str(out), "--no-figures"]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=heard)
     file, end = out / "results.nc.journal", time.monotonic() + 60
@@ -554,7 +554,7 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
     from slipstick.app.verbs.prepare import prepare_kernel
 
     monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
-    monkeypatch.setattr("slipstick.contact.kernel.compilation.compile_kernel", lambda: 12.3)
+    monkeypatch.setattr("slipstick.balance.kernel.compilation.compile_all", lambda: 12.3)
     lines: list[str] = []
     prepare_kernel(lines.append)
     assert lines[0].startswith("compiling the contact kernel, once on this machine, 10 to 30 s ...")

@@ -36,15 +36,14 @@ def test_laws_are_gathered_and_every_port_has_its_row():
     np.testing.assert_array_equal(np.arange(4)[batches[0].elements], [0, 1, 3])
 
 
-def test_columns_name_all_that_feel_a_port():
-    """Of three contacts one has a normal: its tangential force alone feels the normal motion."""
+def test_couplings_name_the_elements_with_both_ports():
+    """Of three contacts one has a normal."""
     (batch,), _ = batches_of([friction("a", "x", "y"), friction("c", "z", normal="w")])
-    columns = {column.port: column.terms for column in batch.columns([(0, 0), (0, 1), (1, 1)])}
-    assert [term[0] for term in columns[0]] == [0]
-    assert [term[0] for term in columns[1]] == [0, 1]
-    members = [np.arange(batch.count)[term[1]].tolist() for term in columns[1]]
-    assert members == [[2], [2]]
-    assert batch.columns([]) == ()
+    found = {pair: [own.tolist() for own in coupling] for pair, coupling in batch.couplings.items()}
+    assert found == {
+        (0, 0): [[0, 1, 2], [0, 1, 2], [0, 1, 2]], (0, 1): [[2], [2], [3]],
+        (1, 0): [[2], [3], [2]], (1, 1): [[2], [3], [3]],
+    }  # fmt: skip
 
 
 def test_neighbours_are_a_slice():

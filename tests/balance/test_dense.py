@@ -28,5 +28,5 @@ def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents(sprung, monk
             forces[i] = forces.get(i, 0.0) + part
         G = BALANCE.excitation([forces])
         BALANCE.anchoring(dx, G)
-        answer = BALANCE.real(compliance.answer(G))
+        answer = compliance.answer(G)
         np.testing.assert_allclose(found @ dx, dx + answer, atol=1e-12)

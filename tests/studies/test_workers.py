@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from slipstick.contact.kernel.compilation import compile_kernel
+from slipstick.balance.kernel.compilation import compile_all
 from slipstick.errors import InputError, Outcome
 from slipstick.studies import workers
 from slipstick.studies.plan import make_plan
@@ -26,7 +26,7 @@ PLAN = make_plan(JOB.problem, {"damper.velocity": [10.0, 20.0, 30.0, 40.0]})
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[Any]:
-    compile_kernel()
+    compile_all()
     with local_workers(1) as found:
         yield found
 

@@ -72,7 +72,7 @@ class Neighbourhood:
     def motion(self) -> Array:
         """Coefficients of the outputs, (n_outputs, L)."""
         far = self._far
-        return self.outputs.assembled(self.x, None if far is None else -self.balance.real(far.answer(self._G)))
+        return self.outputs.assembled(self.x, None if far is None else -far.answer(self._G))
 
     def change(self, dx: Array, direction: Move = NOTHING) -> tuple[Array, Array]:
         """Change of the residual (N,) and of the outputs (n_outputs, L) for ``dx`` (N,) and a direction."""
@@ -81,11 +81,11 @@ class Neighbourhood:
         dG = b.excitation(force_rates(b, found, dx, own, dpower), dP)
         dU = self._outputs_change(dx, dG, direction)
         b.anchoring(dx, dG)
-        dR = dx + b.real(self.at.compliance.answer(dG))
+        dR = dx + self.at.compliance.answer(dG)
         if direction.omega:
-            dR += direction.omega * b.real(self.at.compliance.rate(self.at.G))
+            dR += direction.omega * self.at.compliance.rate(self.at.G)
         if structure := _structure(direction):
-            dR += b.real(b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G))
+            dR += b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G)
         return dR, dU
 
     def pushed(self, direction: Move) -> ComplexArray:
@@ -123,13 +123,13 @@ class Neighbourhood:
             rates += direction.omega * far.rate(self._G)
         if structure := _structure(direction):
             rates += self._to_far(structure).rate(self._G)  # type: ignore[union-attr]
-        return self.outputs.assembled(dx, -self.balance.real(rates))
+        return self.outputs.assembled(dx, -rates)
 
     def structural_change(self, structure: Mapping[str, float]) -> tuple[Array, Array]:
         """Change of residual and outputs along parameters of the structure, which act on no force."""
         b, along = self.balance, self._to_far(structure)
-        dR = b.real(b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G))
-        far = None if along is None else -b.real(along.rate(self._G))
+        dR = b.compliance(self.omega, self.inputs.structure, structure).rate(self.at.G)
+        far = None if along is None else -along.rate(self._G)
         return dR, self.outputs.assembled(np.zeros(b.size), far)
 
     def pull(self, h: Array | None = None, z: Array | None = None) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipstick.contact.law import Law
 from slipstick.contact.traits import kind
+from slipstick.typing import IntArray
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair, Direction
@@ -29,13 +30,14 @@ class Port(NamedTuple):
     size: int
 
 
-class Column(NamedTuple):
-    """How the forces of a batch answer to the motion at one port: what a Jacobian is filled from."""
+class PortPair(NamedTuple):
+    """Elements of a batch that have both of two ports, and the numbers of these among all ports of the balance."""
 
-    port: int
-    terms: tuple[tuple[int, Places, Places, Places], ...]
-    """For each port that feels it: its number, the members that have both ports, where these stand among the members
-    of this port, and the rows of the other port."""
+    members: IntArray
+    felt: IntArray
+    """The port along which the force is."""
+    moving: IntArray
+    """The port along which the motion is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,21 +67,17 @@ class Batch:
         """``numbers`` as an index."""
         return places(np.array(self.numbers, dtype=int))
 
-    def columns(self, pairs: Sequence[tuple[int, int]]) -> tuple[Column, ...]:
-        """For the pairs ``(i, j)`` of ports whose derivative ``dF_i/dQ_j`` is not zero."""
-        found = []
-        for j, port in enumerate(self.ports):
-            own = np.arange(self.count)[port.members]
-            terms = []
-            for i in sorted(i for i, other in pairs if other == j):
-                rows = np.full(self.count, -1)
-                rows[self.ports[i].members] = _indices(self.ports[i].rows)
-                both = np.flatnonzero(rows[own] >= 0)
-                if both.size:
-                    terms.append((i, places(own[both]), places(both), places(rows[own[both]])))
-            if own.size and terms:
-                found.append(Column(j, tuple(terms)))
-        return tuple(found)
+    @cached_property
+    def couplings(self) -> Mapping[tuple[int, int], PortPair]:
+        """For each pair of ports ``(i, j)``: where a force along i may depend on motion along j."""
+        rows = np.full((len(self.ports), self.count), -1, dtype=np.int64)
+        for own, port in zip(rows, self.ports, strict=True):
+            own[port.members] = _indices(port.rows)
+        return {
+            (i, j): PortPair(both := np.flatnonzero((felt >= 0) & (moving >= 0)), felt[both], moving[both])
+            for i, felt in enumerate(rows)
+            for j, moving in enumerate(rows)
+        }
 
 
 def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Direction]]:

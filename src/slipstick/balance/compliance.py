@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,25 +24,21 @@ class Compliance:
     def __init__(
         self, receptance: Receptance, orders: Array, omega: float, along: Mapping[str, float] | None = None
     ) -> None:
-        static = receptance.static
-        shape = (static.shape[1], static.shape[0], orders.size + 1)
-        self.value, self.slope = np.empty(shape, dtype=complex), np.empty(shape, dtype=complex)
-        self.value[:, :, 0] = static.T
-        self.slope[:, :, 0] = 0.0
-        if orders.size:
-            value, slope = receptance.at(orders, omega)
-            if along:
-                slope = derivative_along(receptance, along, orders, omega)
-            np.conjugate(value.transpose(2, 1, 0), out=self.value[:, :, 1:])
-            np.conjugate(slope.transpose(2, 1, 0), out=self.slope[:, :, 1:])
+        known = getattr(receptance, "conjugates", None)
+        self.value: ComplexArray
+        self.slope: ComplexArray
+        self.value, self.slope = known(orders, omega) if known else _conjugates(receptance, orders, omega)
+        if along and orders.size:
+            rate = derivative_along(receptance, along, orders, omega)
+            np.conjugate(rate.transpose(2, 1, 0), out=self.slope[:, :, 1:])
 
-    def answer(self, G: ComplexArray) -> ComplexArray:
-        """``conj(A) G`` (n_rows, n + 1) of the first columns' numbers ``G`` (any, n + 1)."""
-        return np.asarray(np.add.reduce(self.value[: len(G)] * G[:, None, :], axis=0))
+    def answer(self, G: ComplexArray) -> Array:
+        """``conj(A) G`` as coefficients (n_rows * L,) of the first columns' numbers ``G`` (any, n + 1)."""
+        return _compliance_times()(self.value, G)
 
-    def rate(self, G: ComplexArray) -> ComplexArray:
+    def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
-        return np.asarray(np.add.reduce(self.slope[: len(G)] * G[:, None, :], axis=0))
+        return _compliance_times()(self.slope, G)
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
@@ -68,6 +65,26 @@ class Compliance:
         B = turned @ V
         dB = turned @ (dV + 1j * (dV[:, :, :rows] * springs) @ B)
         self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
+
+
+@cache
+def _compliance_times() -> Callable[[ComplexArray, ComplexArray], Array]:
+    """The compiled sum, loaded when it is first asked for."""
+    from slipstick.balance.kernel.sums import compliance_times
+
+    found: Callable[[ComplexArray, ComplexArray], Array] = compliance_times
+    return found
+
+
+def _conjugates(receptance: Receptance, orders: Array, omega: float) -> ComplexArray:
+    """As a ``ModalReceptance`` gives them, of any receptance."""
+    static = receptance.static
+    out = np.zeros((2, static.shape[1], static.shape[0], orders.size + 1), dtype=complex)
+    out[0, :, :, 0] = static.T
+    if orders.size:
+        for own, found in zip(out, receptance.at(orders, omega), strict=True):
+            np.conjugate(found.transpose(2, 1, 0), out=own[:, :, 1:])
+    return out
 
 
 def derivative_along(receptance: Any, along: Mapping[str, float], orders: Array, omega: float) -> ComplexArray:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.balance.elements import Elements
-from slipstick.balance.factored import FactoredCompliance
+from slipstick.balance.factored import FactoredCompliance, coefficients
 from slipstick.balance.preconditioner import Preconditioner
 from slipstick.solve.linear.iterative import IterativeJacobian
 from slipstick.typing import Array, ComplexArray
@@ -64,8 +64,8 @@ class ContactJacobian(IterativeJacobian):
             return np.column_stack([self.multiply(column, transposed=transposed) for column in x.T])
         if transposed:
             onto = self._compliance.transposed(_complex(x, self._L))[: self._n_ports]
-            return x + self._forces(_real(onto), transposed=True).ravel()
-        return x + _real(self._compliance.answer(_complex(self._forces(x), self._L))).ravel()
+            return x + self._forces(coefficients(onto).reshape(-1, self._L), transposed=True).ravel()
+        return x + self._compliance.answer(_complex(self._forces(x), self._L))
 
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more: both coefficients of a harmonic get the sum of their sizes."""
@@ -110,9 +110,3 @@ def _complex(X: Array, L: int) -> ComplexArray:
     out = np.zeros((len(given), L + 1))
     out[:, 0], out[:, 2:] = given[:, 0], given[:, 1:]
     return out.view(complex)
-
-
-def _real(z: ComplexArray) -> Array:
-    """Complex numbers (rows, n + 1) as coefficients (rows, L)."""
-    pairs = np.ascontiguousarray(z).view(float)
-    return np.delete(pairs, 1, axis=1)

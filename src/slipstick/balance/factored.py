@@ -9,6 +9,11 @@ from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
 
 
+def coefficients(z: ComplexArray) -> Array:
+    """Complex numbers (rows, n + 1) as coefficients (rows * L,)."""
+    return np.delete(np.ascontiguousarray(z).view(float), 1, axis=1).ravel()
+
+
 class FactoredCompliance:
     """``conj(A)`` and its derivative as a ``Compliance`` has them, applied by their factors.
 
@@ -25,13 +30,13 @@ class FactoredCompliance:
     def __init__(self, factors: Factors) -> None:
         self.factors, self.n_rows = factors, len(factors.left)
 
-    def answer(self, G: ComplexArray) -> ComplexArray:
-        """``conj(A) G`` (n_rows, n + 1) of the first columns' numbers ``G`` (any, n + 1)."""
+    def answer(self, G: ComplexArray) -> Array:
+        """``conj(A) G`` as coefficients (n_rows * L,) of the first columns' numbers ``G`` (any, n + 1)."""
         f = self.factors
         given = G if f.columns is None else G * f.columns[: len(G)]
         return self._sum(given, f.weight, f.part_weight)
 
-    def rate(self, G: ComplexArray) -> ComplexArray:
+    def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
         f = self.factors
         if f.columns is None or f.columns_slope is None:
@@ -39,7 +44,7 @@ class FactoredCompliance:
         own = self._sum(G * f.columns[: len(G)], f.slope, f.part_slope)
         return own + self._sum(G * f.columns_slope[: len(G)], f.weight, f.part_weight)
 
-    def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> ComplexArray:
+    def _sum(self, G: ComplexArray, weight: ComplexArray, part_weight: ComplexArray) -> Array:
         f, count = self.factors, len(G)
         pairs = np.ascontiguousarray(G).view(float)  # real matrices times real numbers: half the work
         modal = (f.right[:count].T @ pairs).view(complex) * weight.conj().T
@@ -47,7 +52,7 @@ class FactoredCompliance:
         for part, own in zip(f.parts, part_weight, strict=True):
             if own.any():
                 out += (part[:, :count] @ pairs).view(complex) * own.conj()
-        return out
+        return coefficients(out)
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""

@@ -43,7 +43,7 @@ def heated(balance: Balance, heat: Heat, dpower: Array, compliance: AnyComplianc
     dT = heat.tangent.gain @ dpower
     forces: list[dict[int, Array]] = [{} for _ in balance.batches]
     forces[heat.batch] = {i: dT[:, None] * force for i, force in heat.tangent.by_temperature.items()}
-    return balance.real(compliance.answer(balance.excitation(forces)))
+    return compliance.answer(balance.excitation(forces))
 
 
 class Powered(Protocol):

@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipstick.balance.batches import Column
 from slipstick.balance.compliance import Compliance, lossless
 from slipstick.balance.inputs import Given
 from slipstick.balance.kinds import KINDS, MOST_UNKNOWNS, AnyCompliance, Kind, kind_of
@@ -68,7 +67,6 @@ class Balance:
         self._asked, self.kind = kind, kind_of(kind, self.receptance, self.size)
         self.springs: Array | None = None
         self.heated = problem.heated
-        self._columns: dict[tuple[int, tuple[tuple[int, int], ...]], tuple[Column, ...]] = {}
 
     def narrowed(self, harmonics: Harmonics) -> Balance:
         """The same with some of the harmonics; the structure is not projected again."""
@@ -77,7 +75,6 @@ class Balance:
         own.harmonics, own.orders, own.L = harmonics, harmonics.m.astype(float), harmonics.size
         own.batches, own.heated = own.problem.batches, own.problem.heated
         own.size = own.n_ports * own.L
-        own._columns = {}
         if self.springs is None:
             own.kind = kind_of(self._asked, self.receptance, own.size)
         return own
@@ -187,17 +184,11 @@ class Balance:
 
     def moved_by(self, forces: Forces, P: Array, compliance: AnyCompliance) -> Array:
         """``A (F - P)`` (N,)."""
-        return self.real(compliance.answer(self.excitation(forces, P)))
+        return compliance.answer(self.excitation(forces, P))
 
     def jacobian(self, tangents: Tangents, compliance: AnyCompliance, heat: Heat | None = None) -> Jacobian:
         """``I + A dF/dX``, with what heat adds."""
         return self.kind.jacobian(self, tangents, compliance, heat)
-
-    def columns_of(self, k: int, pairs: tuple[tuple[int, int], ...]) -> tuple[Column, ...]:
-        """Columns of the Jacobian that batch ``k`` fills with the derivatives ``pairs``."""
-        if (k, pairs) not in self._columns:
-            self._columns[k, pairs] = self.batches[k].columns(pairs)
-        return self._columns[k, pairs]
 
     def gather(self, own: Sequence[Array], shape: tuple[int, ...] = ()) -> Array:
         """Values (n, ...) by batch, in the order of the problem's elements (n_contacts, ...)."""

@@ -103,7 +103,7 @@ def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyComplianc
     balance.anchoring(x, G)
     jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.heat)
     return Balanced(
-        residual=x + balance.real(compliance.answer(G)), jacobian=jacobian, G=G, compliance=compliance,
+        residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
         detail=found,
     )  # fmt: skip
 

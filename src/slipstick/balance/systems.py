@@ -51,11 +51,10 @@ class FrequencySystem:
         if found.heat is not None and found.heat.lost:
             return _undefined(x.size)
         at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
-        moved = at.compliance.rate(at.G)
+        slope = at.compliance.rate(at.G)
         slopes = by_omega(found)
         if any(slopes):
-            moved += at.compliance.answer(balance.excitation(slopes))
-        slope = balance.real(moved)
+            slope += at.compliance.answer(balance.excitation(slopes))
         if found.heat is not None:
             slope += heated(balance, found.heat, found.heat.power.omega, at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
@@ -91,7 +90,7 @@ class ParameterSystem:
         direction = _warm(found, direction)
         slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)
         if direction.structure:
-            slope += balance.real(at.compliance.rate(at.G))
+            slope += at.compliance.rate(at.G)
         if found.heat is not None:
             slope += heated(balance, found.heat, power_along(found.heat, direction), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))

@@ -134,8 +134,8 @@ class Outputs:
             rates = at.answer(dG)
             if along is None or along:
                 rates += rate * at.rate(G)
-            motion[self._far] = -b.real(at.answer(G)).reshape(-1, b.L)
-            change[self._far] = -b.real(rates).reshape(-1, b.L)
+            motion[self._far] = -at.answer(G).reshape(-1, b.L)
+            change[self._far] = -rates.reshape(-1, b.L)
         return motion, change
 
     def assembled(self, x: Array, far: Array | None) -> Array:

@@ -140,6 +140,6 @@ def _moved_by_modes(receptance: Any, orders: Array, G: Array, omega: Array) -> A
     for i, w in enumerate(omega):
         own = np.zeros((G.shape[1], 1 + orders.size), dtype=complex)
         own[:, 1:] = G[i, :, 0::2] + 1j * G[i, :, 1::2]
-        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(own)[:, 1:]
-        out[i, :, 1::2], out[i, :, 2::2] = -answer.real, -answer.imag
+        answer = FactoredCompliance(receptance.factors(orders, float(w))).answer(own)
+        out[i, :, 1:] = -answer.reshape(len(out[i]), -1)[:, 1:]
     return out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -13,19 +13,11 @@ from numpy.typing import ArrayLike
 
 from slipstick.typing import AnyArray, Array, ComplexArray
 
-_SMALL = 2000
-"""Below so many products complex numbers cost less than two real multiplications."""
-
-_ROUNDING = 1e-14
-"""Loss factors of modes are one up to that."""
-
 _LARGE = 2**25
 """Above so many products (256 MB) they are not kept but formed for each frequency."""
 
-
-def _products(left: AnyArray, right: AnyArray) -> AnyArray:
-    """Products of (n_rows, n) and (n_columns, n) for each of the n: (n, n_rows n_columns)."""
-    return np.ascontiguousarray((left[:, None, :] * right[None, :, :]).reshape(-1, left.shape[1]).T)
+_ROUNDING = 1e-14
+"""Loss factors of modes are one up to that."""
 
 
 def undamped(omega: Array, modes: Array, static: Array, second: Array | None = None) -> ModalReceptance:
@@ -102,8 +94,6 @@ class ModalReceptance:
         self.static = static
         self._shape = static.shape
         self._e: complex | None = None
-        self._residual: AnyArray | None = None
-        self._second: AnyArray | None = None
         self._viscous = 1j * np.asarray(damping, dtype=float)
         self._damping = factor * self._viscous
         self._left, self._right = left, right
@@ -113,37 +103,42 @@ class ModalReceptance:
     def _set_stiffness(self, stiffness: AnyArray) -> None:
         """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
         self._stiffness, self._e = stiffness, None
-        self._residual, self._second = self._left_out
-        if self._residual is not None or self._second is not None:
+        given = [(power, matrix) for power, matrix in enumerate(self._left_out) if matrix is not None]
+        if given:
             loss = stiffness.imag / stiffness.real
             if np.all(np.abs(loss - loss[0]) <= _ROUNDING * abs(loss[0])):
                 self._e = 1.0 + 1j * float(loss[0])
-        if self._e is not None and self._e != 1.0:
-            self._residual = None if self._residual is None else self._residual / self._e
-            self._second = None if self._second is None else self._second / self._e**2
+        self._rest = np.zeros((2, *self._shape), dtype=complex)
+        for power, matrix in given:
+            self._rest[power] = matrix / (self._e or 1.0) ** (power + 1)
 
     @cached_property
-    def _products(self) -> AnyArray:
-        """``left_r right_r`` (n_modes, n_rows n_columns), made when a frequency is first asked for."""
-        products = _products(self._left, self._right)
-        return products.astype(complex) if products.size < _SMALL else products
+    def _products(self) -> Array:
+        """``right_r left_r`` (n_columns n_rows, n_modes), made when a frequency is first asked for."""
+        return (self._right[:, None, :] * self._left[None, :, :]).reshape(-1, self._stiffness.size)
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
-        places, w, shape = _places(orders, omega, self._shape)
-        count, modes = w.size, self._stiffness.size
-        both = np.empty((2, count, modes), dtype=complex)
-        np.divide(1.0, self._stiffness + w * (self._damping - w), out=both[0])
-        np.multiply(both[0] * both[0], 2.0 * w - self._damping, out=both[1])
-        summed = self._sum(both.reshape(2 * count, modes)).reshape(2, count, *self._shape)
-        value, slope = summed
-        if self._residual is not None:
-            value += self._residual
-        if self._second is not None:
-            cube = w[:, :, None]
-            value += cube * cube * self._second
-            slope += 2.0 * cube * self._second
-        return _by_omega(value.reshape(shape), slope.reshape(shape), places)
+        m, w, shape = _places(orders, omega, self._shape)
+        places = np.empty((2, *self._shape[::-1], w.size + 1), dtype=complex)
+        self._write(np.resize(m, w.size), w[:, 0], places)
+        value, slope = np.conjugate(places[..., 1:]).transpose(0, 3, 2, 1)
+        return value.reshape(shape), slope.reshape(shape)
+
+    def conjugates(self, orders: Array, omega: float) -> ComplexArray:
+        """What ``at`` tells of one frequency as a balance sums it: (2, n_columns, n_rows, 1 + k), order 0 first."""
+        out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
+        out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
+        self._write(orders, omega * orders, out)
+        return out
+
+    def _write(self, orders: Array, w: Array, out: ComplexArray) -> None:
+        given = self._stiffness, self._damping, self._rest, orders, w, out
+        if self.static.size * self._stiffness.size <= _LARGE:
+            _modal_sums()(self._products, 0, *given)
+        else:
+            for row, own in enumerate(self._left):
+                _modal_sums()(own * self._right, row, *given)
 
     def changed(self, **values: float) -> ModalReceptance:
         """A copy with another ``loss_factor``, the same for all modes, or factor ``damping`` on the viscous damping."""
@@ -161,11 +156,10 @@ class ModalReceptance:
         _, w, shape = _places(orders, omega, self._shape)
         D = 1.0 / (self._stiffness + w * (self._damping - w))
         rate = 1j * self._stiffness.real if name == "loss_factor" else w * self._viscous
-        value = self._sum(-D * D * rate).reshape(w.size, *self._shape)
+        value = (self._left * (-D * D * rate)[:, None, :]) @ self._right.T
         if name == "loss_factor" and self._e is not None:
-            for left_out, power in ((self._residual, 0), (self._second, 1)):
-                if left_out is not None:
-                    value -= 1j * (power + 1) / self._e * w[:, :, None] ** (2 * power) * left_out
+            for power, rest in enumerate(self._rest):
+                value -= 1j * (power + 1) / self._e * w[:, :, None] ** (2 * power) * rest
         return value.reshape(shape)
 
     def factors(self, orders: ArrayLike, omega: float, along: Mapping[str, float] | None = None) -> Factors:
@@ -197,18 +191,6 @@ class ModalReceptance:
             part_slope=np.hstack([0.0 * static, part_slope.reshape(-1, m.size)]),
         )
 
-    def _sum(self, factors: ComplexArray) -> ComplexArray:
-        """``factors @ products``; real products times pairs of real and imaginary parts: half the work."""
-        if self.static.size * factors.shape[1] > _LARGE:
-            rows = [(self._left * factor) @ self._right.T for factor in factors]
-            return np.stack([row.ravel() for row in rows])
-        if self._products.dtype.kind == "c":
-            small: ComplexArray = factors @ self._products
-            return small
-        pairs = np.ascontiguousarray(factors.T).view(float)
-        summed: ComplexArray = (self._products.T @ pairs).view(complex).T
-        return summed
-
 
 class PoleReceptance:
     """``A(w) = sum_k left_k right_k / (i w - pole_k)`` over the 2 n poles of a viscously damped structure.
@@ -235,7 +217,8 @@ class PoleReceptance:
     @cached_property
     def _products(self) -> ComplexArray:
         """``left_k right_k`` (n_poles, n_rows n_columns), made when a frequency is first asked for."""
-        return _products(self._left, self._right)
+        products = self._left[:, None, :] * self._right[None, :, :]
+        return np.ascontiguousarray(products.reshape(-1, products.shape[2]).T)
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
@@ -309,6 +292,15 @@ class SolvedReceptance:
             solve = _solver(stiffness(each)[0])
             value[i] = -solve(self._rows, True).T @ (stiffness.rate(name, each) @ solve(self._columns, False))
         return value.reshape(shape)
+
+
+@cache
+def _modal_sums() -> Callable[..., None]:
+    """The compiled sum, loaded when a frequency is first asked for."""
+    from slipstick.structure.kernel.modal_sums import modal_sums
+
+    found: Callable[..., None] = modal_sums
+    return found
 
 
 def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:

@@ -74,12 +74,20 @@ def test_a_border_is_assembled_once_and_factorised_in_its_memory(monkeypatch):
     assert np.shares_memory(seen[0], jacobian._factors()[0])
 
 
-def test_a_matrix_is_made_when_it_is_asked_for_and_once():
+def test_a_matrix_is_written_when_it_is_asked_for():
     made = []
-    jacobian = DenseJacobian(lambda: made.append(1) or np.diag([2.0, 4.0]))
-    bordered = jacobian.bordered(np.ones(2), np.ones(3))
+
+    def write(out):
+        made.append(len(out))
+        out[:2, :2] = np.diag([2.0, 4.0])
+
+    jacobian = DenseJacobian(write, 2)
+    bordered = jacobian.bordered(np.ones(2), np.array([1.0, 1.0, 0.0]))
+    assert jacobian.size == 2
     assert not made
     assert jacobian.solve(np.ones(2)).tolist() == [0.5, 0.25]
-    bordered.sign()
-    assert jacobian.size == 2
-    assert len(made) == 1
+    assert bordered.solve(np.array([3.0, 5.0, 2.0])).tolist() == [1.0, 1.0, 1.0]
+    assert made == [2, 3]
+    assert np.diag(jacobian.matrix).tolist() == [2.0, 4.0]
+    assert jacobian.multiply(np.ones(2)).tolist() == [2.0, 4.0]
+    assert made == [2, 3, 2]

@@ -27,7 +27,7 @@ class _Factorised(ABC):
 
     @abstractmethod
     def write(self, out: Array) -> None:
-        """Write all entries into ``out`` (N, N)."""
+        """Write all entries into the first rows and columns of ``out``, which is zero and in Fortran order."""
 
     @abstractmethod
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
@@ -40,7 +40,7 @@ class _Factorised(ABC):
     def _factors(self) -> tuple[Array, NDArray[np.int32], int]:
         """LU factors, pivots, and LAPACK's word on singularity (positive: an exact zero on the diagonal)."""
         if self._lu is None:
-            entries = np.empty((self.size, self.size), order="F")
+            entries = np.zeros((self.size, self.size), order="F")
             self.write(entries)
             self._lu = dgetrf(entries, overwrite_a=1)
         return self._lu
@@ -71,35 +71,41 @@ class _Factorised(ABC):
 class DenseJacobian(_Factorised):
     """A Jacobian given by its ``matrix`` (N, N), which is kept and not written on.
 
-    Or by a function that makes it when it is first asked for: many a Jacobian is not.
+    Or by a function that does what ``write`` does, and ``size``, N: many a Jacobian is never asked for.
 
     >>> J = DenseJacobian([[2.0, 1.0], [0.0, -4.0]])
     >>> J.solve(np.array([3.0, -4.0])), J.solve(np.array([2.0, -3.0]), transposed=True), J.sign()
     (array([1., 1.]), array([1., 1.]), -1)
     """
 
-    __slots__ = ("_made", "_matrix")
+    __slots__ = ("_matrix", "_size", "_writer")
 
-    def __init__(self, matrix: ArrayLike | Callable[[], Array]) -> None:
+    def __init__(self, matrix: ArrayLike | Callable[[Array], None], size: int = 0) -> None:
         self._lu = None
-        self._made: Callable[[], Array] | None = matrix if callable(matrix) else None
+        self._writer: Callable[[Array], None] | None = matrix if callable(matrix) else None
         self._matrix: Array = np.empty(0) if callable(matrix) else np.asarray(matrix, dtype=float)
+        self._size = size if callable(matrix) else len(self._matrix)
 
     @property
     def matrix(self) -> Array:
         """All entries (N, N)."""
-        if self._made is not None:
-            self._matrix, self._made = self._made(), None
+        if self._writer is not None:
+            self._matrix = np.zeros((self._size, self._size), order="F")
+            self._writer(self._matrix)
+            self._writer = None
         return self._matrix
 
     @property
     def size(self) -> int:
         """N."""
-        return len(self.matrix)
+        return self._size
 
     def write(self, out: Array) -> None:
-        """Write all entries into ``out`` (N, N)."""
-        out[...] = self.matrix
+        """Write all entries into the first rows and columns of ``out``."""
+        if self._writer is None:
+            out[: self._size, : self._size] = self._matrix
+        else:
+            self._writer(out)
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x``, or the transpose times x."""
@@ -128,10 +134,11 @@ class BorderedDense(_Factorised):
         return self._row.size
 
     def write(self, out: Array) -> None:
-        """Write all entries into ``out`` (N + 1, N + 1)."""
-        self._inner.write(out[:-1, :-1])
-        out[:-1, -1] = self._column
-        out[-1] = self._row
+        """Write all entries into the first rows and columns of ``out``."""
+        self._inner.write(out)
+        last = self._row.size - 1
+        out[:last, last] = self._column
+        out[last, : last + 1] = self._row
 
     def multiply(self, x: Array, *, transposed: bool = False) -> Array:
         """``J @ x``, or the transpose times x."""

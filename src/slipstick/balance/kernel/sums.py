@@ -1,0 +1,49 @@
+"""The compiled sums of the balance: a pair (cosine, sine) is the complex number ``c + i s``, see ``balance.ports``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.trig.compiled import compiled
+from slipstick.typing import Array, ComplexArray, IntArray
+
+
+@compiled(allocates=True, nogil=True)
+def compliance_times(value: ComplexArray, G: ComplexArray) -> Array:
+    """``conj(A) G`` as coefficients (n_rows * L,), of the first columns' numbers ``G`` (any, n + 1)."""
+    rows, n = value.shape[1], value.shape[2] - 1
+    out = np.zeros((rows, 2 * n + 1))
+    for c in range(len(G)):
+        for p in range(rows):
+            out[p, 0] += value[c, p, 0].real * G[c, 0].real
+            for m in range(1, n + 1):
+                z = value[c, p, m] * G[c, m]
+                out[p, 2 * m - 1] += z.real
+                out[p, 2 * m] += z.imag
+    return out.reshape(-1)
+
+
+@compiled(allocates=True, nogil=True)
+def add_products(
+    value: ComplexArray, tangent: Array, members: IntArray, felt: IntArray, moving: IntArray, out: Array
+) -> None:
+    """Add ``A dF_i/dQ_j`` of the elements ``members`` to a transposed Jacobian (N or more each way).
+
+    ``tangent`` (n, L, L) are their derivatives; ``felt`` and ``moving`` the numbers of their ports i and j.
+    """
+    rows, n = value.shape[1], value.shape[2] - 1
+    L = 2 * n + 1
+    force = np.empty(n + 1, np.complex128)
+    for t in range(members.size):
+        i, e = felt[t], members[t]
+        for k in range(L):
+            column = out[moving[t] * L + k]
+            force[0] = tangent[e, 0, k]
+            for m in range(1, n + 1):
+                force[m] = complex(tangent[e, 2 * m - 1, k], tangent[e, 2 * m, k])
+            for p in range(rows):
+                column[p * L] += value[i, p, 0].real * force[0].real
+                for m in range(1, n + 1):
+                    z = value[i, p, m] * force[m]
+                    column[p * L + 2 * m - 1] += z.real
+                    column[p * L + 2 * m] += z.imag

@@ -1,0 +1,40 @@
+"""The compiled sum over modes that a receptance is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.trig.compiled import compiled
+from slipstick.typing import Array, ComplexArray
+
+
+@compiled(allocates=True, nogil=True)
+def modal_sums(
+    products: Array, first: int, stiffness: ComplexArray, damping: ComplexArray, left_out: ComplexArray,
+    orders: Array, w: Array, out: ComplexArray,
+) -> None:  # fmt: skip
+    """Write ``conj(A)`` at ``w`` (k,) and its derivative by omega into ``out`` (2, n_columns, n_rows, 1 + k).
+
+    The first place of the last axis is left alone. ``products`` (n_columns * any, n_modes) are those of columns and
+    some rows, ``first`` and those after it. ``w`` grows with omega as ``orders`` (k,) say. ``left_out`` holds the
+    residual and the second residual, (2, n_rows, n_columns), complex; ``damping`` is ``i`` times the viscous one.
+    """
+    n, modes, columns = w.size, stiffness.size, out.shape[1]
+    weights = np.empty((modes, 4 * n))
+    for r in range(modes):
+        for k in range(n):
+            Z = stiffness[r] + w[k] * (damping[r] - w[k])
+            D = Z.conjugate() * (1.0 / (Z.real * Z.real + Z.imag * Z.imag))
+            S = orders[k] * (D * D * (2.0 * w[k] - damping[r]))
+            weights[r, k], weights[r, n + k] = D.real, D.imag
+            weights[r, 2 * n + k], weights[r, 3 * n + k] = S.real, S.imag
+    sums = np.dot(products, weights)
+    rows = len(products) // columns
+    for column in range(columns):
+        for row in range(first, first + rows):
+            own = sums[column * rows + row - first]
+            rest, second = left_out[0, row, column], left_out[1, row, column]
+            for k in range(n):
+                A = complex(own[k], own[n + k]) + rest + w[k] * w[k] * second
+                dA = complex(own[2 * n + k], own[3 * n + k]) + 2.0 * orders[k] * w[k] * second
+                out[0, column, row, 1 + k], out[1, column, row, 1 + k] = A.conjugate(), dA.conjugate()
