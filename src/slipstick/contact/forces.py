@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
-    from slipstick.contact.kernel.tuples import ElementOutputs, States
+    from slipstick.contact.kernel.tuples import States
 
 Interval = tuple[float, float, str]
 
@@ -23,7 +23,18 @@ SERIAL = 64
 """Below this number of elements threads cost more than they give."""
 
 
-@dataclass(kw_only=True, repr=False)
+def _vector(row: int, text: str) -> Any:
+    return property(lambda f: f._vectors[..., row, :], doc=text)
+
+
+def _matrix(number: int, text: str) -> Any:
+    return property(lambda f: f._matrices[..., number, :, :], doc=text)
+
+
+def _scalar(column: int | slice, text: str) -> Any:
+    return property(lambda f: f._scalars[..., column], doc=text)
+
+
 class ContactForces:
     """Forces of ``n`` elements with all first derivatives; a single element's arrays have no leading axis.
 
@@ -31,31 +42,30 @@ class ContactForces:
     Derivatives are at fixed other arguments; ``dFx_dU`` equals ``dFx_dX`` because only ``X + U`` enters.
     """
 
-    Fx: Array
-    """Tangential force coefficients, force [THEORY.md (4.1)]."""
-    Fy: Array
-    """Normal force coefficients, force [THEORY.md (4.1)]."""
-    dFx_dX: Array
-    """(..., L, L), force/length [THEORY.md (5.1), (5.2)]."""
-    dFx_dY: Array
-    dFy_dY: Array
-    dFx_dv: Array
-    """By ``v = velocity / omega`` (..., L) [THEORY.md (6.1)]."""
-    dFx_dmu: Array
-    dFx_dkt: Array
-    dFx_dkn: Array
-    dFy_dkn: Array
-    work: Array
-    """Dissipated energy a period divided by 2 pi, (...), force x length [THEORY.md (7.1)]."""
-    residual_traction: Array
-    """Interval (..., 2) of admissible mean friction forces: its ends differ only for a contact stuck all period with
-    no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3)."""
-    stick_fraction: Array
-    slip_fraction: Array
-    separation_fraction: Array
-    omega: float | None = None
-    _v: Array | float = 0.0
-    _inputs: tuple[Any, ...] = field(default=(), repr=False)
+    Fx: Array = _vector(0, "Tangential force coefficients (..., L), force [THEORY.md (4.1)].")
+    Fy: Array = _vector(1, "Normal force coefficients (..., L), force [THEORY.md (4.1)].")
+    dFx_dX: Array = _matrix(0, "(..., L, L), force/length [THEORY.md (5.1), (5.2)].")
+    dFx_dY: Array = _matrix(1, "(..., L, L), force/length.")
+    dFy_dY: Array = _matrix(2, "(..., L, L), force/length.")
+    dFx_dv: Array = _vector(2, "By ``v = velocity / omega`` (..., L) [THEORY.md (6.1)].")
+    dFx_dmu: Array = _vector(3, "(..., L), force.")
+    dFx_dkt: Array = _vector(4, "(..., L), length.")
+    dFx_dkn: Array = _vector(5, "(..., L), length.")
+    dFy_dkn: Array = _vector(6, "(..., L), length.")
+    work: Array = _scalar(0, "Dissipated energy a period divided by 2 pi, (...), force x length [THEORY.md (7.1)].")
+    stick_fraction: Array = _scalar(1, "Fraction of the period in stick, (...).")
+    slip_fraction: Array = _scalar(2, "Fraction of the period in slip, (...).")
+    separation_fraction: Array = _scalar(3, "Fraction of the period in separation, (...).")
+    residual_traction: Array = _scalar(
+        slice(4, None),
+        "Interval (..., 2) of admissible mean friction forces: its ends differ only for a contact stuck all period "
+        "with no constant rubbing velocity, where ``Fx`` holds the middle (THEORY.md section 3).",
+    )
+
+    def __init__(self, vectors: Array, matrices: Array, scalars: Array, v: Array, inputs: tuple[Any, ...]) -> None:
+        self._vectors, self._matrices, self._scalars = vectors, matrices, scalars
+        self.omega: float | None = None
+        self._v, self._inputs = v, inputs
 
     def __repr__(self) -> str:
         many = f"{len(self.Fx)} elements" if self.Fx.ndim > 1 else "1 element"
@@ -126,29 +136,44 @@ def _states(harmonics: Harmonics, X: Array, Y: Array, par: Array) -> list[list[I
 
 def _evaluate(
     harmonics: Harmonics, X: Array, Y: Array, par: Array, states: bool = False
-) -> tuple[ElementOutputs, States]:
+) -> tuple[tuple[Array, Array, Array], tuple[IntArray, Array, IntArray]]:
     """Results of a batch in new arrays of their own, and its intervals where they are asked for."""
+    kernel, (count, L) = _kernel(), X.shape
+    tables = kernel.grid(harmonics)
+    kept, room = (count, kernel.most_intervals(tables.top)) if states else (0, 0)
+    out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
+    intervals = np.empty(kept, np.int64), np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64)
+    work = ((X, Y, par), tuple(tables), out, intervals)
+    parts = 1 if count < SERIAL else _threads()
+    if parts == 1:
+        ended = [kernel.run_elements(0, count, *work)]
+    else:
+        ends = [i * count // parts for i in range(parts + 1)]
+        ended = list(_pool().map(lambda a, b: kernel.run_elements(a, b, *work), ends[:-1], ends[1:]))
+    for e in ended:
+        if e != kernel.done:
+            raise SlipstickError(f"contact element {e}: " + kernel.too_many.format(orders=list(harmonics.orders)))
+    return out, intervals
+
+
+class _Kernel(NamedTuple):
+    """What is compiled, and what goes with it."""
+
+    run_elements: Callable[..., int]
+    grid: Callable[[Harmonics], Any]
+    most_intervals: Callable[[int], int]
+    done: int
+    too_many: str
+
+
+@cache
+def _kernel() -> _Kernel:
+    """Loaded with the first forces: to import it takes a while."""
     from slipstick.contact.kernel.batch import ALL_DONE, most_intervals, run_elements
-    from slipstick.contact.kernel.tuples import ElementOutputs, States
     from slipstick.trig.basis import grid
     from slipstick.trig.roots import TOO_MANY
 
-    count, L = X.shape
-    tables = grid(harmonics)
-    kept, room = (count, most_intervals(tables.top)) if states else (0, 0)
-    out = ElementOutputs(np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6)))
-    intervals = States(np.empty(kept, np.int64), np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64))
-    work = ((X, Y, par), tuple(tables), tuple(out), tuple(intervals))
-    parts = 1 if count < SERIAL else _threads()
-    if parts == 1:
-        ended = [run_elements(0, count, *work)]
-    else:
-        ends = [i * count // parts for i in range(parts + 1)]
-        ended = list(_pool().map(lambda a, b: run_elements(a, b, *work), ends[:-1], ends[1:]))
-    for e in ended:
-        if e != ALL_DONE:
-            raise SlipstickError(f"contact element {e}: " + TOO_MANY.format(orders=list(harmonics.orders)))
-    return out, intervals
+    return _Kernel(run_elements, grid, most_intervals, ALL_DONE, TOO_MANY)
 
 
 def _threads() -> int:
@@ -177,13 +202,8 @@ def element_forces(
     and the parameters are (n,). ``omega`` is not known here: use ``dFx_dv`` and ``work``.
     """
     X, Y, par = _batch(X, Y, (v, kt, mu, kn, gap))
-    vec, mat, scalar = _evaluate(harmonics, X, Y, par)[0]
-    return ContactForces(
-        Fx=vec[:, 0], Fy=vec[:, 1], dFx_dv=vec[:, 2], dFx_dmu=vec[:, 3], dFx_dkt=vec[:, 4], dFx_dkn=vec[:, 5],
-        dFy_dkn=vec[:, 6], dFx_dX=mat[:, 0], dFx_dY=mat[:, 1], dFy_dY=mat[:, 2], work=scalar[:, 0],
-        stick_fraction=scalar[:, 1], slip_fraction=scalar[:, 2], separation_fraction=scalar[:, 3],
-        residual_traction=scalar[:, 4:], _v=par[:, 0], _inputs=(harmonics, X, Y, par, False),
-    )  # fmt: skip
+    found, _ = _evaluate(harmonics, X, Y, par)
+    return ContactForces(*found, par[:, 0], (harmonics, X, Y, par, False))
 
 
 def element_states(
@@ -197,7 +217,9 @@ def element_intervals(
     harmonics: Harmonics, X: Array, Y: Array, *, v: Array, kt: Array, mu: Array, kn: Array, gap: Array
 ) -> States:
     """The same as arrays, with how each stick began."""
-    return _evaluate(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)), states=True)[1]
+    from slipstick.contact.kernel.tuples import States
+
+    return States(*_evaluate(harmonics, *_batch(X, Y, (v, kt, mu, kn, gap)), states=True)[1])
 
 
 def _batch(X: Array, Y: Array, parameters: tuple[Array, ...]) -> tuple[Array, Array, Array]:
