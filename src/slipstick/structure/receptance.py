@@ -112,6 +112,11 @@ class ModalReceptance:
         for power, matrix in given:
             self._rest[power] = matrix / (self._e or 1.0) ** (power + 1)
 
+    @property
+    def _many(self) -> bool:
+        """Whether there are too many products to be kept."""
+        return self.static.size * self._stiffness.size > _LARGE
+
     @cached_property
     def _products(self) -> Array:
         """``right_r left_r`` (n_columns n_rows, n_modes), made when a frequency is first asked for."""
@@ -119,30 +124,38 @@ class ModalReceptance:
 
     def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
-        m, w, shape = _places(orders, omega, self._shape)
-        places = np.empty((2, *self._shape[::-1], w.size + 1), dtype=complex)
-        self._write(np.resize(m, w.size), w[:, 0], places)
-        value, slope = np.conjugate(places[..., 1:]).transpose(0, 3, 2, 1)
+        shape, apart = _shape(orders, omega, self._shape), self.factors(orders, omega)
+        value = self._summed(apart.weight, apart.parts, apart.part_weight)
+        slope = self._summed(apart.slope, apart.parts, apart.part_slope)
         return value.reshape(shape), slope.reshape(shape)
+
+    def _summed(self, weight: ComplexArray, parts: tuple[Array, ...], part_weight: ComplexArray) -> ComplexArray:
+        """``left diag(weight) right^T`` and the parts (any, n_rows, n_columns), of all but the first weights."""
+        if self._many:
+            found: Any = np.array([(self._left * own) @ self._right.T for own in weight[1:]])
+        else:  # real products times pairs of real and imaginary parts: half the work
+            pairs = np.ascontiguousarray(weight[1:].T).view(float)
+            shape = (len(weight) - 1, *self._shape[::-1])
+            found = (self._products @ pairs).view(complex).T.reshape(shape).swapaxes(1, 2)
+        for part, own in zip(parts, part_weight, strict=True):
+            found += own[1:, None, None] * part
+        return np.asarray(found, dtype=complex)
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
         """What ``at`` tells of one frequency as a balance sums it: (2, n_columns, n_rows, 1 + k), order 0 first."""
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
         out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
-        self._write(orders, omega * orders, out)
-        return out
-
-    def _write(self, orders: Array, w: Array, out: ComplexArray) -> None:
-        given = self._stiffness, self._damping, self._rest, orders, w, out
-        if self.static.size * self._stiffness.size <= _LARGE:
+        given = self._stiffness, self._damping, self._rest, orders, omega * orders, out
+        if not self._many:
             _modal_sums()(self._products, 0, *given)
         else:
             for row, own in enumerate(self._left):
                 _modal_sums()(own * self._right, row, *given)
+        return out
 
     def changed(self, **values: float) -> ModalReceptance:
         """A copy with another ``loss_factor``, the same for all modes, or factor ``damping`` on the viscous damping."""
-        if self.static.size * self._stiffness.size <= _LARGE:
+        if not self._many:
             self._products  # noqa: B018  made once, for all copies
         new = copy(self)
         if "damping" in values:
@@ -153,28 +166,25 @@ class ModalReceptance:
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by ``loss_factor`` (of all modes together) or ``damping``, of the shape of ``at``."""
-        _, w, shape = _places(orders, omega, self._shape)
-        D = 1.0 / (self._stiffness + w * (self._damping - w))
-        rate = 1j * self._stiffness.real if name == "loss_factor" else w * self._viscous
-        value = (self._left * (-D * D * rate)[:, None, :]) @ self._right.T
-        if name == "loss_factor" and self._e is not None:
-            for power, rest in enumerate(self._rest):
-                value -= 1j * (power + 1) / self._e * w[:, :, None] ** (2 * power) * rest
-        return value.reshape(shape)
+        apart = self.factors(orders, omega, {name: 1.0})
+        value = self._summed(apart.slope, apart.parts, apart.part_slope)
+        return value.reshape(_shape(orders, omega, self._shape))
 
-    def factors(self, orders: ArrayLike, omega: float, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,).
+    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
+        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,) of every omega.
 
         Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
         """
         m, w, _ = _places(orders, omega, self._shape)
+        m = np.resize(m, len(w))
         D = 1.0 / (self._stiffness + w * (self._damping - w))
         e = 1.0 if self._e is None else self._e
         left_out = [(matrix, p) for p, matrix in enumerate(self._left_out) if matrix is not None]
-        powers = np.array([w[:, 0] ** (2 * p) / e ** (p + 1) for _, p in left_out]).reshape(-1, m.size)
+        shape = len(left_out), m.size
+        powers = np.array([w[:, 0] ** (2 * p) / e ** (p + 1) for _, p in left_out]).reshape(shape)
         if along is None:
             slope = D * D * (2.0 * w - self._damping) * m[:, None]
-            part_slope = np.array([2 * p * w[:, 0] * m / e ** (p + 1) for _, p in left_out]).reshape(-1, m.size)
+            part_slope = np.array([2 * p * w[:, 0] * m / e ** (p + 1) for _, p in left_out]).reshape(shape)
         else:
             loss, viscous = along.get("loss_factor", 0.0), along.get("damping", 0.0)
             slope = -D * D * (1j * loss * self._stiffness.real + viscous * w * self._viscous)
@@ -188,7 +198,7 @@ class ModalReceptance:
             slope=np.vstack([np.zeros(D.shape[1]), slope]),
             parts=tuple(matrix for matrix, _ in left_out),
             part_weight=np.hstack([static, powers]),
-            part_slope=np.hstack([0.0 * static, part_slope.reshape(-1, m.size)]),
+            part_slope=np.hstack([0.0 * static, part_slope.reshape(len(left_out), m.size)]),
         )
 
 
@@ -301,6 +311,11 @@ def _modal_sums() -> Callable[..., None]:
 
     found: Callable[..., None] = modal_sums
     return found
+
+
+def _shape(orders: ArrayLike, omega: ArrayLike, one: tuple[int, ...]) -> tuple[int, ...]:
+    """Of what is asked at all orders of all omegas."""
+    return (*np.shape(omega), *np.shape(orders), *one)
 
 
 def _places(orders: ArrayLike, omega: ArrayLike, shape: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
