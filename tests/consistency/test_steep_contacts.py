@@ -5,6 +5,7 @@ import pytest
 from marching import random_states
 from structured import load_scale, shifted, structured_states
 
+from slipstick.contact import forces
 from slipstick.contact.forces import element_forces
 from slipstick.contact.kernel.steep_sticks import STEEP
 from slipstick.errors import SlipstickError
@@ -84,8 +85,8 @@ def test_both_integrations_agree_where_they_meet(orders):
 
 def test_too_many_critical_times_are_an_error(monkeypatch):
     """They cannot be; should they, nothing is cut short."""
-    grid = basis.grid(Harmonics([0, 6]))
-    monkeypatch.setattr(basis, "grid", lambda h: grid._replace(top=2))
+    kernel, short = forces._kernel(), basis.grid(Harmonics([0, 6]))._replace(top=2)
+    monkeypatch.setattr(forces, "_kernel", lambda: kernel._replace(grid=lambda h: short))
     X, one = np.array([[0.0, 1.0, 0.0]]), np.ones(1)
     with pytest.raises(SlipstickError, match=r"contact element 0: found more roots than the harmonics \[0, 6\]"):
         element_forces(Harmonics([0, 6]), X=X, Y=0 * X, v=0 * one, kt=one, mu=one, kn=one, gap=-0.1 * one)

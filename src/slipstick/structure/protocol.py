@@ -13,7 +13,8 @@ from slipstick.typing import Array, ComplexArray
 class Receptance(Protocol):
     """Displacement of ``n_rows`` directions by unit harmonic forces on ``n_columns`` directions (THEORY.md (9.1)).
 
-    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric.
+    Time dependence ``exp(+i w t)``: a lag is a negative imaginary part. Nothing need be symmetric. One that has
+    ``conjugates`` and ``factors`` as a ``ModalReceptance`` is asked for these where they serve.
     """
 
     static: Array
