@@ -68,6 +68,7 @@ def test_json(case: Path) -> None:
     answer = json.loads(result.stdout)
     assert (answer["exit_code"], answer["cases"], answer["computed"], answer["failed"]) == (0, 3, 3, 0)
     assert answer["outcome"] == "COMPLETED"
+    assert [Path(name).name for name in answer["files"]] == ["curves.nc", "report.html", "study.nc"]
 
 
 @pytest.mark.parametrize("error", [TimeIsUp(), KeyboardInterrupt()])

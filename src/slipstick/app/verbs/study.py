@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.app.case.case import Case
 from slipstick.app.case.studying import cases_text
+from slipstick.app.terminal.answers import files_in
 from slipstick.app.terminal.cases_progress import cases_progress
 from slipstick.app.terminal.guard import (
     DONE,
@@ -252,7 +253,7 @@ def _answer(place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, fold
     outcome = stop.name if stop is not None else str(data.attrs["outcome"])
     failed = sum(not solved.outcome.ok for solved in place.found.values())
     counts = {"cases": len(place.plan), "computed": len(place.found), "failed": failed}
-    return {"outcome": outcome, **counts, "folder": folder, "files": sorted(p for p in folder.iterdir() if p.is_file())}
+    return {"outcome": outcome, **counts, **files_in(folder)}
 
 
 def holds_study(folder: Path) -> bool:
