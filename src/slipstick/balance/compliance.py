@@ -34,11 +34,11 @@ class Compliance:
 
     def answer(self, G: ComplexArray) -> Array:
         """``conj(A) G`` as coefficients (n_rows * L,) of the first columns' numbers ``G`` (any, n + 1)."""
-        return _compliance_times()(self.value, G)
+        return _times(self.value, G)
 
     def rate(self, G: ComplexArray) -> Array:
         """The same of the derivative."""
-        return _compliance_times()(self.slope, G)
+        return _times(self.slope, G)
 
     def transposed(self, Z: ComplexArray) -> ComplexArray:
         """``A^T Z`` (n_columns, n + 1) of numbers on the rows: the transpose of ``answer`` in real coefficients."""
@@ -67,12 +67,18 @@ class Compliance:
         self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
 
 
+def _times(value: ComplexArray, G: ComplexArray) -> Array:
+    out = np.empty((value.shape[1], 2 * value.shape[2] - 1))
+    _compliance_times()(value, G, out)
+    return out.reshape(-1)
+
+
 @cache
-def _compliance_times() -> Callable[[ComplexArray, ComplexArray], Array]:
+def _compliance_times() -> Callable[[ComplexArray, ComplexArray, Array], None]:
     """The compiled sum, loaded when it is first asked for."""
     from slipstick.balance.kernel.sums import compliance_times
 
-    found: Callable[[ComplexArray, ComplexArray], Array] = compliance_times
+    found: Callable[[ComplexArray, ComplexArray, Array], None] = compliance_times
     return found
 
 

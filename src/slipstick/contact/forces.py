@@ -140,9 +140,8 @@ def _evaluate(
     """Results of a batch in new arrays of their own, and its intervals where they are asked for."""
     kernel, (count, L) = _kernel(), X.shape
     tables = kernel.grid(harmonics)
-    kept, room = (count, kernel.most_intervals(tables.top)) if states else (0, 0)
     out = np.empty((count, 7, L)), np.empty((count, 3, L, L)), np.empty((count, 6))
-    intervals = np.empty(kept, np.int64), np.empty((kept, room, 3)), np.empty((kept, room, 2), np.int64)
+    intervals = _room(count, kernel.most_intervals(tables.top)) if states else kernel.no_room
     work = ((X, Y, par), tuple(tables), out, intervals)
     parts = 1 if count < SERIAL else _threads()
     if parts == 1:
@@ -156,12 +155,18 @@ def _evaluate(
     return out, intervals
 
 
+def _room(count: int, most: int) -> tuple[IntArray, Array, IntArray]:
+    """Room for the intervals of ``count`` elements."""
+    return np.empty(count, np.int64), np.empty((count, most, 3)), np.empty((count, most, 2), np.int64)
+
+
 class _Kernel(NamedTuple):
     """What is compiled, and what goes with it."""
 
     run_elements: Callable[..., int]
     grid: Callable[[Harmonics], Any]
     most_intervals: Callable[[int], int]
+    no_room: tuple[IntArray, Array, IntArray]
     done: int
     too_many: str
 
@@ -173,7 +178,7 @@ def _kernel() -> _Kernel:
     from slipstick.trig.basis import grid
     from slipstick.trig.roots import TOO_MANY
 
-    return _Kernel(run_elements, grid, most_intervals, ALL_DONE, TOO_MANY)
+    return _Kernel(run_elements, grid, most_intervals, _room(0, 0), ALL_DONE, TOO_MANY)
 
 
 def _threads() -> int:

@@ -29,7 +29,9 @@ def test_moved_by_the_first_columns():
     pairs[:, 0], pairs[:, 2:] = given[:, 0], given[:, 1:]
     for count in (COLUMNS, 2):
         expected = real()[:, : count * L] @ given[:count].ravel()
-        np.testing.assert_allclose(compliance_times(VALUE, pairs.view(complex)[:count]), expected, atol=1e-14)
+        out = np.full((ROWS, L), 7.0)
+        compliance_times(VALUE, pairs.view(complex)[:count], out)
+        np.testing.assert_allclose(out.ravel(), expected, atol=1e-14)
 
 
 def test_products_are_added_where_the_ports_stand():

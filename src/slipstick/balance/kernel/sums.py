@@ -9,10 +9,10 @@ from slipstick.typing import Array, ComplexArray, IntArray
 
 
 @compiled(allocates=True, nogil=True)
-def compliance_times(value: ComplexArray, G: ComplexArray) -> Array:
-    """``conj(A) G`` as coefficients (n_rows * L,), of the first columns' numbers ``G`` (any, n + 1)."""
+def compliance_times(value: ComplexArray, G: ComplexArray, out: Array) -> None:
+    """Write ``conj(A) G`` as coefficients (n_rows, L), of the first columns' numbers ``G`` (any, n + 1)."""
     rows, n = value.shape[1], value.shape[2] - 1
-    out = np.zeros((rows, 2 * n + 1))
+    out[:] = 0.0
     for c in range(len(G)):
         for p in range(rows):
             out[p, 0] += value[c, p, 0].real * G[c, 0].real
@@ -20,7 +20,6 @@ def compliance_times(value: ComplexArray, G: ComplexArray) -> Array:
                 z = value[c, p, m] * G[c, m]
                 out[p, 2 * m - 1] += z.real
                 out[p, 2 * m] += z.imag
-    return out.reshape(-1)
 
 
 @compiled(allocates=True, nogil=True)
