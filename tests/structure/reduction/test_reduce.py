@@ -214,7 +214,7 @@ def test_a_stored_file_of_something_else_is_made_again(tmp_path: Path) -> None:
     assert reduction_store.read(path) is None
     path.write_bytes(b"not an archive")
     assert reduction_store.read(path) is None
-    np.savez(path, allow_pickle=True, evil=np.array([{"code": 1}], dtype=object))
+    np.savez(path, evil=np.array([{"code": 1}], dtype=object))
     assert reduction_store.read(path) is None
 
 

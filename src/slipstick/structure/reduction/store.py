@@ -57,7 +57,7 @@ def write(path: Path, arrays: dict[str, Any]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as part, part.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+            np.savez(file, **arrays)  # its allow_pickle is younger than numpy 2.1, which stores it as an array
     except OSError as error:
         raise InputError(
             f"the reduction cannot be stored in {path.parent}: {error.strerror}; choose another folder"
