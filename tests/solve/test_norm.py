@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import norm, relative
 
 
 def test_norm():
@@ -12,3 +12,8 @@ def test_norm():
     assert norm(np.array([])) == 0.0
     for bad in (np.nan, np.inf, -np.inf):
         assert norm(np.array([1.0, bad])) == np.inf
+
+
+def test_a_relative_residual_leaves_entries_without_terms_as_they_are():
+    assert relative(np.array([3.0, 8.0, 0.0]), np.array([1.0, 2.0, 0.0])) == 5.0
+    assert relative(np.array([3.0, 4.0]), np.zeros(2)) == 5.0

@@ -10,7 +10,7 @@ from slipstick.analysis.peak_system import PeakDetail, PeakSystem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.continuation.events import BracketedRoot
 from slipstick.solve.newton import NewtonOptions, newton
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array
 
 _FIRST, _WIDEST = 2e-4, 0.3
@@ -93,5 +93,5 @@ class _Search:
         if not np.all(np.isfinite(value.residual)):
             return None
         terms = value.terms()[:-1] if value.terms else np.ones(y.size - 1)
-        residual = norm(value.residual[:-1] / np.where(terms > 0, terms, 1.0))
+        residual = relative(value.residual[:-1], terms)
         return BracketedPeak(y, value.detail, value.context, residual, self._solved, abs(last))

@@ -28,7 +28,7 @@ from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import SELF_EXCITED, attributes_of, make_table
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, Step, continuation
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import relative
 from slipstick.typing import Array
 
 CYCLE_PART, SLIDING_PART = 1, 2
@@ -246,8 +246,3 @@ def at_rest(balance: Balance, sliding: Sliding) -> Array:
     X = np.zeros((balance.n_ports, balance.L))
     X[:, 0] = sliding.x
     return X.reshape(-1)
-
-
-def relative(residual: Array, size: Array) -> float:
-    """A residual over the sizes of its terms."""
-    return norm(residual / np.where(size > 0, size, 1.0))

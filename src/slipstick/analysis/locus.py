@@ -32,7 +32,7 @@ from slipstick.solve.continuation import (
     continuation,
 )
 from slipstick.solve.newton import NewtonOptions, newton
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array
 
 TIE, OPTIMUM, CORNER = "tie", "optimum", "corner"
@@ -172,8 +172,7 @@ class Locus:
 
     def _point(self, step: Step) -> LocusPoint:
         value = step.evaluation
-        size = value.terms()[:-1]
-        residual = norm(value.residual[:-1] / np.where(size > 0, size, 1.0))
+        residual = relative(value.residual[:-1], value.terms()[:-1])
         self._context = value.context
         return LocusPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations)
 

@@ -22,7 +22,7 @@ from slipstick.results.branch import Branch
 from slipstick.solve.linear.eliminated import Eliminated
 from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array
 
 _NEWTON = NewtonOptions(max_iterations=15, min_damping=0.5, patience=4, non_monotone=3)
@@ -234,7 +234,7 @@ class _Search:
             here, value, omega = evaluation.detail, float(u[-1]), float(u[-2])
             amplitude = self._amplitude(here)
             hessian, kind = found.system.hessian, found.kind
-            residual = norm(evaluation.residual[:-2] / np.maximum(evaluation.terms()[:-2], 1e-300))
+            residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
             detail = PeakDetail(
                 responses=here.found.responses, inputs=here.found.inputs, omega=omega, heat=here.found.heat,
                 amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,

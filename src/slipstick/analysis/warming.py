@@ -15,7 +15,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Place, Step, continuation
-from slipstick.solve.norm import norm
+from slipstick.solve.norm import norm, relative
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array
 
@@ -95,8 +95,7 @@ def relative_residual(step: Step) -> float:
     value, size = step.evaluation, norm(step.x)
     if step.residual_norm <= _ROUNDING * size:
         return step.residual_norm / size if size else 0.0
-    terms = value.terms()
-    return norm(value.residual / np.where(terms > 0, terms, 1.0))
+    return relative(value.residual, value.terms())
 
 
 class WarmContinuation(Iterator[Step]):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -67,19 +68,18 @@ class Compliance:
         self.value[:, :, 1:], self.slope[:, :, 1:] = B.transpose(2, 1, 0), dB.transpose(2, 1, 0)
 
 
+@cache
+def sums() -> ModuleType:
+    """The compiled sums, loaded when they are first asked for: reading and checking a case needs none."""
+    from slipstick.balance.kernel import sums as found
+
+    return found
+
+
 def _times(value: ComplexArray, G: ComplexArray) -> Array:
     out = np.empty((value.shape[1], 2 * value.shape[2] - 1))
-    _compliance_times()(value, G, out)
+    sums().compliance_times(value, G, out)
     return out.reshape(-1)
-
-
-@cache
-def _compliance_times() -> Callable[[ComplexArray, ComplexArray, Array], None]:
-    """The compiled sum, loaded when it is first asked for."""
-    from slipstick.balance.kernel.sums import compliance_times
-
-    found: Callable[[ComplexArray, ComplexArray, Array], None] = compliance_times
-    return found
 
 
 def _conjugates(receptance: Receptance, orders: Array, omega: float) -> ComplexArray:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.balance.compliance import Compliance
+from slipstick.balance.compliance import Compliance, sums
 from slipstick.balance.heat import heat_columns, power_rows
 from slipstick.contact.law import add_to
 from slipstick.solve.linear.dense import DenseJacobian
@@ -30,7 +29,7 @@ def dense_jacobian(
 
 
 def _write(balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None, out: Array) -> None:
-    N, add = balance.size, _add_products()
+    N, add = balance.size, sums().add_products
     out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
     for k, given in enumerate(tangents):
         own = given if balance.springs is None else _anchored(balance, balance.springs, k, given)
@@ -41,15 +40,6 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, heat: H
                 add(compliance.value, fit, members, felt, moving, out.T)
     if heat is not None:
         out[:N, :N] += heat_columns(balance, heat, compliance) @ power_rows(balance, heat)
-
-
-@cache
-def _add_products() -> Callable[..., None]:
-    """The compiled sum, loaded when it is first asked for."""
-    from slipstick.balance.kernel.sums import add_products
-
-    found: Callable[..., None] = add_products
-    return found
 
 
 def _anchored(balance: Balance, k: Array, number: int, given: Own) -> Own:

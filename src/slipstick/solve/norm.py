@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import inf, isfinite, sqrt
 
+import numpy as np
+
 from slipstick.typing import Array
 
 
@@ -11,3 +13,8 @@ def norm(vector: Array) -> float:
     """Euclidean norm, quick for short vectors; inf if not finite."""
     square = float(vector.dot(vector))
     return sqrt(square) if isfinite(square) else inf
+
+
+def relative(residual: Array, terms: Array) -> float:
+    """Norm of a residual (N,), each entry over the size of its own ``terms`` (N,), where it has any."""
+    return norm(residual / np.where(terms > 0, terms, 1.0))

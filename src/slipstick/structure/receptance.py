@@ -189,7 +189,7 @@ class ModalReceptance:
             loss, viscous = along.get("loss_factor", 0.0), along.get("damping", 0.0)
             slope = -D * D * (1j * loss * self._stiffness.real + viscous * w * self._viscous)
             own = 0.0 if self._e is None else -1j * loss / e
-            part_slope = np.array([own * (p + 1) * row for (_, p), row in zip(left_out, powers, strict=True)])
+            part_slope = powers * own * np.array([[p + 1] for _, p in left_out]).reshape(-1, 1)
         static = np.array([[0.0 if p else 1.0] for _, p in left_out]).reshape(-1, 1)
         return Factors(
             left=self._left,
@@ -198,7 +198,7 @@ class ModalReceptance:
             slope=np.vstack([np.zeros(D.shape[1]), slope]),
             parts=tuple(matrix for matrix, _ in left_out),
             part_weight=np.hstack([static, powers]),
-            part_slope=np.hstack([0.0 * static, part_slope.reshape(len(left_out), m.size)]),
+            part_slope=np.hstack([0.0 * static, part_slope]),
         )
 
 

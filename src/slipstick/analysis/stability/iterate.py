@@ -83,7 +83,7 @@ class Iteration:
         return self._known[key]
 
     def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
-        """ArcPlaces of the coefficients of some orders, 0 the first of them."""
+        """Places of the coefficients of some orders, 0 the first of them."""
         above = (m for m in orders if m)
         return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
 

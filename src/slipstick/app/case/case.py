@@ -45,11 +45,11 @@ class Case:
     problem_: Problem = field(repr=False)
     response: ResponseTable
     frequency_unit: str = "rad/s"
+    """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
     further: Mapping[str, Any] = field(default_factory=dict)
     """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
-    """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:

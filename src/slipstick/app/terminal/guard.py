@@ -9,11 +9,12 @@ import sys
 import tempfile
 import traceback
 import unicodedata
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, SlipstickWarning
 
 DONE, STOPPED, BAD_INPUT = 0, 1, 2
 
@@ -43,6 +44,16 @@ def put(line: str) -> None:
 def complain(text: str) -> None:
     """A line on standard error."""
     print(plain(text), file=sys.stderr, flush=True)
+
+
+@contextmanager
+def warnings_said() -> Iterator[None]:
+    """What is warned of meanwhile is told on standard error, each sentence once."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SlipstickWarning)
+        yield
+    for sentence in dict.fromkeys(str(warning.message) for warning in caught):
+        complain(f"warning: {sentence}")
 
 
 @contextmanager

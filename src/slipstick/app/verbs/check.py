@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +11,12 @@ import numpy as np
 from slipstick.app.case.case import Case
 from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.answers import Answer, case_answer
-from slipstick.app.terminal.guard import DONE, complain, say
+from slipstick.app.terminal.guard import DONE, complain, say, warnings_said
 from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.app.verbs.references import linear_references
 from slipstick.contact import traits
 from slipstick.contact.rubbing import VELOCITIES
-from slipstick.errors import SlipstickWarning
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
@@ -58,11 +56,8 @@ def _in_time(case: Case, answer: Answer) -> int:
 
     say(f"following {case.request} for the check in time ...")
     prepare_kernel(say)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", SlipstickWarning)
+    with warnings_said():
         branch = case.run()
-    for warning in caught:
-        complain(f"warning: {warning.message}")
     return check_curve(branch, AGREES, answer)
 
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer
-from slipstick.app.terminal.guard import complain, say, termination_as_interrupt
+from slipstick.app.terminal.guard import say, termination_as_interrupt, warnings_said
 from slipstick.app.verbs.output import SUBHARMONICS
-from slipstick.errors import SlipstickWarning, TimeIsUp
+from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load
 from slipstick.results.stability import PERIOD_DOUBLING
 
@@ -24,7 +21,7 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
     ``until`` is when that has to end, of the monotonic clock.
     """
     whole = load(results)
-    with termination_as_interrupt(), _warnings_said():
+    with termination_as_interrupt(), warnings_said():
         found = case.subharmonics(whole, listeners=(_Clock(until),))
     answers: list[Answer] = []
     for number, branch in enumerate(found, 1):
@@ -37,15 +34,6 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
     if PERIOD_DOUBLING not in whole.table["kind"].to_numpy():
         say("the period doubles nowhere: there is no motion of twice the period to follow")
     return answers
-
-
-@contextmanager
-def _warnings_said() -> Iterator[None]:
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always", SlipstickWarning)
-        yield
-    for sentence in dict.fromkeys(str(w.message) for w in said if issubclass(w.category, SlipstickWarning)):
-        complain(f"warning: {sentence}")
 
 
 class _Clock:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,10 +10,10 @@ import numpy as np
 
 from slipstick.app.case.quantity_texts import read_frequency
 from slipstick.app.terminal.answers import Answer
-from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.app.terminal.guard import DONE, STOPPED, complain, say, warnings_said
 from slipstick.app.verbs.output import RESULTS
 from slipstick.app.verbs.prepare import prepare_kernel
-from slipstick.errors import InputError, SlipstickWarning
+from slipstick.errors import InputError
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -77,11 +76,8 @@ def _loaded(path: Path) -> Branch:
 
     if path.is_dir():
         path = path / RESULTS
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", SlipstickWarning)
+    with warnings_said():
         branch = load(path)
-    for warning in caught:
-        complain(f"warning: {warning.message}")
     if branch.problem is None:
         raise InputError(f"{path}: cannot be integrated in time: {branch.without}")
     return branch

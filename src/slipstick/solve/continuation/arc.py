@@ -10,7 +10,7 @@ from slipstick.typing import Array
 
 
 class ArcPlaces:
-    """ArcPlaces ``u`` (n,) on arcs, and the shares (n, 4) of what is known at the ends in values and slopes there."""
+    """Places ``u`` (n,) on arcs, and the shares (n, 4) of what is known at the ends in values and slopes there."""
 
     __slots__ = ("shares", "slopes", "u")
 

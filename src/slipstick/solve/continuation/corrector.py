@@ -21,6 +21,7 @@ from slipstick.typing import Array
 _ENOUGH_DIMENSIONS = 5
 _SHARPEST = 0.1
 _CORNER_FIT = 0.05
+_TOO_FAR = 0.5
 _LOCATED = 1e-14
 """Newton tolerance of located points, whose places are known better than the points between: down to rounding."""
 
@@ -132,6 +133,10 @@ class Corrector:
         self.evaluations += 1
         self.solves += 1
         return near.jacobian.solve(right) if np.all(np.isfinite(right)) else np.full(right.size, inf)
+
+    def near(self, off: Array, length: float) -> bool:
+        """Whether a solution ``off`` (N + 1,) from where an arc of some ``length`` expects it may be the one meant."""
+        return self.metric.length(off) <= _TOO_FAR * length
 
     def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
         """Distance, over the size of the solution, in the middle between two cubics of some ``length``.

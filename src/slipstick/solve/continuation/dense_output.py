@@ -14,7 +14,6 @@ from slipstick.solve.continuation.step import Step
 from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
-_TOO_FAR = 0.5
 _LONGER = 1.1
 """Arcs are a little longer than the steps that were taken along them."""
 
@@ -61,13 +60,10 @@ class DenseOutput:
         second.smooth = norm(off * corrector.metric.judging(second.state)) <= self._tolerance
         if second.smooth:
             return None
-        middle, _ = corrector.correct(guess - off if self._near(off, arc) else guess, direction, "regular")
-        if middle is None or not self._near(middle.state - guess, arc):
+        middle, _ = corrector.correct(guess - off if corrector.near(off, arc.length) else guess, direction, "regular")
+        if middle is None or not corrector.near(middle.state - guess, arc.length):
             return None
         return None if self._span.passed(middle.parameter) is not None else middle
-
-    def _near(self, off: Array, arc: Arc) -> bool:
-        return self._corrector.metric.length(off) <= _TOO_FAR * arc.length
 
     def points(self, first: Step, second: Step) -> list[Step]:
         """Interpolated points between two neighbours, whose cubic has met the tolerance."""
@@ -88,5 +84,5 @@ class DenseOutput:
 
 @lru_cache(maxsize=64)
 def _evenly(count: int) -> ArcPlaces:
-    """ArcPlaces that part an arc into ``count`` pieces."""
+    """Places that part an arc into ``count`` pieces."""
     return ArcPlaces(np.arange(1, count) / count)

@@ -14,7 +14,6 @@ from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 _MAX_TRIALS = 60
-_TOO_FAR = 0.5
 _PLACES = ArcPlaces(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
@@ -77,7 +76,7 @@ class Locator:
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
     ) -> tuple[list[float], list[float]]:
-        """ArcPlaces on the arc, its ends among them, and the event function there: exact at the ends."""
+        """Places on the arc, its ends among them, and the event function there: exact at the ends."""
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = [before, *event.along(first, second, arc, _PLACES).tolist()[1:]]
@@ -142,7 +141,7 @@ class Locator:
         step, _ = self._corrector.correct(
             guess, arc.derivative(u), event.kind, name=event.name, options=self._corrector.exact
         )
-        if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * arc.length:
+        if step is None or not self._corrector.near(step.state - guess, arc.length):
             return None
         return step, float(event.function(step))
 
@@ -181,7 +180,7 @@ class Locator:
     def _at(self, value: float, guess: Array, forward: Array, length: float) -> Step | None:
         guess[-1] = value
         step, _ = self._corrector.correct(guess, None, "requested", forward=forward, options=self._corrector.patient)
-        if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * length:
+        if step is None or not self._corrector.near(step.state - guess, length):
             return None
         return step
 
@@ -189,7 +188,7 @@ class Locator:
         """The solution at a place on the arc."""
         guess = arc.point(u)
         step, _ = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name)
-        if step is None or self._corrector.metric.length(step.state - guess) > _TOO_FAR * arc.length:
+        if step is None or not self._corrector.near(step.state - guess, arc.length):
             return None
         return u, step
 
