@@ -13,7 +13,7 @@ SHOWN = (0.55, 0.6, 0.7)
 
 
 def problem(mu=0.4):
-    """A block with coupled modes along and across a moving surface, pressed on by 50."""
+    """A block with coupled modes along and across a surface that moves towards -x at 1, pressed on by 50."""
     structure = ss.MatrixStructure(M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"])
     contact = ss.FrictionContact(kt=200.0, mu=mu, kn=40.0, gap=0.0)
     pad = ss.ContactPair(
@@ -46,7 +46,7 @@ def draw(branch, folder):
         X = data.displacement.sel(dof="x").values
         motion, velocity = h.H_minus(tau) @ X, float(data.omega) * (h.H_minus(tau) @ h.derivative(X))
         axes[1, 1].plot(motion, velocity, label=f"mu = {mu:g}")
-    axes[1, 1].axhline(-1.0, color="grey", linewidth=0.8, label="with the surface")
+    axes[1, 1].axhline(-1.0, color="grey", linewidth=0.8, label="velocity of the opposing surface")
     axes[1, 1].set(xlabel="x", ylabel="dx/dt")
     axes[1, 1].legend()
     figure.savefig(folder / "brake_squeal.png", dpi=120)

@@ -378,7 +378,7 @@ def test_check_tells_what_the_case_means(tmp_path: Path) -> None:
         assert words in told(result)
 
 
-def test_check_names_the_motion_of_the_counter_surface(tmp_path: Path) -> None:
+def test_check_names_the_rubbing_motion(tmp_path: Path) -> None:
     moving = 'velocity = 3.0, sin = { "1" = 2.0 }, normal_cos = { "2" = 1.0, "4" = 0.0 }'
     found = told(
         slipstick("check", case(tmp_path, GOOD.replace("velocity = 100.0", moving).replace("mu =", "kn = 9.0\nmu =")))

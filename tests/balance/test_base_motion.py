@@ -77,7 +77,7 @@ def test_two_masses_closed_form() -> None:
 
 @pytest.mark.parametrize("omega", [2.0, 5.5])
 def test_the_same_in_absolute_coordinates(omega: float) -> None:
-    """Springs and dampers to ground pull by k u + c u', the counter surface moves with the support."""
+    """Springs and dampers to ground pull by k u + c u', the opposing surface moves with the support."""
     relative = ss.forced_response(rubbed(moved()), omega=(omega, 1.01 * omega))
     c, s = TWO.K @ [1.0, 1.0], omega * TWO.C @ [1.0, 1.0]
     forces = [ss.Load(dof=dof, cos=c[i] * 0.7 + s[i] * U, sin=c[i] * U - s[i] * 0.7) for i, dof in enumerate(BOTH)]

@@ -1,4 +1,4 @@
-"""Prescribed normal motion of the counter surface: run-out and lobed casings, against time integration."""
+"""Prescribed normal motion of the opposing surface: run-out and lobed casings, against time integration."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def test_parameters_that_look_wrong(change, said):
     (sentence,) = LAW.warnings(values | change, {"tangential"}, 0.0)
     assert said in sentence
     if "gap" in change:
-        assert list(LAW.warnings(values | change, {"tangential"}, 0.2)) == []  # the counter surface comes nearer
+        assert list(LAW.warnings(values | change, {"tangential"}, 0.2)) == []  # the opposing surface comes nearer
 
 
 def test_motion_up_to_slip_is_where_the_element_begins_to_slip():

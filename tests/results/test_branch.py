@@ -78,7 +78,7 @@ def test_every_output_satisfies_the_equations_of_motion(branch: ss.Branch) -> No
 
 def test_power_balance(branch: ss.Branch) -> None:
     """Power of loads and rubbing motion is that of damping and friction: here, load power less damping is friction's
-    part on the structure, which the counter surface makes up to the dissipated power."""
+    part on the structure, which the opposing surface makes up to the dissipated power."""
     p, d = branch.problem, corrected(branch.dataset)
     assert p is not None
     h, q = p.harmonics, d["displacement"].to_numpy()

@@ -98,7 +98,7 @@ def harmonic_ladder(problem: Problem) -> list[Harmonics]:
 
 
 def driven_orders(problem: Problem) -> set[int]:
-    """Orders of the loads and of the motions of the counter surfaces, zero or not."""
+    """Orders of the loads and of the rubbing motions, zero or not."""
     own = {load.harmonic * problem.load_order for load in problem.loads}
     for pair in problem.contacts:
         own |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}

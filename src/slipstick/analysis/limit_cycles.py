@@ -34,7 +34,7 @@ def limit_cycles(
 ) -> Branch:
     """Follow self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there.
 
-    Nothing may vary in time but the motion itself: loads have harmonic 0 alone, the counter surfaces move at constant
+    Nothing may vary in time but the motion itself: loads have harmonic 0 alone, the opposing surfaces move at constant
     velocity. The frequency is found with the motion (``omega`` in the dataset, another one at every point); the
     multiplier 1 of a shift in time is left out.
 

@@ -172,7 +172,7 @@ def free_problem(problem: Problem, number: int, dof: str) -> FreeProblem:
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
     faults = [
-        Fault(("contact", pair.name), "its counter surface moves periodically", remedy=_ALONE)
+        Fault(("contact", pair.name), "its opposing surface moves periodically", remedy=_ALONE)
         for pair in problem.contacts
         if any(np.any(array) for array in _periodic(pair.rubbing))
     ]

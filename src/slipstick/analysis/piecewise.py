@@ -54,11 +54,11 @@ class FrictionSystem:
     kt, mu, kn, velocity
         Contact parameters, (n_contacts,); velocity in length/time.
     approach
-        Normal motion of the counter surface less the gap, (n_contacts, 1 + 2 len(orders)).
+        Normal motion of the opposing surface less the gap, (n_contacts, 1 + 2 len(orders)).
     has_normal
         (n_contacts,) of bool; False means that the structure does not move along the normal.
     orders
-        Nonzero harmonic orders of loads and of the counter surfaces' motion.
+        Nonzero harmonic orders of loads and of rubbing motions.
     rubbing
         Periodic rubbing motion, (n_contacts, 1 + 2 len(orders)).
     loads

@@ -139,7 +139,7 @@ def force_faults(harmonic: int, sin: float | None, motion: str | None, known: Kn
 
 
 def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
-    """Whether the motion of the counter surface has a place among the harmonics, and ports to act on."""
+    """Whether the rubbing motion has a place among the harmonics, and ports to act on."""
     moved = {part: getattr(pair.rubbing, part) for part in MOTION_PARTS}
     yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
     across = _across(pair)
@@ -155,14 +155,14 @@ def _parameter_faults(pair: ContactPair) -> Iterator[Fault]:
     """Parameters of a law that go by the name of something else."""
     for name in pair.contact.values:
         if name in ("load", "motion") or pair.rubbing.is_component(name):
-            what = "a load" if name == "load" else "the motion of the counter surface"
+            what = "a load" if name == "load" else "the rubbing motion"
             yield Fault(
                 "contact", f"its law has a parameter called {shown(name)}, which means {what}", remedy="rename it"
             )
 
 
 def _moving_ports(pair: ContactPair) -> set[str]:
-    """Ports along which the structure or the counter surface may move."""
+    """Ports along which the structure or the opposing surface may move."""
     return set(pair.given) | ({"normal"} if _across(pair) else set())
 
 

@@ -1,4 +1,4 @@
-"""Contacts of a problem: a law, the directions of its ports, the motion of its counter surface."""
+"""Contacts of a problem: a law, the directions of its ports, its rubbing motion."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ class ContactPair:
     ports
         Directions by the names of the law's ports, instead of tangential and normal.
     rubbing
-        Motion of the counter surface; none by default.
+        How side 1 slides over the opposing surface beside its vibration, along ``tangential``, and how that surface
+        comes nearer (``RubbingMotion``, with the sign); none by default.
 
     Raises
     ------
@@ -162,9 +163,9 @@ class ContactPair:
 
 
 def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> dict[str, Array]:
-    """Velocities (n_ports, n) and periodic motion (n_ports, n, L) of the counter surface along each port, by name.
+    """Velocities (n_ports, n) and periodic part (n_ports, n, L) of the rubbing motion along each port, by name.
 
-    The rubbing motion goes along the first port, its normal part along the port called "normal".
+    It goes along the first port, its normal part along the port called "normal".
     """
     ports, n = pair.contact.ports, len(pair)
     velocities = {name: np.zeros((len(ports), n)) for name in VELOCITIES}

@@ -21,11 +21,11 @@ class Given:
     values: Mapping[str, Array]
     """Parameters of the law, (n,) each."""
     velocity: Array
-    """Constant velocity of the counter surface along each port, (n_ports, n), length/time."""
+    """Constant velocity of the rubbing motion along each port, (n_ports, n), length/time."""
     velocity_per_omega: Array
     """What is added to it for each rad/s of the principal frequency, (n_ports, n), length."""
     motion: Array
-    """Periodic motion of the counter surface along each port, (n_ports, n, L)."""
+    """Periodic part of the rubbing motion along each port, (n_ports, n, L)."""
 
     def map(self, change: Callable[..., Array], *others: Given) -> Given:
         """``change(name, own, *others')`` of every array."""

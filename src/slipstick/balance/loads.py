@@ -23,7 +23,7 @@ class Load:
 
         M x'' + C x' + K x + f(x, x') = p - M r u''.
 
-    All springs and dampers to ground (in K, C and the contacts, whose counter surface moves with the support) then
+    All springs and dampers to ground (in K, C and the contacts, whose opposing surface moves with the support) then
     belong to the support. All results are relative to it, and say so. A displacement ``u`` of harmonic m makes the
     load ``(m omega)^2 M r u``, which grows with the square of the frequency, an acceleration ``u'' = a`` the load
     ``-M r a``; a constant acceleration ``-g`` is weight in the direction of ``r``.

@@ -133,7 +133,7 @@ class Balance:
             G[: self.n_ports] += 1j * self.springs[:, None] * X.view(complex)
 
     def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:
-        """Motion of batch ``k`` at unknowns (N,), that of the counter surface included."""
+        """Motion of batch ``k`` at unknowns (N,), the rubbing motion included."""
         batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
         moved = []
         for port, own in zip(batch.ports, given.motion, strict=True):

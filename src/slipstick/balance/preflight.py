@@ -138,7 +138,7 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
 def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]]]:
     """For each port with a stiffness parameter: its number, contact, that parameter, and all numbers of the contact.
 
-    "approach" is how far the counter surface itself may come.
+    "approach" is how far the opposing surface itself may come.
     """
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         for i, name in traits.stiffness_names(batch.law).items():

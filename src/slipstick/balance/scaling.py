@@ -41,7 +41,7 @@ class Scales:
 
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
-    """Sizes at one frequency: linear responses, motion up to slip, motion of the counter surfaces."""
+    """Sizes at one frequency: linear responses, motion up to slip, rubbing motions."""
     compliance = balance.compliance(omega, inputs.structure)
     sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance, omega).values()]
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
@@ -72,7 +72,7 @@ def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, 
 
 
 def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float, state: str) -> Array | None:
-    """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the counter surface's motion."""
+    """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the rubbing motion."""
     unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
         held = traits.linear(batch.law, state, given.values, given.drift(omega))

@@ -114,7 +114,7 @@ def casing_motion(
     lobes: int = 1,
     backward: bool = False,
 ) -> RubbingMotion:
-    """Motion of a lobed, oval or eccentric counter surface as the contacts of a rotor feel it.
+    """Motion of a lobed, oval or eccentric opposing surface as the contacts of a rotor feel it.
 
     A contact at ``angle`` runs along the profile with ``speed``: it meets the height ``h(angle + speed t)``, which
     moves the surface towards it, and slides with ``radius * speed``. The principal frequency ``omega`` is ``lobes *

@@ -112,7 +112,7 @@ class FrictionContact(FrictionLaw):
     def missing(self, ports: set[str]) -> Iterator[Fault]:
         """A normal stiffness that was not given, where something moves along the normal."""
         if self._scaled and "normal" in ports:
-            remedy = "give the normal contact stiffness: the contact, or its counter surface, moves along the normal"
+            remedy = "give the normal contact stiffness: the contact, or its opposing surface, moves along the normal"
             yield Fault("kn", "is missing", remedy=remedy)
 
 

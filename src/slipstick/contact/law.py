@@ -29,7 +29,7 @@ def add_to(parts: dict[Key, Array], key: Key, part: Array) -> None:
 
 
 class Motion(NamedTuple):
-    """Relative motion of n elements at the ports of their law, the counter surface's motion included."""
+    """Relative motion of n elements at the ports of their law, the rubbing motion included."""
 
     harmonics: Harmonics
     omega: float | Array

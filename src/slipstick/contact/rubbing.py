@@ -22,14 +22,16 @@ _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 @dataclass(frozen=True, kw_only=True)
 class RubbingMotion:
-    """Motion of the counter surface [THEORY.md (1.5)]: ``u(t) = velocity t + sum cos_m cos(m omega t) + ...``
+    """How side 1 slides over the opposing surface beside its vibration [THEORY.md (1.5)].
 
-    The friction force pulls a soft structure towards ``x < 0`` where ``velocity > 0`` (THEORY.md section 2).
+    ``u(t) = velocity t + sum cos_m cos(m omega t) + ...`` is added to the relative motion, ``w = x + u``; the opposing
+    surface itself moves by ``-u``. A belt that carries a pad along at +V: ``velocity=-V``. A blade that runs at +V in a
+    casing at rest: ``velocity=V``; friction holds it back, towards ``x < 0`` (THEORY.md section 2).
 
     Parameters
     ----------
     velocity
-        Constant part, length per time; scalar or (n_elements,).
+        Constant part, length per time, positive along the tangential direction of the contact; scalar or (n_elements,).
     velocity_per_omega
         What is added to it for each rad/s of the principal frequency, length; scalar or (n_elements,): a rotor whose
         speed sweeps with the frequency, ``radius / k`` at the engine order k.
@@ -37,8 +39,8 @@ class RubbingMotion:
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
         changes no force). Values are scalars or (n_elements,).
     normal_cos, normal_sin
-        The same along the normal, positive towards the structure: run-out, a lobed casing, disc thickness variation.
-        Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
+        Motion of the opposing surface along the normal, positive towards the structure: run-out, a lobed casing, disc
+        thickness variation. Order 0 in ``normal_cos`` is a constant approach, which closes the gap by as much.
 
     Raises
     ------

@@ -130,7 +130,7 @@ def springs(law: Law, response: Response) -> Mapping[int, Array]:
 
 
 def undecided(law: Law, response: Response) -> NDArray[np.bool_]:
-    """Which of n elements have a constant force that any steady motion of the counter surface makes jump, (n,)."""
+    """Which of n elements have a constant force that any steady sliding makes jump, (n,)."""
     own = getattr(law, "undecided", None)
     return np.zeros(len(response.work), dtype=bool) if own is None else np.asarray(own(response), dtype=bool)
 
@@ -148,7 +148,7 @@ def stiffness_names(law: Law) -> Mapping[int, str]:
 
 
 def warnings(law: Law, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-    """What looks wrong in one contact with these ports, whose counter surface comes no nearer than ``approach``."""
+    """What looks wrong in one contact with these ports, whose opposing surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
     return iter(()) if own is None else own(values, ports, approach)
 

@@ -52,7 +52,8 @@ def surface_contacts(
         Whether the normal load of ``contact`` is that of all these contacts together, shared by area; otherwise each
         carries it.
     rubbing
-        Motion of the counter surface along ``direction`` (and against the normal); numbers or arrays (n,) as above.
+        How the points slide over the opposing surface beside their vibration, along ``direction`` (that surface itself
+        moves the opposite way), and how it comes nearer, against the normal; numbers or arrays (n,) as above.
         With an ``axis`` also a function of the radius and angle of the points, (n,) each, that gives it, such as
         ``lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2)``.
     axis
@@ -116,7 +117,7 @@ def _checked(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbi
 
 
 def _motion(rubbing: Any, axis: Axis | None, positions: Array) -> RubbingMotion:
-    """The motion of the counter surface at the chosen points."""
+    """The rubbing motion at the chosen points."""
     if not callable(rubbing) or axis is None:
         return rubbing or RubbingMotion()
     try:

@@ -73,7 +73,7 @@ VARIABLES: dict[str, Declared] = {
     "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),
     "rubbing_motion": Declared(("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
     "normal_motion": Declared(
-        ("contact", "coefficient"), "length", "normal motion coefficients of the counter surface"
+        ("contact", "coefficient"), "length", "normal motion coefficients of the opposing surface, positive to close"
     ),
     "truncation": Declared(
         (), "1", "estimate of what the harmonics left out would add, relative to the largest amplitude"

@@ -28,7 +28,7 @@ MOVING = ss.RubbingMotion(velocity=1.0, cos={1: 0.5, 2: 0.2}, normal_cos={2: 0.3
 CASES = {
     "slip, stick and separation": (two_dofs(ss.RubbingMotion(velocity=1.0)), 6.0, 3e-5),
     "no constant velocity": (two_dofs(ss.RubbingMotion()), 6.0, 3e-5),
-    "the counter surface moves both ways": (two_dofs(MOVING), 6.0, 5e-4),
+    "the opposing surface moves both ways": (two_dofs(MOVING), 6.0, 5e-4),
     "period ratio 1/2": (two_dofs(ss.RubbingMotion(cos={1: 0.5}), period_ratio=(1, 2)), 3.0, 6e-4),
     "static residual": (chain(8, gap=-0.05, velocity=1.0), 3.1, 6e-5),
     "static residual, separation and stick": (chain(4, gap=0.02, velocity=0.0), 3.1, 5e-4),

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 
 
 def test_half_the_frequency_with_twice_the_orders_is_the_same_problem() -> None:
-    """Its curve is the same, with loads and the counter surface's motion on even orders."""
+    """Its curve is the same, with loads and the rubbing motion on even orders."""
     rubbing = ss.RubbingMotion(velocity_per_omega=0.2, cos={1: 0.5}, normal_cos={2: 0.1})
     problem = two_dofs(rubbing, harmonics=5)
     twice = doubled(problem)

@@ -105,7 +105,7 @@ def harmonic_form(
     harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array], contacts: FrictionPorts,
     answers: Answers, omega: float,
 ) -> HarmonicForm:  # fmt: skip
-    """The form at a motion (n, L) of the contacts, the counter surface's included, with all orders up to the highest.
+    """The form at a motion (n, L) of the contacts, the rubbing motion included, with all orders up to the highest.
 
     ``given`` are the parameters as ``element_forces`` takes them.
     """

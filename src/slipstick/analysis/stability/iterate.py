@@ -28,13 +28,13 @@ WIDER = 4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmoothMotion:
-    """Motion and forces of n contacts in many harmonics, (n, L') each; the counter surface's motion is included."""
+    """Motion and forces of n contacts in many harmonics, (n, L') each; the rubbing motion is included."""
 
     harmonics: Harmonics
     X: Array
     Y: Array
     own: tuple[Array, Array]
-    """What of X and Y is the counter surface's own."""
+    """What of X and Y is the rubbing motion."""
     force: tuple[Array, Array]
     """Friction and normal forces that the iteration began with."""
     given: dict[str, Array]

@@ -46,7 +46,7 @@ def doubled(problem: Problem) -> Problem:
 
 
 def _slower(rubbing: Any) -> Any:
-    """The same motion of the counter surface in terms of half the frequency."""
+    """The same rubbing motion in terms of half the frequency."""
     parts = {part: {2 * m: value for m, value in getattr(rubbing, part).items()} for part in MOTION_PARTS}
     return replace(rubbing, velocity_per_omega=2.0 * np.asarray(rubbing.velocity_per_omega), **parts)
 

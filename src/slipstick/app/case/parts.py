@@ -167,7 +167,7 @@ def _law(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> Frictio
 
 
 def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
-    """The motion of the counter surface of a contact."""
+    """The rubbing motion of a contact."""
     from slipstick.contact.rubbing import RubbingMotion
 
     rub = row.table.rubbing

@@ -256,7 +256,7 @@ class ContactTable(Table):
 
 
 def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
-    """Whether a contact, or its counter surface, is said to move along the normal."""
+    """Whether a contact, or its opposing surface, is said to move along the normal."""
     rubbing = contact.get("rubbing")
     across = ("normal_cos", "normal_sin")
     rotor = contact.get("rotor")

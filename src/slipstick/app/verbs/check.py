@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.app.verbs.references import linear_references
 from slipstick.contact import traits
+from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.rubbing import VELOCITIES
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from slipstick.units import Units
 
 _LISTED = 10
+_WAYS = 4
+"""Directions that are written out of contacts that are dragged alike."""
 
 
 def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
@@ -41,6 +44,9 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
     show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
     _request(case, problem)
     _contacts(problem)
+    answer["dragged"] = list(dragged(problem, case.omega))
+    for sentence in answer["dragged"]:
+        say(sentence)
     _stiffness(problem)
     if case.plan is not None:
         say(f"study: {cases_text(case.plan)}: 'slipstick study {path}' computes them")
@@ -129,18 +135,62 @@ def _stiffness(problem: Problem) -> None:
 
 
 def _motion(pair: ContactPair, k: int, units: Units) -> str:
-    """How the counter surface of the k-th contact moves."""
-    along, across = (
-        _some(sorted({m for part in parts for m in getattr(pair.rubbing, part) if pair.values(f"{part}{m}")[k] != 0.0}))
-        for parts in (("cos", "sin"), ("normal_cos", "normal_sin"))
-    )
+    """The rubbing motion of the k-th contact in a few words."""
+    along, across = _orders(pair, k, "cos", "sin"), _orders(pair, k, "normal_cos", "normal_sin")
     velocity, swept = (float(pair.values(name)[k]) for name in VELOCITIES)
+    words = [f"rubbing at {_speed(velocity, swept, units)}" if velocity or swept or along else "no rubbing"]
+    words += [f"periodic part of order {_some(along)}"] if along else []
+    words += [f"moving along the normal with order {_some(across)}"] if across else []
+    return " and ".join(words)
+
+
+def _orders(pair: ContactPair, k: int, *parts: str) -> list[int]:
+    """Orders of these parts of the rubbing motion of the k-th contact that are not zero."""
+    return sorted({m for p in parts for m in getattr(pair.rubbing, p) if pair.values(f"{p}{m}")[k] != 0.0})
+
+
+def _speed(velocity: float, swept: float, units: Units) -> str:
     speed = [f"{velocity:g}{units.after('length/time')}"] if velocity or not swept else []
     speed += [f"{swept:g}{units.after('length')} x omega"] if swept else []
-    words = [f"rubbing at {' + '.join(speed)}" if velocity or swept or along else "no rubbing"]
-    words += [f"periodic part of order {along}"] if along else []
-    words += [f"moving along the normal with order {across}"] if across else []
-    return " and ".join(words)
+    return " + ".join(speed)
+
+
+def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
+    """Which way contacts with rubbing slide and are dragged [THEORY.md (1.5)], one sentence for all that do so alike.
+
+    ``omega`` is the range of frequencies: a velocity that sweeps with them may turn round within it.
+    """
+    alike: dict[tuple[str, bool, bool], list[tuple[str, str, str]]] = {}
+    for pair in problem.contacts:
+        held = traits.kind(pair.contact) == FrictionLaw.kind
+        for k, name in enumerate(pair.elements):
+            periodic = _some(m for m in _orders(pair, k, "cos", "sin") if m > 0)
+            velocity, swept = (float(pair.values(v)[k]) for v in VELOCITIES)
+            signs = {float(np.sign(velocity + swept * w)) for w in omega} - {0.0}
+            if not signs and not periodic:
+                continue
+            sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
+            speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
+            how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
+            direction = pair.direction(pair.contact.ports[0], k) or {}
+            ways = _towards(direction, sign), _towards(direction, -sign)
+            alike.setdefault((how, turns, held), []).append((name, *ways))
+    for (how, turns, held), found in alike.items():
+        yield _dragged(how, turns, held, *zip(*found, strict=True))
+
+
+def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
+    """Contacts ``names`` that slide towards ``ahead``; ``turns``: to both sides, ``held``: by friction."""
+    who, it = f"contact '{names[0]}': its side slides", "it"
+    if len(names) > 1:
+        listed = _some([f"'{name}'" for name in names])
+        who, it = f"contacts {listed}: their sides slide", "them"
+    ahead, back = (_some(dict.fromkeys(ways), _WAYS) for ways in (ahead, back))
+    if turns:
+        return f"{who} {how} over the opposing surface, positive towards {ahead}: it has no mean direction"
+    friction = f"friction holds {it} back, pushing {it} towards {back}; " if held else ""
+    surface = f"the opposing surface moves towards {back}"
+    return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
 
 
 def _told(pair: ContactPair, k: int) -> list[str]:
@@ -175,6 +225,16 @@ def _cosines(cosines: Mapping[str, float] | None) -> str:
         size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
         words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
     return " ".join(words)
+
+
+def _towards(cosines: Mapping[str, float], sign: float) -> str:
+    """A direction with its sense.
+
+    >>> _towards({"x": 1.0}, 1.0), _towards({"x": 1.0}, -1.0), _towards({"x1": 1.0, "x2": -1.0}, -1.0)
+    ('+x', '-x', '-x1 + x2')
+    """
+    words = _cosines({dof: sign * c for dof, c in cosines.items()})
+    return words if len(cosines) > 1 or words.startswith("-") else f"+{words}"
 
 
 def _some(names: object, most: int = 8) -> str:

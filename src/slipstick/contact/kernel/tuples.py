@@ -31,7 +31,7 @@ class ElementInputs(NamedTuple):
     """Of a batch, or of one element without the first axis."""
 
     X: Array
-    """Tangential motion, the counter surface's included (elements, L)."""
+    """Tangential motion, the rubbing motion included (elements, L)."""
     Y: Array
     """Normal motion likewise (elements, L)."""
     parameters: Array
