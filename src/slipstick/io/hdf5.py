@@ -1,7 +1,14 @@
-"""HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold."""
+"""HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold.
+
+Damage is told by three things. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
+sees to these. HDF5 has none for texts, attributes among them, so files of ours end with a seal, 24 bytes behind what
+HDF5 counts as its own: a word and the hash of all that stands before. Other programs do not see it; one that changes
+the file in place cuts it off, and what is left is a file without a seal, as older ones are.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,40 +20,92 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.errors import InputError
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
     import h5py
 
 
-CHECKED = ("v108", "v110")
-"""Versions of the format whose headers have check sums, so that damage is found."""
+CHECKED = ("v110", "v110")
+"""Versions of the format whose headers and indices have check sums, so that damage is found."""
 BEST_COMPRESSION = 1100
 """No filter of HDF5 that loses nothing packs more tightly than this."""
 _TEXT_BLOCK = 64 * 1024**2
 _MOST_IN_ATTRIBUTE = 100_000
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_SEAL = b"sealed:\0"
+_HASH = 16
+_LARGEST_CHUNK = 1024**3
 _HEAP = b"GCOL\x01\0\0\0"
 _HEAP_OBJECT = struct.Struct("<H6xQ")
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
-    """The file for reading, once no damage is in it on which the library would loop for ever.
+    """The file for reading, once it is as it was written and holds nothing on which the library would loop for ever.
 
     Raises
     ------
+    InputError
+        If its seal is broken.
     ValueError, OSError
-        If it is damaged or no HDF5 file.
+        If it is damaged in another way, or no HDF5 file.
     """
     import h5py
 
     with path.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
+        if not _is_whole(data):
+            raise InputError(
+                f"{path}: damaged since it was written: its bytes are not those of its check sum; take it from a copy, "
+                "or compute it again"
+            )
         at = data.find(_HEAP)
         while at >= 0:
             _require_sound_heap(data, at)
             at = data.find(_HEAP, at + 1)
     with h5py.File(path, "r") as file:
         yield file
+
+
+def seal(path: Path) -> None:
+    """Append the hash of a closed file to it."""
+    with path.open("rb") as stream:
+        found = hashlib.file_digest(stream, _hash).digest()
+    with path.open("ab") as stream:
+        stream.write(_SEAL + found)
+
+
+def sealed(image: memoryview) -> bytes:
+    """What stands behind a file that is still in memory."""
+    return _SEAL + _hash(image).digest()
+
+
+def _hash(data: memoryview | bytes = b"") -> Any:
+    return hashlib.blake2b(data, digest_size=_HASH)
+
+
+def _is_whole(data: mmap) -> bool:
+    """Whether a file is what its seal says; one that ends where HDF5 says has none."""
+    if data[:8] != _SIGNATURE or data[8:9] not in b"\2\3":  # older ones are not ours
+        return True
+    end = len(data) - len(_SEAL) - _HASH
+    if len(data) <= int.from_bytes(data[28:36], "little"):
+        return True
+    with memoryview(data) as view, view[: max(end, 0)] as own:
+        return data[max(end, 0) :] == sealed(own)
+
+
+def checked(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
+    """Options of a data set that is stored with its check sum, in pieces that HDF5 can hold; ``limits`` where it grows.
+
+    A single number has no place for one.
+    """
+    if not shape:
+        return {}
+    rows = max(1, _LARGEST_CHUNK // (itemsize * prod(max(n, 1) for n in shape[1:])))
+    chunks = (min(max(shape[0], 1), rows), *(max(n, 1) for n in shape[1:]))
+    return {"chunks": chunks, "fletcher32": True, "maxshape": limits}
 
 
 def _require_sound_heap(data: mmap, at: int) -> None:

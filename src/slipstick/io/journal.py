@@ -1,8 +1,9 @@
 """An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
 
-Layout: one line of JSON (names, sizes, attributes, and what the run is of), then one record a point: check sum (CRC-32,
-4 bytes), length (8 bytes), the numbers of the point as little-endian float64, and a note from which the run goes on. A
-record cut short by a kill or a full disk fails its check sum and ends the reading.
+Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, and what the run is of);
+then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
+the point as little-endian float64, and a note from which the run goes on. A record cut short by a kill or a full disk
+ends the reading; so does a damaged one, which is named. Journals of version 3 have one check sum a point alone.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import json
 import os
 import time
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -24,11 +25,12 @@ from slipstick.io.notes import packed_notes
 from slipstick.replacing import replacing
 from slipstick.results.schema import Declared, Layout
 
-_MAGIC = "slipstick journal 3"
+_MAGIC = "slipstick journal 4"
+_BEFORE = "slipstick journal 3"
 _LARGEST_HEADER = 64 * 1024**2
 _LARGEST_FILE = 16 * 1024**3
 _MOST_DIMENSIONS = 8
-_PREFIX = 12
+_HEAD, _HEAD_BEFORE = 16, 12
 _SHARE = 10.0
 
 
@@ -43,6 +45,8 @@ class Recorded(NamedTuple):
         What the run is of, as it was given to the ``Journal``.
     ends
         Bytes up to the first point, and up to the end of each.
+    damage
+        What ended the reading before the end of the file, where that is damage and not a record cut short.
     """
 
     layout: Layout
@@ -50,6 +54,7 @@ class Recorded(NamedTuple):
     notes: list[bytes]
     about: dict[str, Any]
     ends: list[int]
+    damage: str = ""
 
 
 class Journal:
@@ -66,13 +71,20 @@ class Journal:
         What the run is of: texts and numbers by name.
     keep
         Bytes of an earlier journal to be kept and added to; by default the file is begun anew.
+
+    Raises
+    ------
+    InputError
+        If the journal to be added to is of an earlier version.
     """
 
     def __init__(self, path: Path, layout: Layout, about: Mapping[str, Any] | None = None, keep: int = 0) -> None:
         self.path, self._layout = path, layout
         if not keep:
-            header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}) + "\n"
-            keep = _begin(path, header.encode())
+            header = json.dumps({"magic": _MAGIC, **asdict(layout), "about": dict(about or {})}).encode()
+            keep = _begin(path, b"%08x " % zlib.crc32(header) + header + b"\n")
+        elif _is_of_before(path):
+            raise InputError(f"{path}: of an earlier version of slipstick, with which it has to be gone on")
         self._file = os.open(path, os.O_WRONLY)
         os.ftruncate(self._file, keep)
         os.lseek(self._file, keep, os.SEEK_SET)
@@ -81,7 +93,8 @@ class Journal:
     def append(self, row: NDArray[np.float64], note: Mapping[str, Any] | None = None) -> None:
         """Write one point; on failure (a full disk) the journal keeps the points before it."""
         payload = row.astype("<f8").tobytes() + (packed_notes(note) if note is not None else b"")
-        self._write(zlib.crc32(payload).to_bytes(4, "little") + len(payload).to_bytes(8, "little") + payload)
+        head = len(payload).to_bytes(8, "little") + _crc(payload)
+        self._write(head + _crc(head) + payload)
         if time.perf_counter() - self._when > _SHARE * self._cost:
             self.sync()
 
@@ -138,31 +151,70 @@ def read_journal(path: Path) -> Recorded:
         if path.stat().st_size > _LARGEST_FILE:
             raise InputError(f"{path}: larger than {_LARGEST_FILE >> 30} GB; expected the journal of a run")
         with path.open("rb") as stream:
-            layout, about = _header(stream.readline(_LARGEST_HEADER), path)
-            begin = stream.tell()
-            records = list(_records(stream, 8 * layout.size, path.stat().st_size))
+            line = stream.readline(_LARGEST_HEADER)
+            layout, about = _header(line, path)
+            begin, read = stream.tell(), _records_before if line.startswith(b"{") else _records
+            records, damage = read(stream, 8 * layout.size, path.stat().st_size)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     rows = np.array([row for row, _, _ in records], dtype=float).reshape(len(records), layout.size)
     notes, ends = [note for _, note, _ in records], [begin, *(end for _, _, end in records)]
-    return Recorded(layout, rows, notes, about, ends)
+    if damage:
+        damage = f"{path}: {damage} after {len(records)} points; what it holds beyond them is left out"
+    return Recorded(layout, rows, notes, about, ends, damage)
 
 
-def _records(stream: IO[bytes], least: int, size: int) -> Iterator[tuple[NDArray[np.float64], bytes, int]]:
-    while len(prefix := stream.read(_PREFIX)) == _PREFIX:
-        length, begin = int.from_bytes(prefix[4:], "little"), stream.tell()
-        if not least <= length <= size - begin:  # more than the file holds is not even asked for
-            return
+_Records = list[tuple[NDArray[np.float64], bytes, int]]
+
+
+def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
+    """Rows of at least ``least`` bytes with their notes and ends, up to ``size``; and what is wrong with the next."""
+    found: _Records = []
+    while True:
+        head = stream.read(_HEAD)
+        if len(head) < _HEAD or not any(head):  # a loss of power may leave zeros that nobody wrote
+            return found, ""
+        length, begin = int.from_bytes(head[:8], "little"), stream.tell()
+        if _crc(head[:12]) != head[12:] or length < least:
+            return found, "damaged"
+        if length > size - begin:
+            return found, ""
         payload = stream.read(length)
-        if len(payload) < length or zlib.crc32(payload) != int.from_bytes(prefix[:4], "little"):
-            return
-        yield np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length
+        if _crc(payload) != head[8:12]:
+            return found, "damaged"
+        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+
+
+def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
+    """The same of version 3, in which damage cannot be told from a record cut short."""
+    found: _Records = []
+    while len(head := stream.read(_HEAD_BEFORE)) == _HEAD_BEFORE:
+        length, begin = int.from_bytes(head[4:], "little"), stream.tell()
+        if not least <= length <= size - begin:  # more than the file holds is not even asked for
+            break
+        payload = stream.read(length)
+        if _crc(payload) != head[:4]:
+            break
+        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+    return found, ""
+
+
+def _crc(data: bytes) -> bytes:
+    return zlib.crc32(data).to_bytes(4, "little")
+
+
+def _is_of_before(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(1) == b"{"
 
 
 def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
     try:
-        header = json.loads(line)
-        if header.pop("magic") != _MAGIC:
+        check, text = (b"", line) if line.startswith(b"{") else (line[:9], line[9:])
+        if check and check != b"%08x " % zlib.crc32(text.rstrip(b"\n")):
+            raise ValueError
+        header = json.loads(text)
+        if header.pop("magic") != (_MAGIC if check else _BEFORE):
             raise ValueError
         layout = Layout(
             labels={k: tuple(map(str, v)) for k, v in header["labels"].items()},
@@ -174,7 +226,9 @@ def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
             raise ValueError
         return layout, _plain(header["about"])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
-        raise InputError(f"{path}: not a journal of slipstick; expected one written by 'slipstick run'") from None
+        raise InputError(
+            f"{path}: damaged, or not a journal of slipstick; expected one written by 'slipstick run'"
+        ) from None
 
 
 def _plain(given: Any) -> dict[str, Any]:

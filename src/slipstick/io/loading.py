@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError, SlipstickWarning
-from slipstick.faults import one
+from slipstick.faults import one, warn
 from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.netcdf import StoredVariable, read_netcdf
@@ -33,7 +33,8 @@ def load_dataset(path: str | Path) -> xarray.Dataset:
 def load_table(path: str | Path) -> ResultTable:
     """The numbers of a results file, in memory, with the points a killed run left in the journal beside it.
 
-    A journal that is damaged, or none of this results file, is left alone with a SlipstickWarning.
+    A journal that is none of this results file is left alone, and so is what stands behind damage in it, both with a
+    SlipstickWarning.
 
     Raises
     ------
@@ -53,7 +54,9 @@ def load_table(path: str | Path) -> ResultTable:
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
-        raise InputError(f"{path}: not a results file in netCDF-4 ({error}); give one from 'slipstick run'") from None
+        raise InputError(
+            f"{path}: damaged, or not a results file in netCDF-4 ({error}); give one from 'slipstick run'"
+        ) from None
     try:
         return _continued(table, journal_of(path))
     except InputError as error:
@@ -65,7 +68,10 @@ def _continued(table: ResultTable, journal: Path) -> ResultTable:
     """The table with the points that only its journal holds; raises InputError where that is not its journal."""
     if not journal.is_file():
         return table
-    layout, rows, *_ = read_journal(journal)
+    recorded = read_journal(journal)
+    layout, rows = recorded.layout, recorded.rows
+    if recorded.damage:
+        warn([recorded.damage])
     found = file_variables(layout, rows)
     if not _begins_alike(table, layout, found):
         raise InputError(f"{journal}: not the journal of these results")

@@ -14,7 +14,7 @@ from slipstick.errors import InputError
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, Surface
-from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own
+from slipstick.io.hdf5 import CHECKED, opened, own_node, require_own, seal
 from slipstick.replacing import replacing
 from slipstick.typing import Sparse
 
@@ -43,8 +43,10 @@ def save_model(model: ImportedModel, path: Path) -> Path:
 
     path = Path(path)
     try:
-        with replacing(path) as part, h5py.File(part, "w", libver=CHECKED) as file:
-            _write(file, model)
+        with replacing(path) as part:
+            with h5py.File(part, "w", libver=CHECKED) as file:
+                _write(file, model)
+            seal(part)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder") from None
     return path

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from io import BytesIO
+from io import SEEK_END, BytesIO
 from itertools import count
 from math import prod
 from pathlib import Path
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.io.hdf5 import CHECKED, attributes, opened, own_node, require_own, texts
+from slipstick.io.hdf5 import CHECKED, attributes, checked, opened, own_node, require_own, sealed, texts
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -65,6 +65,10 @@ def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = N
         _write(file, root, numbers)
         for name, group in (groups or {}).items():
             _write(file.create_group(name, track_order=True), group, numbers)
+    with image.getbuffer() as own:
+        image_end = sealed(own)
+    image.seek(0, SEEK_END)
+    image.write(image_end)
     path.write_bytes(image.getbuffer())
 
 
@@ -78,7 +82,7 @@ def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
             scale = _create(place, dim, variables[dim], limits)
             scale.make_scale(dim)
         else:
-            scale = place.create_dataset(dim, (size,), dtype="f4", maxshape=limits, chunks=limits and True)
+            scale = place.create_dataset(dim, (size,), dtype="f4", **checked((size,), 4, limits))
             scale.make_scale(f"{_BARE} {size:>10d}")
         scale.attrs["_Netcdf4Dimid"] = np.int32(next(numbers))
     for name, variable in variables.items():
@@ -97,11 +101,9 @@ def _create(
     import h5py
 
     values = variable.values
-    options: dict[str, Any] = {}
-    if values.dtype.kind in "OUS":
-        values, options["dtype"] = values.astype(object), h5py.string_dtype()
-    if limits is not None:
-        options |= {"maxshape": limits, "chunks": tuple(max(n, 1) for n in values.shape)}
+    options = checked(values.shape, values.dtype.itemsize, limits)
+    if values.dtype.kind in "OUS":  # HDF5 has no check sum for these
+        values, options = values.astype(object), options | {"dtype": h5py.string_dtype(), "fletcher32": False}
     dataset = file.create_dataset(name, data=values, **options)
     dataset.attrs.update(_storable(variable.attributes))
     return dataset
