@@ -147,6 +147,18 @@ def _shortened(text: str) -> str:
     return _LONG.sub(lambda word: word[0][:60] + "...", text)
 
 
+def reason_of(error: Exception) -> str:
+    """Any exception in words: of input its sentences, of what else may happen its kind too.
+
+    >>> reason_of(InputError("samples: too few")), reason_of(ZeroDivisionError("division by zero"))
+    ('samples: too few', 'ZeroDivisionError: division by zero')
+    """
+    if isinstance(error, InputError):
+        return "; ".join(error.sentences)
+    words = " ".join(str(error).split())
+    return f"{type(error).__name__}: {words}" if words else type(error).__name__
+
+
 class SlipstickWarning(UserWarning):
     """Something that can be computed but looks wrong; one sentence each."""
 
@@ -183,7 +195,7 @@ class Outcome(Reason):
         "resistance, the normal load or the velocity"
     )
     INTERRUPTED = "interrupted by the user; every point found is kept"
-    FAILED = "failed: a fault ended it, which its message names"
+    FAILED = "failed: a fault ended it, which its message names; every point found is kept"
     TIME_LIMIT = "stopped at the time limit; every point found is kept"
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import SELF_EXCITED, attributes_of, make_table
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, Step, continuation
+from slipstick.solve.continuation.path import failed
 from slipstick.solve.norm import relative
 from slipstick.typing import Array
 
@@ -149,7 +150,8 @@ class SelfExcited:
         recorder, problem = Recorder(self.balance, parameter=self.parameter, stability=True), self.problem
         values = recorder.values(points)
         if points:
-            said = result_warnings(self.parameter, values, problem.elements, problem.units.angular)
+            wrong = partial(result_warnings, self.parameter, values, problem.elements, problem.units.angular)
+            said = recorder.besides.said(wrong)
             warn(said)
             warnings = [*warnings, *said]
         attributes = attributes_of(
@@ -187,6 +189,10 @@ class Cycles:
             self.found.extend(self._points())
         except KeyboardInterrupt:
             self.outcome, self.message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
+        except Exception as error:
+            if not self.found:
+                raise
+            self.outcome, self.message = failed(error)
 
     def _points(self) -> Iterator[Point]:
         request, hopf = self._request, self._hopf

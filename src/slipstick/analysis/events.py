@@ -68,6 +68,8 @@ class Stopped:
     points: int
     seconds: float
     attributes: Mapping[str, Any] = field(repr=False)
+    error: Exception | None = None
+    """The exception that ended it after points were found: ``outcome`` is FAILED."""
 
 
 Event = Started | StrategyTried | PointFound | Stopped

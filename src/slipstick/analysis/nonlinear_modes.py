@@ -283,7 +283,9 @@ class _Followed:
         ]  # fmt: skip
         details = [s.evaluation.detail for s in steps]
         values = recorder.values(points) | mode_values(details, self.free.target.scale, force)
-        said = [*self._warnings(values), *(result_warnings("omega", values, problem.elements) if points else [])]
+        said = recorder.besides.said(
+            lambda: [*self._warnings(values), *(result_warnings("omega", values, problem.elements) if points else [])]
+        )
         warn(said)
         attributes = attributes_of(self.given, outcome, message, said, mode=self.free.target.number + 1,
                                    mode_of=self.dof, **work)  # fmt: skip

@@ -21,6 +21,7 @@ _ENDED = {
     Outcome.NO_FIRST_POINT: "found no first point",
     Outcome.STEP_TOO_SMALL: "found no way on",
     Outcome.SINGULAR: "met a singular Jacobian",
+    Outcome.FAILED: "failed",
 }
 
 
@@ -38,6 +39,8 @@ class Part:
         The value furthest from its start.
     last
         Its last value, and the unknowns there (N,); None without points.
+    error
+        The exception that ended it, if one did.
     met
         Whether it came upon the end of the part before: the same solution at the same value.
     """
@@ -51,6 +54,7 @@ class Part:
     met: bool = False
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
+    error: Exception | None = None
 
     def __post_init__(self) -> None:
         self.reach = self.start

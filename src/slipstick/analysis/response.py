@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any, Literal
 
 from numpy.typing import ArrayLike
@@ -15,7 +16,8 @@ from slipstick.analysis.tasks import frequency_task, parameter_task
 from slipstick.analysis.walking import collect, walk
 from slipstick.balance.problem import Problem
 from slipstick.errors import Outcome
-from slipstick.faults import wrong
+from slipstick.faults import warn, wrong
+from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
@@ -159,7 +161,11 @@ def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest
     """The branch with those of twice the period that begin on it."""
     from slipstick.analysis.stability.subharmonic import subharmonics_of
 
-    branch.subharmonics = subharmonics_of(branch, options=options, stability=stability)
+    besides = Besides()
+    branch.subharmonics = besides.take(
+        "motion of twice the period", partial(subharmonics_of, branch, options=options, stability=stability), ()
+    )
+    warn(besides.sentences)
     return branch
 
 

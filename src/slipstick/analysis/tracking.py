@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -31,6 +32,7 @@ from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import attributes_of, make_table
 from slipstick.solve.continuation import ContinuationOptions
+from slipstick.solve.continuation.path import failed
 from slipstick.typing import Array
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
@@ -194,6 +196,10 @@ class TrackedPeak:
                 found.extend(locus.points(first))
         except KeyboardInterrupt:
             locus.outcome, locus.message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
+        except Exception as error:
+            if not found:
+                raise
+            locus.outcome, locus.message = failed(error)
         work = locus.work
         return self.recorded(
             found, locus.outcome or Outcome.INTERRUPTED, locus.message, warnings,
@@ -243,7 +249,8 @@ class TrackedPeak:
         ]  # fmt: skip
         values = recorder.values(points)
         if points:
-            said = result_warnings(self.parameter, values, problem.elements, problem.units.angular)
+            wrong = partial(result_warnings, self.parameter, values, problem.elements, problem.units.angular)
+            said = recorder.besides.said(wrong)
             warn(said)
             warnings = [*warnings, *said]
         attributes = attributes_of(

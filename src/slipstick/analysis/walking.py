@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,11 +26,14 @@ from slipstick.errors import InputError, Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
+from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_table
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.solve.continuation import Step
+from slipstick.solve.continuation.arc import ArcPlaces
+from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -77,13 +81,14 @@ def walk(
     finally:
         seconds, done = time.perf_counter() - clock, course.done
         attributes = attributes_of(
-            task.problem, outcome, message, task.warnings, parameter=task.parameter, parts=len(course.parts),
+            task.problem, outcome, message, [*task.warnings, *recorder.besides.sentences],
+            parameter=task.parameter, parts=len(course.parts),
             evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
             jacobian=task.balance.kind.name, **_accuracy(task),
         )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
-            attributes=attributes,
+            attributes=attributes, error=course.parts[-1].error,
         ), ends)  # fmt: skip
 
 
@@ -108,7 +113,7 @@ def _follow_part(
             with guard():
                 step = next(run, None)
             if step is None:
-                part.outcome, part.message = run.outcome or Outcome.INTERRUPTED, run.message
+                part.outcome, part.message, part.error = run.outcome or Outcome.INTERRUPTED, run.message, run.error
                 return
             point = _point(step, task, part, run.residual, recorder, special)
             part.add(step.parameter, step.x)
@@ -156,12 +161,44 @@ def _run(
         each=(special is not None and special.every) or adapted_to(task.options) is not None,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
         requested=(*task.requested, *((sought[0],) if sought else ())),
-        events=(*own, *peak_events(recorder.outputs, task.peaks_of, task.system), *(special.events if special else ())),
+        events=(
+            *own,
+            *_kept_up(recorder, "peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
+            *_kept_up(recorder, "where stability changes", special.events if special else ()),
+        ),
         **inside,
     )  # fmt: skip
     if special is not None and run.standing is not None:
         special.take_up(run.standing, places[-1].values[-1])
     return run
+
+
+def _kept_up(recorder: Recorder, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
+    """Events whose functions may fail: there they keep the sign they had, and the branch goes on."""
+    for event in events:
+        yield _LastKnown(recorder.besides, what, event).event
+
+
+class _LastKnown:
+    """An event that is asked with care; its last value is what stands where it fails."""
+
+    def __init__(self, besides: Besides, what: str, event: BranchEvent) -> None:
+        self._besides, self._what, self._asked, self._last = besides, what, event, 1.0
+        place, along = event.place and self._place, event.along and self._along
+        self.event = replace(event, function=self._value, place=place, along=along)
+
+    def _value(self, step: Any) -> float:
+        self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
+        return self._last
+
+    def _place(self, first: Any, second: Any, arc: Any) -> float:
+        assert self._asked.place is not None
+        return self._besides.take(self._what, partial(self._asked.place, first, second, arc), 1.0)
+
+    def _along(self, first: Any, second: Any, arc: Any, places: ArcPlaces) -> Array:
+        assert self._asked.along is not None
+        same = np.full(places.u.size, self._last)
+        return self._besides.take(self._what, partial(self._asked.along, first, second, arc, places), same)
 
 
 def _from_other_end(task: Task) -> Task:
@@ -222,14 +259,16 @@ def _point(
     kind = step.kind
     if kind == "requested" and step.parameter not in task.requested:
         kind = "regular"
-    if special is not None and not special.confirmed(step):
+    take = recorder.besides.take
+    if special is not None and not take("stability", partial(special.confirmed, step), False):
         kind = "regular"
     detail = step.evaluation.detail if step.evaluation else unanswered(*task.system.at(step.parameter))
     return Point.at(
         detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
-        peak_of=step.name if kind == "peak" else "", motion=recorder.outputs.motion_between(step, task.system),
-        stability=special.judged(step, compare=kind not in _ORDINARY) if special else None,
+        peak_of=step.name if kind == "peak" else "",
+        motion=take("the motion of the outputs", partial(recorder.outputs.motion_between, step, task.system), None),
+        stability=special and take("stability", partial(special.judged, step, compare=kind not in _ORDINARY), None),
     )  # fmt: skip
 
 
@@ -256,7 +295,8 @@ def collect(task: Task) -> Branch:
     values = {name: np.concatenate([part[name] for part in slices]) for name in recorder.layout.variables}
     problem, followed = task.problem, task.parameter or "omega"
     asked = adapted_to(task.options)
-    if sentences := result_warnings(followed, values, problem.elements, problem.units.angular, asked):
+    wrong = partial(result_warnings, followed, values, problem.elements, problem.units.angular, asked)
+    if sentences := recorder.besides.said(wrong):
         warn(sentences)
         attributes["warnings"] = "\n".join([*task.warnings, *sentences])
     return Branch(make_table(recorder.layout, values, attributes), end.outcome, task.problem, end.message)

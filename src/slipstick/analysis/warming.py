@@ -15,6 +15,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.solve.continuation import Continuation, Place, Step, continuation
+from slipstick.solve.continuation.path import failed
 from slipstick.solve.norm import norm, relative
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array
@@ -138,9 +139,24 @@ class WarmContinuation(Iterator[Step]):
         self.message, self.residual, self.earlier = "", 0.0, earlier
         self._run: Continuation = continuation(system, x, start, stop, places=places, **options)
         self._steps = self._follow()
+        self._error: Exception | None = None
 
     def __next__(self) -> Step:
-        return next(self._steps)
+        try:
+            return next(self._steps)
+        except StopIteration:
+            raise
+        except Exception as error:  # of what is done here besides: a run keeps its own
+            if not self._run.points:
+                raise
+            self._error = error
+            self.outcome, self.message = failed(error)
+            raise StopIteration from None
+
+    @property
+    def error(self) -> Exception | None:
+        """The exception that ended it after points were found."""
+        return self._error or self._run.error
 
     @property
     def step_length(self) -> float:

@@ -41,7 +41,8 @@ def respond(
         Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
         moved.append(_in(harmonics or own, own, Q))
     each = np.repeat(omega, batch.count)
-    return batch.law.respond(Motion(harmonics or own, each, tuple(moved), given.drift(each)), given.values)
+    law = batch.law if harmonics is None else traits.widened(batch.law, own, harmonics)
+    return law.respond(Motion(harmonics or own, each, tuple(moved), given.drift(each)), given.values)
 
 
 def _joined(given: Sequence[Given]) -> Given:

@@ -42,7 +42,8 @@ class SampledLaw:
         Names of the ports.
     samples
         Times in a period; by default 16 for each order of the highest harmonic. A polynomial of degree ``d`` in the
-        motion is integrated exactly from ``(d + 1) m_n + 1`` on.
+        motion is integrated exactly from ``(d + 1) m_n + 1`` on. Where
+        forces are wanted in more harmonics than those kept, as many more are taken.
 
     Raises
     ------
@@ -107,6 +108,13 @@ class SampledLaw:
     def changed(self, /, **values: ArrayLike) -> SampledLaw:
         """A copy with other parameters."""
         return replace(self, parameters={**self.parameters, **values})
+
+    def widened(self, own: Harmonics, wide: Harmonics) -> SampledLaw:
+        """The law for forces in ``wide`` at motions in ``own``: as exact there as its samples are in ``own``."""
+        if self.samples is None:
+            return self
+        more = self.samples + max(0, wide.highest - own.highest)
+        return replace(self, samples=max(more, 4 * wide.highest + 1))
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""

@@ -111,6 +111,12 @@ def kind(law: Law) -> Hashable:
     return getattr(law, "kind", id(law))
 
 
+def widened(law: Law, own: Harmonics, wide: Harmonics) -> Law:
+    """The law where forces are wanted in more harmonics than the motion has; by default it answers in any."""
+    found = getattr(law, "widened", None)
+    return law if found is None else found(own, wide)
+
+
 def force_names(law: Law) -> tuple[str, ...]:
     """Names of the forces along the ports; by default those of the ports."""
     return tuple(getattr(law, "force_names", law.ports))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact import traits
 from slipstick.contact.law import Response
+from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.stability import PointStability, stability_values
@@ -176,10 +177,14 @@ def _same_direction(directions: Array, wanted: Array) -> tuple[int, float] | Non
 
 
 class Recorder:
-    """Values of all variables at points of a problem's branch, those of stability where it is asked for."""
+    """Values of all variables at points of a problem's branch, those of stability where it is asked for.
+
+    What is not the solution itself and cannot be computed is nan, and ``besides`` says so.
+    """
 
     def __init__(self, balance: Balance, *, parameter: str = "", stability: bool = False) -> None:
         self.balance, self.parameter, self.stability = balance, parameter, stability
+        self.besides = Besides()
         self.outputs = Outputs(balance, balance.problem.outputs or ())
 
     @cached_property
@@ -192,7 +197,7 @@ class Recorder:
         b = self.balance
         x = _stack([p.x for p in points], (b.size,))
         omega = np.array([p.omega for p in points], dtype=float)
-        answers = _Answers(b, points, x, omega)
+        answers = _Answers(b, points, x, omega, self.besides)
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
@@ -203,7 +208,12 @@ class Recorder:
         }
         for k in range(len(b.batches)):
             self._of_batch(k, points, x, answers, found, force)
-        motion = self.outputs.motion(x, force, P, omega, [p.detail.inputs.structure for p in points])
+        structures = [p.detail.inputs.structure for p in points]
+        motion = self._each(
+            "the motion of the outputs",
+            lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
+            len(points), (len(self.outputs), b.L),
+        )  # fmt: skip
         for i, point in enumerate(points):
             if point.motion is not None:
                 motion[i] = point.motion
@@ -213,9 +223,16 @@ class Recorder:
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": np.array([p.parameter for p in points], dtype=float),
             "displacement": motion,
-            "amplitude": amplitude(b.harmonics, motion).value,
+            "amplitude": self._each(
+                "amplitude", lambda at: amplitude(b.harmonics, motion[at]).value, len(points), (len(self.outputs),)
+            ),
             "mean": motion[:, :, 0],
-            "truncation": self._truncation(points, x, motion, omega),
+            "truncation": self._each(
+                "truncation",
+                lambda at: self._truncation([points[i] for i in at], x[at], motion[at], omega[at]),
+                len(points),
+                (),
+            ),
             "harmonics_in_use": np.array([_in_use(b, p) for p in points], dtype=np.int32),
             "residual": answers.residual,
             "newton_iterations": np.array([p.iterations for p in points], dtype=np.int32),
@@ -228,6 +245,9 @@ class Recorder:
         if self.stability:
             found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
         return {name: found[name] for name in layout.variables}
+
+    def _each(self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]) -> Array:
+        return self.besides.each(what, compute, count, shape)
 
     def _truncation(self, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
         """What the harmonics left out would add (n_points,); points with some of the harmonics know it themselves."""
@@ -269,7 +289,9 @@ class Recorder:
             found["temperature"][:, at] = _stack([h.temperature for h in hot if h is not None], shape[:1])
         for name, variable in law_variables(batch.law).items():
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
-            found[name][:, at] = answers.of(k, get, (batch.count, *found[name].shape[2:]))
+            shown = (batch.count, *found[name].shape[2:])
+            unknown = np.full((len(points), *shown), np.nan)
+            found[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
 
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
@@ -297,25 +319,33 @@ def _in_use(balance: Balance, point: Point) -> int:
 class _Answers:
     """What the laws answered at points (n,); where that is still to be had, all points together are asked for.
 
-    ``residual`` (n,) are the relative residuals.
+    ``residual`` (n,) are the relative residuals. What a law cannot tell of a point that was interpolated is nan.
     """
 
-    def __init__(self, balance: Balance, points: Sequence[Point], x: Array, omega: Array) -> None:
-        self._points = points
-        self._known = [i for i, p in enumerate(points) if p.detail.responses]
-        self._others = [i for i, p in enumerate(points) if not p.detail.responses]
-        self._together: Sequence[Response] = ()
-        self.residual = np.array([p.residual for p in points], dtype=float)
-        if at := self._others:
-            inputs = [points[i].detail.inputs for i in at]
-            self._together, self.residual[at] = answered(balance, x[at], omega[at], inputs)
+    def __init__(self, balance: Balance, points: Sequence[Point], x: Array, omega: Array, besides: Besides) -> None:
+        self._count, self.residual = len(points), np.array([p.residual for p in points], dtype=float)
+        self._known: list[tuple[list[int], Sequence[Response]]] = []
+        others = []
+        for i, point in enumerate(points):
+            if point.detail.responses:
+                self._known.append(([i], point.detail.responses))
+            else:
+                others.append(i)
+
+        def ask(at: list[int]) -> Array:
+            responses, residual = answered(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
+            self._known.append((at, responses))
+            return residual
+
+        if others:
+            what = "what contacts do at interpolated points"
+            self.residual[others] = besides.each(what, lambda at: ask([others[i] for i in at]), len(others), ())
 
     def of(self, k: int, get: Callable[[Response], Array], shape: tuple[int, ...]) -> Array:
         """Something of the responses of batch ``k``, of ``shape`` each, at all points (n, *shape)."""
-        out = np.empty((len(self._points), *shape))
-        out[self._known] = _stack([get(self._points[i].detail.responses[k]) for i in self._known], shape)
-        if self._others:
-            out[self._others] = get(self._together[k]).reshape(-1, *shape)
+        out = np.full((self._count, *shape), np.nan)
+        for at, responses in self._known:
+            out[at] = get(responses[k]).reshape(-1, *shape)
         return out
 
 

@@ -85,7 +85,7 @@ def truncation_sentence(
     ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies; ``asked`` the accuracy that was asked for.
     """
     limit = min(WARNED_TRUNCATION, asked or WARNED_TRUNCATION)
-    if not estimate.size or not np.nanmax(estimate) > limit:
+    if not np.any(estimate > limit):
         return None
     worst = int(np.nanargmax(estimate))
     above, least = int(np.sum(estimate > limit)), 100.0 * limit

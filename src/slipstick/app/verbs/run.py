@@ -153,16 +153,24 @@ class Run:
                         pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
-        except InputError as error:
-            self.failures += error.sentences
-        except OSError as error:
-            self.failures.append(os_sentence(error))
         except Exception as error:
-            self.failures.append(internal_sentence(error))
+            self._fail(error)
         if listener.end is not None:
             self.found = {**listener.end.attributes, **self.case.names}
+            for sentence in listener.recorder.besides.sentences:
+                complain(f"warning: {sentence}")
+                self.told = [*self.told, sentence]
+            if listener.end.error is not None:
+                self._fail(listener.end.error)
             if not self.failures:
                 self.outcome, self.message = listener.end.outcome, listener.end.message
+
+    def _fail(self, error: Exception) -> None:
+        """Take note of what ended the run."""
+        if isinstance(error, InputError):
+            self.failures += error.sentences
+        else:
+            self.failures.append(os_sentence(error) if isinstance(error, OSError) else internal_sentence(error))
 
     @property
     def _taken_up(self) -> dict[str, Any]:
@@ -261,6 +269,8 @@ class Run:
             self.doubled = follow_doubled(self.case, self.folder.results, self.until)
         except OSError as error:
             self.failures.append(f"twice the period: {os_sentence(error)}")
+        except Exception as error:
+            self.failures.append(f"twice the period: {internal_sentence(error)}")
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""
@@ -298,7 +308,8 @@ class _Listener:
     """Writes points to the store and shows them; ends the run when its time is up."""
 
     def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
-        self._store, self._recorder, self._shown, self._case = store, recorder, shown, case
+        self._store, self._shown, self._case = store, shown, case
+        self.recorder = recorder
         self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
@@ -314,6 +325,8 @@ class _Listener:
 
     def __call__(self, event: Any) -> None:
         kind = type(event).__name__
+        if kind == "Started":
+            self.recorder = event.recorder  # which takes note of all that cannot be computed
         if kind == "Stopped":
             self.end = event
             self._write()
@@ -332,7 +345,7 @@ class _Listener:
     def _write(self) -> None:
         """Points that come together are recorded together: interpolated ones with the solution they lead to."""
         waiting, self._waiting = self._waiting, []
-        values = self._recorder.values([event.point for event in waiting])
+        values = self.recorder.values([event.point for event in waiting])
         for i, event in enumerate(waiting):
             self._point(event.point, event.checkpoint, {name: value[i] for name, value in values.items()})
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.errors import Outcome, Reason
+from slipstick.errors import Outcome, Reason, reason_of
 from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
@@ -27,6 +27,11 @@ from slipstick.solve.newton.system import System
 from slipstick.typing import Array
 
 
+def failed(error: Exception) -> tuple[Outcome, str]:
+    """Outcome and message of what an exception ended after points were found."""
+    return Outcome.FAILED, f"failed: {reason_of(error)}; every point found is kept"
+
+
 class Continuation(Iterator[Step]):
     """A continuation under way: iterate over it; it can be abandoned at any point.
 
@@ -34,6 +39,8 @@ class Continuation(Iterator[Step]):
     ----------
     outcome, message
         How it ended (None while it has not), and in words.
+    error
+        The exception that ended it, where one did after the first point: the outcome is then FAILED.
     points, rejected
         Points found (located ones not counted) and steps rejected so far.
     step_length
@@ -69,6 +76,7 @@ class Continuation(Iterator[Step]):
         self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance)
         self.outcome: Outcome | None = None
         self.message = ""
+        self.error: Exception | None = None
         self.rejected = self.points = 0
         self.step_length = min(options.first_step, options.max_step)
         self.place: Place | None = None
@@ -77,7 +85,15 @@ class Continuation(Iterator[Step]):
         self._generator = self._follow(np.append(x, at), direction, arc)
 
     def __next__(self) -> Step:
-        return next(self._generator)
+        try:
+            return next(self._generator)
+        except StopIteration:
+            raise
+        except Exception as error:
+            if not self.points:
+                raise
+            self.error = error  # what was found is worth more than the fault
+            raise StopIteration(self._end(*failed(error))) from None
 
     @property
     def evaluations(self) -> int:
