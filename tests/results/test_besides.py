@@ -117,7 +117,7 @@ def test_stability_that_fails_all_along(sound: ss.Branch, monkeypatch: pytest.Mo
 
 def test_peaks_that_cannot_be_sought(sound: ss.Branch, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(peaks_module, "amplitude_with_slope", after(9, peaks_module.amplitude_with_slope))
-    with pytest.warns(ss.SlipstickWarning, match="^peaks is not known at .*on purpose"):
+    with pytest.warns(ss.SlipstickWarning, match="^the place of peaks is not known at .*on purpose"):
         branch = ss.forced_response(problem(), omega=(8.0, 12.0))
     assert branch.outcome is ss.Outcome.COMPLETED
     assert branch.peaks("x") == []

@@ -163,7 +163,7 @@ def _run(
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=(
             *own,
-            *_kept_up(recorder, "peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
+            *_kept_up(recorder, "the place of peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
             *_kept_up(recorder, "where stability changes", special.events if special else ()),
         ),
         **inside,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,11 @@ def test_a_contact_with_rubbing(tangential: Any, velocity: float, ahead: str, ba
         f"contact 'damper': its side slides at 10 over the opposing surface in the direction of {ahead}: "
         f"friction holds it back, pushing it towards {back}; the opposing surface moves towards {back}"
     ]
+
+
+def test_the_case_file_page_shows_the_sentence() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "case-file.md").read_text(encoding="utf-8")
+    assert said(pair(velocity=10.0))[0].removeprefix("contact 'damper': ") in " ".join(page.split())
 
 
 def test_without_rubbing_nothing_is_said() -> None:
