@@ -96,7 +96,7 @@ def _is_whole(data: mmap) -> bool:
         return data[max(end, 0) :] == sealed(own)
 
 
-def checked(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
+def check_summed(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
     """Options of a data set that is stored with its check sum, in pieces that HDF5 can hold; ``limits`` where it grows.
 
     A single number has no place for one.

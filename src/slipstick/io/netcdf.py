@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.io.hdf5 import CHECKED, attributes, checked, opened, own_node, require_own, sealed, texts
+from slipstick.io.hdf5 import CHECKED, attributes, check_summed, opened, own_node, require_own, sealed, texts
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
             scale = _create(place, dim, variables[dim], limits)
             scale.make_scale(dim)
         else:
-            scale = place.create_dataset(dim, (size,), dtype="f4", **checked((size,), 4, limits))
+            scale = place.create_dataset(dim, (size,), dtype="f4", **check_summed((size,), 4, limits))
             scale.make_scale(f"{_BARE} {size:>10d}")
         scale.attrs["_Netcdf4Dimid"] = np.int32(next(numbers))
     for name, variable in variables.items():
@@ -101,7 +101,7 @@ def _create(
     import h5py
 
     values = variable.values
-    options = checked(values.shape, values.dtype.itemsize, limits)
+    options = check_summed(values.shape, values.dtype.itemsize, limits)
     if values.dtype.kind in "OUS":  # HDF5 has no check sum for these
         values, options = values.astype(object), options | {"dtype": h5py.string_dtype(), "fletcher32": False}
     dataset = file.create_dataset(name, data=values, **options)

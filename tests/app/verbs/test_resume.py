@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import shutil
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -179,9 +180,10 @@ def test_a_case_that_is_gone_is_read_from_the_results(case: Path, monkeypatch: p
 def other_version(case: Path) -> None:
     path = case.parent / "out" / "results.nc.journal"
     line, _, rest = path.read_bytes().partition(b"\n")
-    header = json.loads(line)
+    header = json.loads(line[9:])
     header["attributes"]["slipstick_version"] = "0.0.1"
-    path.write_bytes(json.dumps(header).encode() + b"\n" + rest)
+    text = json.dumps(header).encode()
+    path.write_bytes(b"%08x " % zlib.crc32(text) + text + b"\n" + rest)
 
 
 REFUSED: dict[str, tuple[Callable[[Path], object], str]] = {

@@ -100,6 +100,11 @@ def os_sentence(error: OSError) -> str:
     return f"{where}{(error.strerror or str(error) or type(error).__name__).lower()}"
 
 
+def fault_sentence(error: Exception) -> str:
+    """Any failure but that of input: of the operating system, or of the program itself."""
+    return os_sentence(error) if isinstance(error, OSError) else internal_sentence(error)
+
+
 def internal_sentence(error: Exception) -> str:
     """A fault of the program itself, in one line; its traceback goes to a file for the report."""
     lines = traceback.format_exception(error)

@@ -19,7 +19,7 @@ from slipstick.app.terminal.guard import (
     DONE,
     STOPPED,
     complain,
-    internal_sentence,
+    fault_sentence,
     os_sentence,
     say,
     termination_as_interrupt,
@@ -167,10 +167,7 @@ class Run:
 
     def _fail(self, error: Exception) -> None:
         """Take note of what ended the run."""
-        if isinstance(error, InputError):
-            self.failures += error.sentences
-        else:
-            self.failures.append(os_sentence(error) if isinstance(error, OSError) else internal_sentence(error))
+        self.failures += error.sentences if isinstance(error, InputError) else [fault_sentence(error)]
 
     @property
     def _taken_up(self) -> dict[str, Any]:
@@ -257,20 +254,16 @@ class Run:
         try:
             for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.manner.wanted):
                 complain(f"warning: figures: these results hold nothing to draw of '{name}'")
-        except OSError as error:
-            self.failures.append(f"figures: {os_sentence(error)}")
         except Exception as error:
-            self.failures.append(f"figures: {internal_sentence(error)}")
+            self.failures.append(f"figures: {fault_sentence(error)}")
 
     def _follow_doubled(self) -> None:
         from slipstick.app.verbs.doubled import follow_doubled
 
         try:
             self.doubled = follow_doubled(self.case, self.folder.results, self.until)
-        except OSError as error:
-            self.failures.append(f"twice the period: {os_sentence(error)}")
         except Exception as error:
-            self.failures.append(f"twice the period: {internal_sentence(error)}")
+            self.failures.append(f"twice the period: {fault_sentence(error)}")
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""
@@ -282,7 +275,7 @@ class Run:
         except InputError as error:
             complain(f"warning: {error}")
         except Exception as error:
-            complain(f"warning: report: {internal_sentence(error)}")
+            complain(f"warning: report: {fault_sentence(error)}")
 
     def _summary(self, found: int) -> None:
         if found:
@@ -308,8 +301,7 @@ class _Listener:
     """Writes points to the store and shows them; ends the run when its time is up."""
 
     def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
-        self._store, self._shown, self._case = store, shown, case
-        self.recorder = recorder
+        self._store, self.recorder, self._shown, self._case = store, recorder, shown, case
         self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
