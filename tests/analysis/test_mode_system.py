@@ -5,13 +5,13 @@ import pytest
 from helpers.problems import difference
 
 import slipstick as ss
-from slipstick.analysis.mode_system import ModeSystem
+from slipstick.analysis.mode_following import first_guess
 from slipstick.analysis.nonlinear_modes import free_problem
-from slipstick.balance.ports import Balance
-from slipstick.results.record import Outputs
 
 
-def test_jacobian_and_derivative_by_the_amplitude_are_those_of_differences():
+@pytest.mark.parametrize("at_dof", [False, True])
+@pytest.mark.parametrize("dof", ["b", "d", "a"])  # no port, a normal and a tangential one
+def test_jacobian_and_derivative_by_the_amplitude_are_those_of_differences(dof, at_dof):
     """At a random state of three contacts, one with a normal direction, rubbing and a static load."""
     n = 4
     K = 50.0 * np.eye(n) - 10.0 * np.eye(n, k=1) - 10.0 * np.eye(n, k=-1)
@@ -20,16 +20,16 @@ def test_jacobian_and_derivative_by_the_amplitude_are_those_of_differences():
     pairs = [
         ss.ContactPair(name="one", tangential="a", contact=law, rubbing=ss.RubbingMotion(velocity=2.0)),
         ss.ContactPair(name="two", tangential={"b": 1.0, "c": -1.0}, contact=law),
-        ss.ContactPair(name="three", tangential="b", normal="d", contact=law),
+        ss.ContactPair(name="three", tangential="a", normal="d", contact=law),
     ]
     loads = [ss.Load(dof="d", harmonic=0, cos=3.0), ss.Load(dof="a", sin=10.0)]
     problem = ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(4))
-    free = free_problem(problem, 1, "b")
-    balance = Balance(free.problem)
-    shape = balance.directions.T @ free.modal.mode_shapes[:, 1]
-    system = ModeSystem(Outputs(balance, ("b",)), free.target, shape)
+    free, linear = free_problem(problem, 1, dof)
+    guess = first_guess(free.balance, free.target, linear, 0.5)
+    system = free.system(guess[:-2], at_dof=at_dof)
     rng = np.random.default_rng(3)
-    y = system.start() + 0.3 * rng.standard_normal(balance.size + 2)
+    y = np.append(guess[:-2] / system.sizes(0.5), guess[-2:])
+    y += 0.3 * rng.standard_normal(guess.size)
     dy, p = rng.standard_normal(y.size), float(np.log(0.5))
     found = system.evaluate(y, p)
     expected = difference(lambda e: system.evaluate(y + e * dy, p).residual, 0.0, 1e-5)

@@ -178,3 +178,35 @@ def test_modes_of_one_frequency():
     omega, damping = ends(2, 2, "b")
     assert omega == pytest.approx(np.sqrt(40.0))
     assert damping == pytest.approx(0.1 / (2.0 * np.sqrt(40.0)), rel=1e-6)
+
+
+def two_masses(**contact) -> ss.Problem:
+    """A light mass on a stiff contact, hung to a heavy one."""
+    structure = ss.MatrixStructure(M=np.diag([0.02, 1.0]), K=[[40.0, -40.0], [-40.0, 640.0]], dofs=["a", "b"])
+    pair = ss.ContactPair(name="foot", tangential="a", contact=ss.FrictionContact(**contact))
+    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="b", sin=1.0), harmonics=range(8))
+
+
+@pytest.mark.parametrize(
+    ("mode", "dof", "ends"), [(1, "a", (0.01, 0.05)), (1, "b", (0.1, 0.5)), (2, "a", (0.01, 0.05))]
+)
+def test_a_stiff_contact_that_sticks_begins_as_the_linear_mode_with_its_stiffness(mode, dof, ends):
+    branch = ss.nonlinear_modes(two_masses(kt=400.0, mu=0.5, normal_load=100.0), amplitude=ends, mode=mode, dof=dof)
+    assert branch.outcome is ss.Outcome.COMPLETED
+    d = branch.dataset.sel(dof=dof)
+    square = np.linalg.eigvals(np.diag([50.0, 1.0]) @ [[440.0, -40.0], [-40.0, 640.0]])
+    assert d.omega.values == pytest.approx(np.sqrt(np.sort(square)[mode - 1]), rel=1e-9)
+    assert np.abs(d.modal_damping.values).max() < 1e-9
+    assert (float(d.amplitude[0]), float(d.amplitude[-1])) == pytest.approx(ends, rel=1e-9)
+
+
+@pytest.mark.parametrize("ends", [(0.05, 2.0), (2.0, 0.05)])
+def test_the_range_is_that_of_harmonic_1_at_the_output(ends):
+    """Also where contacts slip at the first amplitude, and where the output is not the dof with the contact."""
+    problem = two_masses(kt=40.0, mu=0.5, normal_load=1.0)
+    d = ss.nonlinear_modes(problem, amplitude=ends, dof="b").dataset.sel(dof="b")
+    harmonic_1 = np.hypot(*d.displacement.values[:, 1:3].T)
+    assert harmonic_1[[0, -1]] == pytest.approx(ends, rel=1e-8)
+    assert d.modal_amplitude.values == pytest.approx(harmonic_1, rel=1e-8)
+    assert np.abs(d.displacement.values[:, 2]).max() < 1e-9 * harmonic_1.max()
+    assert d.displacement.values[:, 1].min() > 0.0

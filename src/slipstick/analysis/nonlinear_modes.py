@@ -5,18 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import exp, log
 from typing import Any
 
 import numpy as np
 
 from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.locus import NEWTON
+from slipstick.analysis.mode_following import ModePath, first_guess
+from slipstick.analysis.mode_start import LinearMode, linear_mode
 from slipstick.analysis.mode_system import ModeSystem, TargetMode
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.tracking import one_dof
 from slipstick.analysis.warming import relative_residual
 from slipstick.balance.checks import two_numbers
+from slipstick.balance.kinds import Kind
 from slipstick.balance.loads import Load
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
@@ -24,17 +26,19 @@ from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, numbers, warn, whole, wrong
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
-from slipstick.results.modes import mode_layout, mode_values
+from slipstick.results.modes import mode_layout, mode_values, peak_forces
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import attributes_of, make_table
-from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, Step, continuation
+from slipstick.solve.continuation import BranchEvent, ContinuationOptions, Step
+from slipstick.solve.continuation.path import failed
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import MODE, PrescribedMode
-from slipstick.typing import Array
+from slipstick.typing import Array, ComplexArray
 
-MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON}
-"""Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of log a."""
+MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
+"""Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of the amplitude's logarithm, and
+frequency and damping between two points to 4e-4 on the line through them."""
 
 _LIMIT = 0.01
 """Damping ratio above which the mode tells peaks to a per cent, but no decay."""
@@ -60,16 +64,17 @@ def nonlinear_modes(
         What vibrates. Of its loads only the static ones act; harmonic ones set the scale of ``load_factor``. A constant
         rubbing velocity acts, a periodic one has no meaning here and is refused.
     amplitude
-        Amplitude of the mode at ``dof`` from which and to which it is followed, > 0: that of its motion in harmonic 1.
-        Begin where contacts stick, or only slide.
+        Amplitude of the motion at ``dof`` in harmonic 1 from which and to which the mode is followed, > 0, length.
     mode
-        Number of the mode of the structure without contacts, from 1.
+        Number of the mode of the structure without contacts, from 1. The mode begins with contacts as they are at rest:
+        it is the one that this becomes while their tangent stiffness grows from nothing to what it is.
     dof
         The output that moves in the mode; by default the first.
     load_factors
         Factors on the loads of the problem whose forced peaks are wanted as exact points.
     options
-        Step control, as of ``forced_response``.
+        Step control, as of ``forced_response``; ``output_tolerance`` is how far frequency and damping may be off the
+        line between two points, over their own size.
 
     Returns
     -------
@@ -115,9 +120,10 @@ def nonlinear_modes(
     assert number is not None
     assert name is not None
     assert common is not None
-    twin = free_problem(checked, number - 1, name)
+    chosen = common["options"]
     with one_thread():
-        return _Followed(checked, twin, ends, name, factors or (), common["options"]).branch()
+        free, linear = free_problem(checked, number - 1, name, getattr(chosen, "jacobian", "auto"))
+        return _Followed(free, linear, number - 1, ends, name, factors or (), chosen).branch()
 
 
 def _amplitudes(given: Any) -> tuple[float, float]:
@@ -140,31 +146,54 @@ def _factors(given: Any) -> tuple[float, ...]:
 class FreeProblem:
     """A problem whose mode moves as prescribed, and what of the given one its results are held against."""
 
-    def __init__(self, given: Problem, structure: ModalStructure, number: int, dof: str) -> None:
-        row = np.zeros(len(structure.dofs))
-        row[structure.dofs.index(dof)] = 1.0
+    def __init__(self, given: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
         self.given, self.modal = given, structure
-        self.target = TargetMode.of(structure, number, float(row @ structure.mode_shapes[:, number]))
-        still = [replace(load, cos=given.load * load.cos) for load in given.loads if load.harmonic == 0]
-        self.problem = replace(
-            given, structure=PrescribedMode(structure, number, self.target.scale), told=None, load=1.0,
-            loads=[*still, Load(shape=MODE, cos=1.0)], period_ratio=(1, 1),
-        )  # fmt: skip
+        directions = given.direction_matrix(given.port_directions)
+        self.ports: Array = directions.T @ structure.mode_shapes
+        self.target = TargetMode(structure, number, self.ports, structure.mode_shapes[structure.dofs.index(dof)])
+        still = _resting(given, structure)
+        prescribed = PrescribedMode(structure, number, self.target.scale)
+        self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
+        self.balance = Balance(self.problem, kind=kind)
+        self.balance.anchor_if_undamped(float(structure.omega[number]))
+        self.outputs = Outputs(self.balance, (dof,))
 
-    def mode_force(self) -> float:
-        """Size of the force of the problem's loads on the mode, in the scale of its amplitude."""
+    def system(self, reference: Array, *, at_dof: bool = False) -> ModeSystem:
+        """The system of equations, its phase fixed near a motion (N + 2,)."""
+        return ModeSystem(self.outputs, self.modal, self.ports, self.target, reference, at_dof=at_dof)
+
+    def mode_force(self) -> ComplexArray:
+        """Phasors of the forces of the problem's loads on the mass-normalised modes, (n_modes,)."""
         columns = self.given.load_columns
         names = tuple(shape for shape in columns.shapes)
         _, right, _, _ = self.modal.modal_parts(np.zeros((len(self.modal.dofs), 0)), columns.vectors, names)
         P, order = self.given.load_coefficients(), self.given.load_order
         if order not in self.given.harmonics.orders:
-            return 0.0
+            return np.zeros(self.modal.omega.size, dtype=complex)
         c, s = (self.given.harmonics.index(order, part) for part in "cs")
-        return float(abs(right[:, self.target.number] @ (P[:, c] - 1j * P[:, s]))) / abs(self.target.scale)
+        return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
 
 
-def free_problem(problem: Problem, number: int, dof: str) -> FreeProblem:
-    """The problem of free vibration in a mode; InputError where there is none."""
+def free_problem(problem: Problem, number: int, dof: str, kind: Kind | str = "auto") -> tuple[FreeProblem, LinearMode]:
+    """The problem of free vibration in a mode, and the mode with contacts as they are at rest.
+
+    The mode that is split off is the one with the largest share in that. InputError where there is no such mode.
+    """
+    structure = _modal(problem, number, dof)
+    linear = linear_mode(_resting(problem, structure), structure, number, dof)
+    if abs(linear.at_dof) <= _STILL * linear.size:
+        raise InputError(Fault("dof", f"{dof} does not move in mode {number + 1} with the contacts as they are at rest",
+                               remedy="name one that does"))  # fmt: skip
+    return FreeProblem(problem, structure, linear.most, dof, kind), linear
+
+
+def _resting(problem: Problem, structure: ModalStructure) -> Problem:
+    """With nothing but its static loads."""
+    still = [replace(load, cos=problem.load * load.cos) for load in problem.loads if load.harmonic == 0]
+    return replace(problem, structure=structure, loads=still, load=1.0, period_ratio=(1, 1), told=None)
+
+
+def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     structure: Any = problem.structure
     if isinstance(structure, MatrixStructure):
         structure = structure.by_modes()
@@ -188,11 +217,10 @@ def free_problem(problem: Problem, number: int, dof: str) -> FreeProblem:
         faults.append(Fault("loads", "a support moves", remedy=_ALONE))
     if faults:
         raise InputError(faults)
-    return FreeProblem(problem, structure, number, dof)
+    return structure
 
 
 _STILL = 1e-6
-_BEGIN = "at which the contacts stick, or only slide"
 _ALONE = "free vibration has no such motion: leave it out"
 
 
@@ -205,8 +233,9 @@ def _periodic(rubbing: Any) -> list[Any]:
 class _Followed:
     """A mode to be followed."""
 
-    given: Problem
     free: FreeProblem
+    linear: LinearMode
+    number: int
     ends: tuple[float, float]
     dof: str
     factors: tuple[float, ...]
@@ -214,83 +243,69 @@ class _Followed:
 
     def branch(self) -> Branch:
         """The mode as a branch."""
-        clock, problem, target = time.perf_counter(), self.free.problem, self.free.target
-        balance = Balance(problem)
-        shape = balance.directions.T @ self.free.modal.mode_shapes[:, target.number]
-        system = ModeSystem(Outputs(balance, (self.dof,)), target, shape)
-        force = self.free.mode_force()
-        run = continuation(
-            system, self._begun(system), log(self.ends[0]), log(self.ends[1]),
-            options=replace(self.options, output_step=np.inf),
-            scaling=ArclengthScaling(x=self._unit(system)), events=[self._level(f, force) for f in self.factors],
-        )  # fmt: skip
+        clock, force, free = time.perf_counter(), self.free.mode_force(), self.free
+        start = first_guess(free.balance, free.target, self.linear, self.ends[0])[:-2]
+        system, at_dof = free.system(start), free.system(start, at_dof=True)
+        path = ModePath(system, at_dof, self.linear, self.ends, self.options)
         steps: list[Step] = []
+        outcome, message = Outcome.NO_FIRST_POINT, ""
         try:
-            steps.extend(run)
-            outcome, message = run.outcome or Outcome.INTERRUPTED, run.message
+            begun = path.begin()
+            if begun is not None:
+                run = path.follow(*begun, [self._level(f, force) for f in self.factors])
+                steps.extend(run)
+                outcome, message = run.outcome or Outcome.INTERRUPTED, run.message
+                steps = list(path.refined(steps))
         except KeyboardInterrupt:
             outcome, message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
-        if outcome is not Outcome.COMPLETED and steps:
-            message = f"{message}; the last amplitude is {exp(steps[-1].parameter):.6g}"
-        if outcome is Outcome.NO_FIRST_POINT:
-            message = f"no free vibration was found at the amplitude {self.ends[0]:.6g}: begin at another, {_BEGIN}"
-        return self._recorded(balance, steps, outcome, message, force, {
-            "evaluations": run.evaluations, "linear_solves": run.solves, "rejected_steps": run.rejected,
-            "seconds": time.perf_counter() - clock, "jacobian": balance.kind.name,
+        except Exception as error:
+            if not steps:
+                raise
+            outcome, message = failed(error)
+        points = [self._point(system, step) for step in steps]
+        if outcome is Outcome.COMPLETED:
+            outcome, message = path.arrived(steps[-1])
+        if outcome is Outcome.COMPLETED:
+            points[-1] = self._point(at_dof, path.finished(steps[-1]))
+        elif outcome is Outcome.NO_FIRST_POINT:
+            message = f"no free vibration was found at the amplitude {self.ends[0]:.6g}: begin at a smaller one"
+        elif steps:
+            message = f"{message}; the last amplitude is {steps[-1].evaluation.detail.amplitude:.6g}"
+        return self._recorded(points, outcome, message, force, {
+            **path.work, "seconds": time.perf_counter() - clock, "jacobian": free.balance.kind.name,
         })  # fmt: skip
 
-    def _begun(self, system: ModeSystem) -> Array:
-        """A guess at the first amplitude: the frequency that the force on the mode asks for, a few times over."""
-        y, t = system.start(), self.free.target
-        for _ in range(_GUESSES):
-            found = system.evaluate(y, log(self.ends[0]))
-            if found.detail is None:
-                break
-            moved = y.copy()
-            jacobian: Any = found.jacobian
-            moved[:-2] -= jacobian.inner_solve(found.residual[:-2])
-            square = y[-2] ** 2 + t.square * found.residual[-2]
-            moved[-2] = np.sqrt(square) if square > 0.0 else y[-2]
-            moved[-1] = y[-1] + t.square / moved[-2] * found.residual[-1]
-            y = moved
-        return y
+    def _point(self, system: ModeSystem, step: Step) -> Point:
+        """A point with its phase turned so that harmonic 1 at the output is a cosine."""
+        y, detail = step.x, step.evaluation.detail
+        angle = -float(np.angle(detail.at_dof))
+        if abs(angle) > _TURNED:
+            y = np.append(system.turned(y[:-2], angle), y[-2:])
+            detail = system.evaluate(y, step.parameter, step.evaluation.context).detail
+        return Point.at(
+            detail, x=y[:-4] * system.sizes(detail.size)[:-2], residual=relative_residual(step),
+            iterations=step.iterations, kind=step.kind, parameter=detail.omega, peak_of="",
+        )  # fmt: skip
 
-    def _unit(self, system: ModeSystem) -> Array:
-        unit = np.ones(system.balance.size + 2)
-        unit[-2:] = np.sqrt(self.free.target.square)
-        return unit
-
-    def _level(self, factor: float, force: float) -> BranchEvent:
+    def _level(self, factor: float, force: ComplexArray) -> BranchEvent:
         """Where the forced response to the loads times a factor peaks."""
-        stiffness = 1.0 / self.free.target.scale**2
-
-        def short(step: Step) -> float:
-            d = step.evaluation.detail
-            return float(d.xi * d.omega * d.amplitude * stiffness - factor * force)
-
-        return BranchEvent(name=f"{factor:g}", kind="requested", function=short)
+        return BranchEvent(
+            name=f"{factor:g}", kind="requested",
+            function=lambda step: peak_forces([step.evaluation.detail], force)[0] - factor,
+        )  # fmt: skip
 
     def _recorded(
-        self, balance: Balance, steps: list[Step], outcome: Outcome, message: str, force: float, work: dict[str, Any]
+        self, points: list[Point], outcome: Outcome, message: str, force: ComplexArray, work: dict[str, Any]
     ) -> Branch:
-        problem, recorder = self.free.problem, Recorder(balance)
-        points = [
-            Point.at(
-                s.evaluation.detail, x=s.x[:-2] * s.evaluation.detail.amplitude, residual=relative_residual(s),
-                iterations=s.iterations, kind=s.kind, parameter=s.evaluation.detail.omega, peak_of="",
-            )
-            for s in steps
-        ]  # fmt: skip
-        details = [s.evaluation.detail for s in steps]
-        values = recorder.values(points) | mode_values(details, self.free.target.scale, force)
+        problem, recorder, given = self.free.problem, Recorder(self.free.balance), self.free.given
+        values = recorder.values(points) | mode_values([p.detail for p in points], force)
         said = recorder.besides.said(
             lambda: [*self._warnings(values), *(result_warnings("omega", values, problem.elements) if points else [])]
         )
         warn(said)
-        attributes = attributes_of(self.given, outcome, message, said, mode=self.free.target.number + 1,
-                                   mode_of=self.dof, **work)  # fmt: skip
+        attributes = attributes_of(given, outcome, message, said, mode=self.number + 1, mode_of=self.dof, **work)
         without = "it is a free vibration, not that of a problem with loads"
-        table = make_table(mode_layout(recorder.layout, self.given), values, attributes)
+        table = make_table(mode_layout(recorder.layout, given), values, attributes)
         return Branch(table, outcome, None, message, without=without)
 
     def _warnings(self, values: Mapping[str, Any]) -> list[str]:
@@ -304,7 +319,7 @@ class _Followed:
                 f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "
                 f"{100 * _LIMIT:g} % forced peaks are right to about a per cent, but free decay is not that of the mode"
             )
-        others = np.delete(2.0 * own.damping_ratio * own.omega + own.loss_factor * own.omega, self.free.target.number)
+        others = np.delete(2.0 * own.damping_ratio * own.omega + own.loss_factor * own.omega, self.number)
         if others.size and np.nanmax(xi) > others.min():
             found.append(
                 "what is taken of the damping exceeds the damping of another mode, which is unstable in this motion: "
@@ -313,4 +328,5 @@ class _Followed:
         return found
 
 
-_GUESSES = 12
+_TURNED = 1e-12
+"""Angle of the motion at the output below which it is a cosine."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -172,5 +171,4 @@ class PrescribedReceptance:
         if self._moved:
             own = np.broadcast_to(by_mode * (m == 1.0), D.shape[:-1])
             D = np.concatenate([D, own[..., None]], axis=-1)
-        found: Any = np.einsum("rj,...kj,cj->...krc", self._left, D, self._right, optimize=True)
-        return np.asarray(found, dtype=complex)
+        return np.asarray((self._left * D[..., None, :]) @ self._right.T, dtype=complex)

@@ -6,7 +6,7 @@ cubic Hermite predictor through the last two points and a scaled arclength.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
 from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array
 
@@ -36,6 +37,7 @@ def continuation(
     direction: ArrayLike | None = None,
     context: Any = None,
     places: Sequence[Place] = (),
+    doubted: Callable[[Step, Step, Array], bool] | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -61,6 +63,9 @@ def continuation(
     places
         To go on where another continuation with the same arguments stood: its last ``place``, preceded by the one
         before where there is one. The points to come are those it would have found, to the last bit on one machine.
+    doubted
+        Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
+        shorter step is taken then, down to ``kink_step``.
 
     Returns
     -------
@@ -98,6 +103,7 @@ def continuation(
         direction=None if direction is None else np.asarray(direction, dtype=float),
         context=context,
         places=tuple(places),
+        doubted=doubted,
     )
 
 

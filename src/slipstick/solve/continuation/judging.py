@@ -20,6 +20,7 @@ class Rejection(Reason):
     OUTSIDE = "the corrected point lies outside of the range"
     ORIENTATION = "the orientation of the branch changes (bifurcation, or another branch)"
     FAR = "the solution found is far from the predicted one"
+    DOUBTED = "part of the solution is not as predicted"
     SHARP = "the direction of the branch changes too much"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -65,8 +65,9 @@ class Continuation(Iterator[Step]):
         direction: Array | None,
         context: Any,
         places: tuple[Place, ...],
+        doubted: Callable[[Step, Step, Array], bool] | None = None,
     ) -> None:
-        self._options = options
+        self._options, self._doubted = options, doubted
         self._span = Span(*ends)
         self._metric = Metric(scaling, x, abs(ends[1] - ends[0]))
         self._corrector = Corrector(system, x.size, self._metric, options.newton)
@@ -205,6 +206,8 @@ class Continuation(Iterator[Step]):
                 reason = result.reason
             else:
                 reason = objection(corrector, span, options, last, new, ahead.guess, length)
+                if reason is None and self._doubted is not None and length > options.kink_step:
+                    reason = Rejection.DOUBTED if self._doubted(last, new, ahead.guess) else None
                 if reason is None:
                     new.apart = corrector.apart(new, ahead.guess, ahead.direction, length)
                     return self._accept(last, new, result, length, 2 if arc is None else 4)

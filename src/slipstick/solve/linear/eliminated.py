@@ -71,10 +71,6 @@ class Eliminated:
         u = np.linalg.solve(self._corner, last - self._rows[:, : self._n] @ y)
         return np.concatenate([y - self._solved @ u, u])
 
-    def inner_solve(self, right: Array) -> Array:
-        """Solution with the inner Jacobian alone, without the borders."""
-        return self._inner.solve(right)
-
     def sign(self) -> int:
         """Sign of the determinant."""
         return self._inner.sign() * (-1 if np.linalg.det(self._corner) < 0 else 1)
