@@ -86,3 +86,14 @@ def test_a_mode_that_does_not_come_to_the_last_amplitude_says_so():
     assert branch.outcome is ss.Outcome.TURNED_BACK
     assert "the motion at the output does not come to 1000" in branch.message
     assert len(branch) > 10
+
+
+def test_a_contact_that_just_touches_is_nowhere_linear_and_has_its_mode():
+    """Half a period with the contact spring, half without: ``2 w1 w2 / (w1 + w2)`` at all amplitudes."""
+    structure = ss.MatrixStructure(M=np.eye(2), K=np.diag([100.0, 40.0]), dofs=["x", "y"])
+    law = ss.FrictionContact(kt=1.0, mu=0.1, kn=100.0, gap=0.0)
+    pair = ss.ContactPair(name="foot", tangential="x", normal="y", contact=law)
+    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="y", cos=1.0), harmonics=range(16))
+    d = ss.nonlinear_modes(problem, amplitude=(0.01, 1.0), dof="y").dataset
+    low, high = np.sqrt([40.0, 140.0])
+    assert d.omega.values == pytest.approx(2.0 * low * high / (low + high), rel=1e-6)

@@ -78,18 +78,22 @@ class ModePath:
     def begin(self) -> tuple[Array, float] | None:
         """Unknowns (N + 4,) and parameter at the first amplitude; None where none are found.
 
-        Where the mode is not linear there it is followed from an amplitude at which it is.
+        Where the mode is not linear there it is followed from an amplitude at which it is, or else from the nearest one
+        at which a solution is found from the linear mode.
         """
-        amplitude = self.first
+        amplitude, near = self.first, None
         for _ in range(_RUNGS):
             guess = first_guess(self.system.balance, self.system.target, self.linear, amplitude)
             found = self._solved(guess, amplitude)
             guess[:-2] /= self.at_dof.sizes(amplitude)
             if found.converged and norm((found.x - guess) / self._unit) < _LINEAR:
                 break
+            near = near or ((found, amplitude) if found.converged else None)
             amplitude *= _LADDER
-        else:
-            return None
+        else:  # as of a contact that just touches, which is linear nowhere
+            if near is None:
+                return None
+            found, amplitude = near
         y, parameter = self._resized(found.x, amplitude)
         if amplitude == self.first:
             return y, parameter
