@@ -71,8 +71,8 @@ def test_the_curve_of_all_harmonics_within_the_accuracy(velocity: float, accurac
     assert top[1] == pytest.approx(top[0], rel=accuracy)
     used = found.dataset["harmonics_in_use"].to_numpy()
     assert used.min() < 16
-    assert used.mean() < (15.9 if accuracy < 1e-3 else 10.0)
-    assert float(found.dataset.truncation.max()) < accuracy
+    assert used.mean() < (15.9 if accuracy < 1e-3 else 13.0)
+    assert np.all(found.dataset.truncation.to_numpy()[used < 16] < accuracy)  # with all there are no more to be had
     assert found.dataset.attrs["adapt_harmonics"] == accuracy
     assert np.all(whole.dataset["harmonics_in_use"] == 16)
 

@@ -109,3 +109,35 @@ def test_frequency_must_be_known_for_what_is_by_time():
     f = element_forces(h, X, Y, **par)
     with pytest.raises(AttributeError, match="omega was not given"):
         _ = f.power
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("what", ["X", "Y", "v", "kt", "mu", "kn", "gap"])
+def test_what_is_no_number_ends_with_nan_and_spoils_no_neighbour(what, bad):
+    """Wherever it stands; the search for critical times halved without end where the gap was nan."""
+    h, rng = Harmonics(range(6)), np.random.default_rng(3)
+    own = {name: rng.uniform(0.5, 1.0, 3) for name in ("v", "kt", "mu", "kn", "gap")} | {
+        name: rng.normal(size=(3, h.size)) for name in ("X", "Y")
+    }
+    right = element_forces(h, own["X"], own["Y"], **{k: own[k] for k in ("v", "kt", "mu", "kn", "gap")})
+    for i in range(h.size if what in "XY" else 1):
+        spoilt = {name: value.copy() for name, value in own.items()}
+        spoilt[what][1 if what not in "XY" else (1, i)] = bad
+        f = element_forces(h, spoilt.pop("X"), spoilt.pop("Y"), **spoilt)
+        for name in ("Fx", "Fy", "dFx_dX", "work", "stick_fraction"):
+            assert np.isnan(getattr(f, name)[1]).all(), name
+            np.testing.assert_array_equal(getattr(f, name)[[0, 2]], getattr(right, name)[[0, 2]])
+        assert f.states[1] == []
+        assert f.states[0] == right.states[0]
+
+
+@pytest.mark.parametrize("what", ["X", "Y", "v", "kt", "kn", "gap"])
+@pytest.mark.parametrize("value", [1e100, -1e200, 1e308])
+def test_absurd_numbers_end(what, value):
+    h, rng = Harmonics(range(6)), np.random.default_rng(4)
+    X, Y = rng.normal(size=(2, 2, h.size))
+    given = {"v": 1.0, "kt": 20.0, "mu": 0.3, "kn": 15.0, "gap": -0.2} | ({what: value} if what not in "XY" else {})
+    {"X": X, "Y": Y}.get(what, np.zeros((2, 2)))[0, 1] = value
+    with np.errstate(all="ignore"):
+        f = element_forces(h, X, Y, **{name: np.full(2, number) for name, number in given.items()})
+        assert len(f.states) == 2

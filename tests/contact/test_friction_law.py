@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from slipstick.contact.friction import FrictionContact
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law, Motion
+from slipstick.contact.sampled import SampledLaw
 from slipstick.trig.harmonics import Harmonics
 
 H = Harmonics(range(4))
@@ -122,3 +124,28 @@ def test_springs_are_what_the_forces_answer_with():
     assert LAW.derived("normal_load", values)[0] == "gap"
     assert LAW.derived("load", values) is None
     assert np.isnan(LAW.derived("normal_load", {"kn": np.zeros(1)})[1]).all()
+
+
+@pytest.mark.parametrize("velocity, scale", [(0.0, 0.2), (0.0, 3.0), (1.0, 3.0), (30.0, 1.0)])
+def test_forces_in_time_are_those_of_the_coefficients(velocity, scale):
+    """Their harmonic coefficients, by the trapezoidal rule, are those of the element; of motion without number nan."""
+    h, rng = Harmonics(range(6)), np.random.default_rng(5)
+    X, Y = scale * rng.standard_normal((2, 3, h.size)) / (1 + np.arange(h.size)) ** 2
+    X[2, 3] = np.nan
+    values = {name: np.full(3, value) for name, value in {"kt": 10.0, "mu": 0.4, "kn": 8.0, "gap": -0.4}.items()}
+    motion = Motion(h, 1.0, (X, Y), np.array([3 * [velocity], [0.0, 0.0, 0.0]]))
+    response, tau = LAW.respond(motion, values), np.arange(40000) * 2 * np.pi / 40000
+    for force, wanted in zip(LAW.forces_in_time(motion, values, tau), response.force, strict=True):
+        found = 2 * force @ h.H_plus(tau) / tau.size
+        np.testing.assert_allclose(found[:2], wanted[:2], atol=1e-5 * np.abs(force[:2]).max())
+    assert np.isnan(LAW.forces_in_time(motion, values, tau)[0][2]).all()
+    assert LAW.states(motion, values)[2] == []
+    for own, share in zip(LAW.states(motion, values)[:2], response.detail.stick_fraction, strict=False):
+        stuck = sum(end - start for start, end, state in own if state == "stick")
+        assert stuck / (2 * np.pi) == pytest.approx(share, abs=1e-12)
+
+
+def test_friction_is_told_by_the_law_and_not_by_its_ports():
+    named_alike = SampledLaw(force=lambda q, velocity: q, ports=FrictionContact.ports)
+    assert is_friction(LAW)
+    assert not is_friction(named_alike)

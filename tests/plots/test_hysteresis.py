@@ -8,8 +8,9 @@ from helpers.figures import branch, drawn, named, title
 
 import slipstick as ss
 from slipstick import plots
+from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.law import Motion
 from slipstick.errors import InputError
-from slipstick.results.measures import friction_force
 
 
 def energy(b: ss.Branch, point: int, contact: str) -> float:
@@ -23,12 +24,13 @@ def energy(b: ss.Branch, point: int, contact: str) -> float:
     W, Y = X + d["rubbing_motion"].to_numpy(), d["contact_normal"].to_numpy()
     v = float(d["rubbing_velocity"] / d["omega"])
     nodes, weights = np.polynomial.legendre.leggauss(40)
-    mean, total = float(b.contact_forces(point).Fx[list(b.states(point)).index(contact), 0]), 0.0
+    total = 0.0
     numbers = {"kt": "tangential_stiffness", "mu": "friction_coefficient", "kn": "normal_stiffness", "gap": "gap"}
+    motion = Motion(h, float(d["omega"]), (W[None], Y[None]), np.array([[v], [0.0]]))
+    given = {key: np.array([float(d[name])]) for key, name in numbers.items()}
     for start, end, _ in states:
         tau = 0.5 * (start + end) + 0.5 * (end - start) * nodes
-        given = {key: float(d[name]) for key, name in numbers.items()}
-        force = friction_force(h, states, tau, W=W, Y=Y, v=v, mean=mean, **given)
+        force = FrictionLaw().forces_in_time(motion, given, tau)[0][0]
         speed = v + h.H_minus(tau) @ h.derivative(W)
         total += 0.5 * (end - start) * float(weights @ (force * speed))
     return total

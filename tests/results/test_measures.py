@@ -1,4 +1,4 @@
-"""Amplitudes exact to rounding, their derivatives, and the exact friction force over a period."""
+"""Amplitudes exact to rounding, and their derivatives."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import slipstick as ss
-from slipstick.results.measures import amplitude, amplitude_with_slope, friction_force
+from slipstick.results.measures import amplitude, amplitude_with_slope
 
 
 @pytest.mark.parametrize("orders", [[0, 1], [0, 1, 2, 3], [0, 2, 5, 10], [0, 7]])
@@ -50,16 +50,3 @@ def test_slope_of_the_amplitude() -> None:
     size, slope = amplitude_with_slope(h, X, dX)
     assert slope == pytest.approx(wanted, abs=1e-7)
     assert size == pytest.approx(amplitude(h, X).value, rel=1e-15)
-
-
-@pytest.mark.parametrize("velocity, scale", [(0.0, 0.2), (0.0, 3.0), (1.0, 3.0), (30.0, 1.0)])
-def test_friction_force_is_that_of_the_coefficients(velocity: float, scale: float) -> None:
-    """Its harmonic coefficients, by the trapezoidal rule, are those of the element."""
-    h, rng = ss.Harmonics(range(6)), np.random.default_rng(5)
-    W, Y = scale * rng.standard_normal((2, h.size)) / (1 + np.arange(h.size)) ** 2
-    par = {"kt": 10.0, "mu": 0.4, "kn": 8.0, "gap": -0.4}
-    f = ss.contact_forces(ss.FrictionContact(**par), h, W, Y, omega=1.0, rubbing=ss.RubbingMotion(velocity=velocity))
-    tau = np.arange(40000) * 2 * np.pi / 40000
-    force = friction_force(h, f.states, tau, W=W, Y=Y, v=velocity, **par, mean=float(f.Fx[0]))
-    found = 2 * h.H_plus(tau).T @ force / tau.size
-    assert found == pytest.approx(f.Fx, abs=1e-5 * np.abs(force).max())

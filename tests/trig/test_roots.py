@@ -194,3 +194,12 @@ def test_a_list_of_roots_is_never_cut_short(monkeypatch):
     monkeypatch.setattr(module, "_roots", lambda *a: compiled(*a[:-1], 3))
     with pytest.raises(SlipstickError, match=r"more roots than the harmonics \[0, 2\] allow"):
         roots(Harmonics([0, 2]), [0.0, 0.0, 1.0])
+
+
+def test_a_search_that_finds_no_end_is_given_up():
+    """Halving goes on where values are no numbers: it is bounded, and ends with an error."""
+    h = Harmonics(range(6))
+    begin = process_time()
+    with pytest.raises(SlipstickError, match="no end of them"):
+        roots(h, [np.nan, *np.linspace(-1.0, 1.0, h.size - 1)])
+    assert process_time() - begin < 30.0  # compiled within it

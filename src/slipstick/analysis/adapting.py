@@ -25,15 +25,15 @@ from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSyste
 from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs, Point
-from slipstick.results.truncation import truncation
+from slipstick.results.truncation import Reaction, truncation
 from slipstick.solve.linear.embedded import EmbeddedJacobian
 from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 
-SAFETY = 0.25
-"""Share of the tolerance that the estimate of what is neglected may reach: it can be too low by a few times."""
+SAFETY = 0.5
+"""Share of the tolerance that the estimate of what is neglected may reach: it can be too low by a factor of two."""
 
 _DROPPED = 0.05
 """Share of the tolerance that the highest harmonics in use may add where they are dropped."""
@@ -210,7 +210,10 @@ class _AtPoint(Adapted):
     @cached_property
     def _point(self) -> Point:
         x = self._x[self.rung.active]
-        return Point.at(self.value.detail, x=x, residual=0.0, iterations=0, kind="regular", parameter=0.0, peak_of="")
+        return Point.at(
+            self.value.detail, x=x, residual=0.0, iterations=0, kind="regular", parameter=0.0, peak_of="",
+            reaction=Reaction(self.value.jacobian),
+        )  # fmt: skip
 
     @property
     def _omega(self) -> Array:

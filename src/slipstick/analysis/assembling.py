@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipstick.analysis.piecewise import FrictionSystem
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.typing import Array
@@ -60,15 +60,20 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     )  # fmt: skip
 
 
+def integration_faults(problem: Problem) -> Iterator[Fault]:
+    """Contacts whose law is not integrated in time."""
+    for pair in problem.contacts:
+        if not is_friction(pair.contact):
+            what = f"contact '{pair.name}' follows a law of another kind"
+            yield Fault("time integration", what, expected="friction contacts alone: it knows no other law in time")
+
+
 def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:
     """Contact parameters given instead of the problem's, (n_contacts,) each."""
     if given is not None and not isinstance(given, Mapping):
         raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
     n, found, held = len(problem.elements), Gathering(), {}
-    if any(batch.law.ports != FrictionLaw.ports for batch in problem.batches):
-        found.faults.append(
-            Fault("time integration", "it knows friction contacts only", remedy="there are contacts of another law")
-        )
+    found.faults += integration_faults(problem)
     for name, value in (given or {}).items():
         where = f"time integration, held {shown(name)}"
         if name not in HELD_PARAMETERS:

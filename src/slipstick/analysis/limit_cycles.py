@@ -14,8 +14,7 @@ from slipstick.analysis.threads import one_thread
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.problem import Problem
-from slipstick.contact.friction_law import FrictionLaw
-from slipstick.contact.traits import kind
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, text
 from slipstick.results.branch import Branch
@@ -143,7 +142,7 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
         if other := [name for name in pair.rubbing.names if name != "velocity"]:
             found = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
-        if kind(pair.contact) != FrictionLaw.kind:
+        if not is_friction(pair.contact):
             yield Fault(("contact", pair.name), "it follows a law of another kind", expected="friction contacts")
     if problem.heated is not None:
         yield Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")

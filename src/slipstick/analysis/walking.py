@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.schema import attributes_of, make_table
 from slipstick.results.stability import STATE_CHANGE
+from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.arc import ArcPlaces
 from slipstick.solve.continuation.events import BranchEvent
@@ -108,6 +110,7 @@ def _follow_part(
     if run is None:
         part.outcome, part.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
         return
+    before = run.standing
     try:
         while not (sought is not None and part.reaches(*sought)):
             with guard():
@@ -115,7 +118,8 @@ def _follow_part(
             if step is None:
                 part.outcome, part.message, part.error = run.outcome or Outcome.INTERRUPTED, run.message, run.error
                 return
-            point = _point(step, task, part, run.residual, recorder, special)
+            point = _point(step, task, part, run.residual, recorder, special, before)
+            before = before if step.place is not None else step
             part.add(step.parameter, step.x)
             if task.listeners:
                 checkpoint = course.checkpoint(step, run, time.perf_counter() - clock)
@@ -254,7 +258,13 @@ def _settled_in_time(task: Task) -> Array | None:
 
 
 def _point(
-    step: Step, task: Task, part: Part, residual: float, recorder: Recorder, special: SpecialPoints | None
+    step: Step,
+    task: Task,
+    part: Part,
+    residual: float,
+    recorder: Recorder,
+    special: SpecialPoints | None,
+    before: Step | None,
 ) -> Point:
     kind = step.kind
     if kind == "requested" and step.parameter not in task.requested:
@@ -269,12 +279,29 @@ def _point(
         peak_of=step.name if kind == "peak" else "",
         motion=take("the motion of the outputs", partial(recorder.outputs.motion_between, step, task.system), None),
         stability=special and take("stability", partial(special.judged, step, compare=kind not in _ORDINARY), None),
+        reaction=_reaction(step, before),
     )  # fmt: skip
+
+
+def _reaction(step: Step, before: Step | None) -> Reaction | None:
+    """By the Jacobian that a point, or the one an interpolated point leads to, was corrected with last."""
+    first, second = (before, step) if step.place is None else step.place[:2]
+    if second.jacobian is None:
+        return None
+    bend = 0.0
+    if step.kind == "turning point":
+        bend = inf
+    elif first is not None and first.arclength != second.arclength:
+        bend = float(second.tangent[-1] - first.tangent[-1]) / abs(second.arclength - first.arclength)
+    return Reaction(second.jacobian, step.tangent, bend)
 
 
 def _in_slices(points: Iterable[Point], balance: Balance) -> Iterator[list[Point]]:
     """Points in lists that are recorded together: their derivatives are let go with them. At least one list."""
-    most, waiting, first = max(1, _KEPT // (balance.n_contacts * balance.L**2)), [], True
+    entries = balance.n_contacts * balance.L**2
+    if balance.kind.name == "dense":
+        entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
+    most, waiting, first = max(1, _KEPT // entries), [], True
     for point in points:
         waiting.append(point)
         if len(waiting) == most:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.contact.friction_law import is_friction
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -27,15 +28,16 @@ _ROUNDING = 1e-9
 def stiffness_shares(problem: Problem) -> tuple[Array, Array]:
     """``1/kn`` over the compliance that the modes leave out along the normal, and that compliance, (n,) each.
 
-    Of the contacts with a normal direction and a normal stiffness; empty for structures that are no modes.
+    Of the friction contacts with a normal direction and a normal stiffness; empty for structures that are no modes.
     """
     structure: Any = problem.structure
     modes, omega = (getattr(structure, name, None) for name in ("mode_shapes", "omega"))
     found = [
         (float(pair.values("kn")[k]), direction)
         for pair in problem.contacts
+        if is_friction(pair.contact)
         for k in range(len(pair))
-        if "kn" in pair.contact.values and (direction := pair.direction("normal", k)) and pair.values("kn")[k] > 0.0
+        if (direction := pair.direction("normal", k)) and pair.values("kn")[k] > 0.0
     ]
     if modes is None or omega is None or not found:
         return np.empty(0), np.empty(0)

@@ -20,6 +20,7 @@ from slipstick.balance.parameters import FACTORS, Target, changed, parameter_tar
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.warm import cold_pairs
 from slipstick.contact import traits
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -163,6 +164,7 @@ class Problem:
             return None
         curves = set(self.thermal.parameters)
         follow = [k for k, batch in enumerate(self.batches) if curves & set(batch.law.values)] or [0]
+        follow.sort(key=lambda k: not is_friction(self.batches[k].law))  # another law may call a parameter the same
         names = [self.elements[e] for batch in self.batches[follow[0] :][:1] for e in batch.numbers]
         return replace(self.thermal.elements(names), batch=follow[0])
 

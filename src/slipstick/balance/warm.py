@@ -26,7 +26,9 @@ def cold_pairs(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContact
 
 def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> list[Fault]:
     """Contacts that cannot be heated."""
-    missing = [port for port in traits.optional_ports(batch.law) if port == "normal"]
+    law = batch.law
+    ports = [law.ports[i] for i, name in traits.stiffness_names(law).items() if name == "kn"]
+    missing = [port for port in ports if port in traits.optional_ports(law)]
     return [
         Fault(
             ("contact", heated.names[e]),
@@ -34,5 +36,5 @@ def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContac
             remedy="give a normal direction, or no table of kn",
         )
         for e, (p, k) in enumerate(batch.members)
-        if missing and pairs[p].direction("normal", k) is None and heated.follows("kn", [e])
+        if any(pairs[p].direction(port, k) is None for port in missing) and heated.follows("kn", [e])
     ]

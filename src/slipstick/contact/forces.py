@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from slipstick.contact.traits import Interval
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
     from slipstick.contact.kernel.tuples import States
-
-Interval = tuple[float, float, str]
 
 SERIAL = 64
 """Below this number of elements threads cost more than they give."""
@@ -111,7 +110,8 @@ class ContactForces:
     def states(self) -> Any:
         """Intervals (start, end, "stick" | "slip+" | "slip-" | "separation") of one period, in rad, for each element.
 
-        They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list.
+        They follow one another cyclically; the last may end beyond ``2 pi``. A single element gives one list; of motion
+        or parameters that are no numbers it is empty, as their forces are nan.
         """
         harmonics, X, Y, par, single = self._inputs
         found = _all_states(harmonics, X, Y, par)

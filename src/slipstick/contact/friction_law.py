@@ -8,9 +8,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipstick.contact.forces import ContactForces, element_forces
-from slipstick.contact.law import ByPort, Motion, Response
-from slipstick.contact.traits import Linear, Variable
+from slipstick.contact import traits
+from slipstick.contact.forces import ContactForces, element_forces, element_intervals, element_states
+from slipstick.contact.law import ByPort, Law, Motion, Response
+from slipstick.contact.traits import Interval, Linear, Variable
 from slipstick.typing import Array
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
@@ -65,6 +66,29 @@ class FrictionLaw:
             work=f.work,
             detail=f,
         )
+
+    def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]]:
+        """Intervals of stick, slip and separation of n elements, as ``ContactForces.states``."""
+        X, Y = motion.Q
+        return element_states(motion.harmonics, X, Y, v=motion.drift[TANGENTIAL_PORT], **values)
+
+    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, Array]:
+        """Friction and normal force (n, k) at phases (k,): those of the states, with corners (THEORY.md (3.1))."""
+        from slipstick.contact.kernel.tuples import SLIP_MINUS, SLIP_PLUS, STICK
+
+        h, (X, Y), v = motion.harmonics, motion.Q, motion.drift[TANGENTIAL_PORT]
+        found = element_intervals(h, X, Y, v=v, **values)
+        H = h.H_minus(tau)
+        normal = values["kn"][:, None] * np.maximum(Y @ H.T - values["gap"][:, None], 0.0)
+        friction = np.full_like(normal, np.nan)
+        for e, total in enumerate(found.totals):
+            limit, x = values["mu"][e] * normal[e], H @ X[e]
+            for (start, end, first), (state, _) in zip(found.at[e, :total], found.code[e, :total], strict=True):
+                since = (tau - start) % (2.0 * np.pi)
+                moved = v[e] * since + x - h.H_minus(start) @ X[e]
+                force = {STICK: first + values["kt"][e] * moved, SLIP_PLUS: limit, SLIP_MINUS: -limit}.get(state, 0.0)
+                friction[e] = np.where(since <= end - start, force, friction[e])
+        return friction, normal
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
@@ -137,6 +161,11 @@ class FrictionLaw:
         """Motion up to slip, length (n,)."""
         limit = values["mu"] * values["kn"] * np.maximum(-values["gap"], 0.0)
         return np.divide(limit, values["kt"], out=np.zeros_like(limit), where=values["kt"] > 0)
+
+
+def is_friction(law: Law) -> bool:
+    """Whether a law is that of the friction element. Names of ports say nothing of it: any law may use the same."""
+    return isinstance(law, FrictionLaw) and traits.kind(law) == FrictionLaw.kind
 
 
 def _by_parameter(f: ContactForces, name: str) -> ByPort:

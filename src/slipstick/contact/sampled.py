@@ -118,7 +118,23 @@ class SampledLaw:
 
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
-        return _Sampled(self, motion, values).response()
+        return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
+
+    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
+        """Forces (n, k) at phases (k,), for each port: those of the function itself."""
+        at = _Sampled(self, motion, values, tau)
+        return tuple(np.array(np.real(f)) for f in at.force(at.q, at.rate, at.values))
+
+
+def _times(law: SampledLaw, harmonics: Harmonics) -> Array:
+    """Equidistant phases at which the law is sampled."""
+    times = law.samples or 16 * max(harmonics.highest, 1)
+    if times < 4 * harmonics.highest + 1:  # a law linear in the motion alone needs half of that
+        raise InputError(
+            f"law samples: found {times} with harmonics up to {harmonics.highest}; expected at least "
+            f"{4 * harmonics.highest + 1}: (degree of the law + 1) times the highest harmonic, plus 1"
+        )
+    return np.asarray(np.arange(times) * (2.0 * np.pi / times), dtype=float)
 
 
 def _callable(force: Any, parameters: Mapping[str, Any]) -> None:
@@ -203,22 +219,15 @@ def _arrays(found: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
 
 
 class _Sampled:
-    """One evaluation: motion in time (n, times), and the transforms to and from coefficients."""
+    """One evaluation: motion at phases ``tau`` (n, times), and the transforms to and from coefficients."""
 
-    def __init__(self, law: SampledLaw, motion: Motion, values: Mapping[str, Array]) -> None:
+    def __init__(self, law: SampledLaw, motion: Motion, values: Mapping[str, Array], tau: Array) -> None:
         h = motion.harmonics
-        times = law.samples or 16 * max(h.highest, 1)
-        if times < 4 * h.highest + 1:  # a law linear in the motion alone needs half of that
-            raise InputError(
-                f"law samples: found {times} with harmonics up to {h.highest}; expected at least {4 * h.highest + 1}: "
-                "(degree of the law + 1) times the highest harmonic, plus 1"
-            )
-        tau = np.asarray(np.arange(times) * (2.0 * np.pi / times), dtype=float)
         self.law, self.motion, self.given = law, motion, values
         self.omega = np.reshape(motion.omega, (-1, 1))
         self.basis = h.H_minus(tau)
         self.slope = _basis_slope(h, tau)
-        self.project = (2.0 / times) * h.H_plus(tau)
+        self.project = (2.0 / tau.size) * h.H_plus(tau)
         self.values = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
         self.q = [X @ self.basis.T for X in motion.Q]
         # velocity in time: omega times the derivative by phase, the drift included

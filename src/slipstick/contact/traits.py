@@ -13,6 +13,9 @@ from slipstick.errors import Fault
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
+Interval = tuple[float, float, str]
+"""Start and end, rad, and the state between."""
+
 
 class Linear(NamedTuple):
     """``F_i = sum_j stiffness[i, j] Q_j + constant[i] e1``: a law held in one state; what is left out is zero."""
@@ -157,6 +160,18 @@ def warnings(law: Law, values: Mapping[str, float], ports: set[str], approach: f
     """What looks wrong in one contact with these ports, whose opposing surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
     return iter(()) if own is None else own(values, ports, approach)
+
+
+def states_of(law: Law, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]] | None:
+    """Intervals (start, end, state) of one period of n elements, in rad; None where the law does not tell them."""
+    own = getattr(law, "states", None)
+    return None if own is None else list(own(motion, values))
+
+
+def forces_in_time(law: Law, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...] | None:
+    """Forces at phases ``tau`` (k,), (n, k) for each port, no harmonics cut off; None where the law does not tell."""
+    own = getattr(law, "forces_in_time", None)
+    return None if own is None else tuple(own(motion, values, tau))
 
 
 def missing(law: Law, ports: set[str]) -> Iterator[Fault]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from slipstick.faults import text as one_text
 from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.quantities import chosen, dataset_of, units_of, with_unit
 from slipstick.plots.style import legend, new_figure, styled
-from slipstick.typing import Names
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from slipstick.results.branch import Branch
 
 LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
 """What a loop is drawn over: its key in ``Branch.loop`` and its name."""
@@ -31,10 +34,11 @@ def loop(
     ax: Axes | None = None,
     label: str | None = None,
 ) -> Axes:
-    """Hysteresis loop: friction force over the vibration x of the contact, or over its sliding motion x + u.
+    """Hysteresis loop: force over the vibration x of the contact along its first port, or over its motion x + u.
 
-    The area under the curve over x + u is the energy dissipated in a period; with a constant rubbing velocity that
-    curve does not close, it goes on by velocity x period. Over x alone the area is the work taken from the structure.
+    That of a friction contact is its friction force. The area under the curve over x + u is the energy dissipated in a
+    period; with a constant rubbing velocity that curve does not close, it goes on by velocity x period. Over x alone
+    the area is the work taken from the structure.
 
     Parameters
     ----------
@@ -60,20 +64,25 @@ def loop(
     unit, limit = units_of(dataset), truth("limit", limit)
     if label is not None:
         one_text("label", label)
-    force = with_unit("Friction force", unit.label("force"))
+    periods = {name: found.loop(point, name) for name in names}
+    force = with_unit(force_text(periods), unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
-    for name in names:
-        period = found.loop(point, name)
-        (line,) = ax.plot(period[key], period["friction"], linewidth=1.6, label=label if len(names) == 1 else name)
-        if not np.ptp(period[key]) and not np.ptp(period["friction"]):
+    for name, period in periods.items():
+        (line,) = ax.plot(period[key], period["force"], linewidth=1.6, label=label if len(names) == 1 else name)
+        if not np.ptp(period[key]) and not np.ptp(period["force"]):
             line.set_marker("o")  # at rest: a loop without extent
-        for sign in (1.0, -1.0) if limit else ():
+        for sign in (1.0, -1.0) if limit and "limit" in period else ():
             ax.plot(period[key], sign * period["limit"], color=line.get_color(), linewidth=0.7, linestyle=":")
     if new:
         point_titled(ax, dataset, point, names)
     if not new or label is not None or len(names) > 1:
         legend(ax)
     return ax
+
+
+def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
+    """What the force of these loops is called."""
+    return "Friction force" if all("limit" in period for period in periods.values()) else "Contact force"
 
 
 def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
@@ -88,19 +97,22 @@ def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False
         loop(branch, point, names, over=over, limit=limit, ax=ax)
     right.set_ylabel("")
     if len(names) == 1:
-        _shade(right, dataset, point, names[0])
+        _shade(right, branch_of(branch), point, names[0])
     elif left.get_legend() is not None:
         left.get_legend().remove()
     point_titled(left, dataset, point, names)
     return left, right
 
 
-def _shade(ax: Axes, dataset: Any, point: int, contact: str) -> None:
+def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
     """The area of a loop over the sliding motion, and how much it is."""
-    at = dataset.isel(point=point)
-    power = float(at["dissipated_power"].sel(contact=contact))
-    unit = units_of(dataset).after("force length")
-    energy = f"{2 * np.pi * power / float(at['omega']):.4g}{unit}"
+    at, period = branch.dataset.isel(point=point), branch.loop(point, contact)
+    unit = units_of(branch.dataset).after("force length")
+    if "limit" in period:
+        area = 2 * np.pi * float(at["dissipated_power"].sel(contact=contact)) / float(at["omega"])
+    else:  # of the one port that is drawn: a law may dissipate along others too
+        area = float(np.trapezoid(period["force"], period["total"]))
+    energy = f"{area:.4g}{unit}"
     w, force = (np.asarray(values) for values in ax.lines[0].get_data())
     if float(at["rubbing_velocity"].sel(contact=contact)):  # does not close: down to no force and back
         w, force = np.append(w, w[[-1, 0]]), np.append(force, [0.0, 0.0])

@@ -14,9 +14,11 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.faults import truth
+from slipstick.plots.hysteresis import force_text
 from slipstick.plots.places import branch_of, point_number, point_titled
-from slipstick.plots.quantities import chosen, dataset_of, motion_label, units_of, with_unit
+from slipstick.plots.quantities import chosen, dataset_of, known_names, motion_label, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, over_decades, short, styled
+from slipstick.results.contacts import force_of
 from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
@@ -31,7 +33,10 @@ _LEAST = 1e-8
 
 
 def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> Axes:
-    """States of contacts over one period, a bar for each contact (all by default), from top to bottom."""
+    """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
+
+    A contact whose law does not tell its states is a grey bar, "unknown".
+    """
     found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
@@ -55,7 +60,7 @@ def draw_states(intervals: Mapping[str, Sequence[tuple[float, float, str]]], ax:
     ax.set_yticks(range(0, len(intervals), every), labels=short(list(intervals), 24)[::every], parse_math=False)
     ax.set_ylim(len(intervals) - 0.5, -0.5)
     _period_axis(ax)
-    order = [name for name in STATE_COLOURS if name in shown]
+    order = [*(name for name in STATE_COLOURS if name in shown), *(name for name in shown if name not in STATE_COLOURS)]
     handles = [shown[name] for name in order]
     ax.legend(handles, order, ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, fontsize="small")
     return ax
@@ -78,25 +83,27 @@ def _period_axis(ax: Axes) -> None:
 def history(
     branch: Any, point: int, dof: Names = None, *, contact: Names = None, limit: bool = True, ax: Axes | None = None
 ) -> Axes:
-    """One period in time: the motion of dofs (by default the first), or the friction force of contacts.
+    """One period in time: the motion of dofs (by default the first), or the force of contacts along their first port.
 
-    The force is that of the states themselves, not the truncated series; ``limit`` draws its bounds, dotted, for one
-    contact.
+    The force is that of the law itself, not the truncated series; ``limit`` draws the bounds of a friction force,
+    dotted, for one contact.
     """
     dataset, new, limit = dataset_of(branch), ax is None, truth("limit", limit)
-    point, (names, y_label) = point_number(dataset, point), _names(dataset, dof, contact)
+    point = point_number(dataset, point)
+    names = _names(dataset, dof, contact)
+    periods = {name: branch_of(branch).loop(point, name) for name in names} if contact is not None else {}
+    text = force_text(periods)
+    y_label = with_unit(text, units_of(dataset).label("force")) if periods else motion_label(dataset)
     ax = styled(ax, "Phase τ = ω t", y_label)
     tau = np.linspace(0.0, 2 * np.pi, 721)
     for name in names:
-        period = branch_of(branch).loop(point, name) if contact is not None else {}
-        series = (
-            period["friction"] if period else branch_of(branch).harmonics.H_minus(tau) @ _motion(dataset, point, name)
-        )
+        period = periods.get(name, {})
+        series = period["force"] if period else branch_of(branch).harmonics.H_minus(tau) @ _motion(dataset, point, name)
         alone = period and new and len(names) == 1  # the title has its name
-        (line,) = ax.plot(tau, series, linewidth=1.6, label="friction force" if alone else name)
-        for sign in (1.0, -1.0) if limit and period and len(names) == 1 else ():
-            text = "friction limit" if sign > 0 else None
-            ax.plot(tau, sign * period["limit"], color=line.get_color(), linewidth=0.8, linestyle=":", label=text)
+        (line,) = ax.plot(tau, series, linewidth=1.6, label=text.lower() if alone else name)
+        for sign in (1.0, -1.0) if limit and "limit" in period and len(names) == 1 else ():
+            bound = "friction limit" if sign > 0 else None
+            ax.plot(tau, sign * period["limit"], color=line.get_color(), linewidth=0.8, linestyle=":", label=bound)
     _period_axis(ax)
     if new:
         point_titled(ax, dataset, point, names)
@@ -113,16 +120,21 @@ def spectrum(
     log: bool | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Harmonic content: a bar for each harmonic of the motion of dofs (the first), or of the friction of contacts.
+    """Harmonic content: a bar for each harmonic of the motion of dofs (the first), or of the force of contacts along
+    their first port.
 
     Its height is the amplitude ``sqrt(c^2 + s^2)``, of harmonic 0 the size of the mean; on a logarithmic scale where
     they span decades, unless ``log`` says otherwise.
     """
     dataset, new, orders = dataset_of(branch), ax is None, branch_of(branch).harmonics.orders
-    point, (names, text) = point_number(dataset, point), _names(dataset, dof, contact)
+    point, names = point_number(dataset, point), _names(dataset, dof, contact)
     log = None if log is None else truth("log", log)
-    of, y_label = _motion if contact is None else _force, f"Amplitude of the {text[0].lower()}{text[1:]}"
-    sizes = {name: _sizes(of(dataset, point, name)) for name in names}
+    if contact is None:
+        text, series = motion_label(dataset), {name: _motion(dataset, point, name) for name in names}
+    else:
+        text, series = _forces(dataset, point, names)
+    y_label = f"Amplitude of the {text[0].lower()}{text[1:]}"
+    sizes = {name: _sizes(values) for name, values in series.items()}
     ax = styled(ax, "Harmonic of the principal frequency", y_label)
     width = 0.8 / len(names)
     for k, (name, values) in enumerate(sizes.items()):
@@ -149,18 +161,21 @@ def _sizes(X: Array) -> Array:
     return np.concatenate([np.abs(X[:1]), np.hypot(X[1::2], X[2::2])])
 
 
-def _names(dataset: Any, dof: Names, contact: Names) -> tuple[list[str], str]:
-    """Dofs or contacts, and what is drawn of them."""
+def _names(dataset: Any, dof: Names, contact: Names) -> list[str]:
+    """Dofs or contacts of which something is drawn."""
     if dof is not None and contact is not None:
         raise InputError("both dof and contact are given; their motion and force do not fit in one figure")
-    if contact is not None:
-        return chosen(dataset, "contact", contact), with_unit("Friction force", units_of(dataset).label("force"))
-    return chosen(dataset, "dof", dof), motion_label(dataset)
+    return chosen(dataset, "dof", dof) if contact is None else chosen(dataset, "contact", contact)
 
 
 def _motion(dataset: Any, point: int, dof: str) -> Array:
     return np.asarray(dataset["displacement"].isel(point=point).sel(dof=dof))
 
 
-def _force(dataset: Any, point: int, contact: str) -> Array:
-    return np.asarray(branch_of(dataset).point(point, friction=True)["friction_force"].sel(contact=contact))
+def _forces(dataset: Any, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
+    """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
+    at, names = dataset.isel(point=point), known_names(dataset, "contact")
+    found = {name: force_of(at, names.index(name)) for name in contacts}
+    text = "Friction force" if all(friction for _, friction in found.values()) else "Contact force"
+    forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in found.items()}
+    return with_unit(text, units_of(dataset).label("force")), forces

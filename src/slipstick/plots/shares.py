@@ -9,6 +9,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.plots.quantities import ROUNDING, abscissa, chosen, dataset_of, held_text, parted, values_of
 from slipstick.plots.style import STATE_COLOURS, legend, styled, titled
+from slipstick.results.contacts import NO_FRICTION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,10 +27,12 @@ def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None
     dataset = dataset_of(branch)
     (name,) = chosen(dataset, "contact", contact)
     if "stick_fraction" not in dataset:
-        raise InputError("these results hold no friction contact; laws of another kind have no such states")
+        raise InputError(NO_FRICTION)
     along, new = abscissa(dataset, frequency), ax is None
     x = along.values(dataset)
     shares = {state: values_of(dataset, f"{state}_fraction", "contact", name) for state in _STATES}
+    if len(x) and all(np.isnan(share).all() for share in shares.values()):
+        raise InputError(f"contact '{name}' is no friction contact; laws of another kind have no such states")
     shares = {state: share for state, share in shares.items() if share.max(initial=0.0) > ROUNDING}
     ax = styled(ax, along.label, "Fraction of the period")
     steps = np.diff(x)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.contact.forces import Interval, element_states
+from slipstick.contact.forces import element_states
+from slipstick.contact.traits import Interval
 from slipstick.faults import LARGEST
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.results.branch import FRICTION_VARIABLES
+from slipstick.results.contacts import FRICTION_VARIABLES
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
 

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import LARGEST, MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
+from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
-from slipstick.results.measures import friction_force
+from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
 from slipstick.trig.harmonics import Harmonics
@@ -29,14 +30,6 @@ if TYPE_CHECKING:
 
 
 _ROUNDING = 1e-9
-
-FRICTION_VARIABLES = {
-    "kt": "tangential_stiffness",
-    "mu": "friction_coefficient",
-    "kn": "normal_stiffness",
-    "gap": "gap",
-}
-"""Parameters of friction contacts and the variables that hold them."""
 
 
 class Branch:
@@ -170,45 +163,52 @@ class Branch:
         return int(np.argmin(np.abs(self.table[self.followed].to_numpy() - value)))
 
     def contact_forces(self, point: int) -> ContactForces:
-        """Contact forces at a point, computed again with states and tangents from the dataset alone.
+        """Forces of the friction contacts at a point, computed again with states and tangents from the dataset alone.
 
-        Raises InputError where there is no such point, no friction, or numbers beyond those of any machine.
+        Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
+        numbers that are none.
         """
-        d = self.point(point, friction=True)
-        omega = float(d["omega"])
-        X = d["contact_tangential"].to_numpy() + d["rubbing_motion"].to_numpy()
-        Y = d["contact_normal"].to_numpy() + d["normal_motion"].to_numpy()
-        given = {key: d[name].to_numpy() for key, name in FRICTION_VARIABLES.items()}
-        given["v"] = d["rubbing_velocity"].to_numpy() / omega
-        if any(np.any(np.abs(array) > LARGEST) for array in (X, Y, *given.values())):  # of a stranger's file
-            raise InputError(f"point {point}: the results hold numbers beyond {LARGEST:g}; compute them again")
-        forces = element_forces(self.harmonics, X, Y, **given)
+        own = next((own for own in contacts_at(self, point) if own.law is not None and is_friction(own.law)), None)
+        if own is None:
+            raise InputError(NO_FRICTION)
+        count, omega = self.table.sizes["contact"], float(np.asarray(own.motion.omega))
+
+        def among_all(values: Array) -> Array:
+            out = np.full((count, *values.shape[1:]), np.nan)
+            out[own.elements] = values
+            return out
+
+        X, Y = map(among_all, own.motion.Q)
+        given = {name: among_all(values) for name, values in own.values.items()}
+        forces = element_forces(self.harmonics, X, Y, v=among_all(own.motion.drift[0]), **given)
         forces.omega = omega
         return forces
 
     def states(self, point: int) -> dict[str, list[tuple[float, float, str]]]:
-        """Intervals (start, end, state) of one period, rad, by contact."""
-        names = (str(name) for name in self.dataset["contact"].to_numpy())
-        return dict(zip(names, self.contact_forces(point).states, strict=True))
+        """Intervals (start, end, state) of one period, rad, by contact: as its law tells them.
 
-    def loop(self, point: int, contact: str | None = None, *, samples: int = 721) -> dict[str, Array]:
-        """One period of a contact, exactly: "tau", "motion" (without rubbing), "total" motion, "friction", "limit".
-
-        Each is (samples,); friction is not the truncated series but the force of the states themselves.
+        The one interval of a contact whose law does not tell its states, or is not known, is "unknown". Raises
+        InputError where that is all of them.
         """
-        d = self.point(point, friction=True)
+        return states_at(self, point)
+
+    def loop(
+        self, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
+    ) -> dict[str, Array]:
+        """One period of a contact along a port, by default the first: "tau", "motion" (without that of the counter
+        surface), "total" motion, "force"; of the friction of a friction contact "friction", the same, and "limit".
+
+        Each is (samples,). The force is what the law tells at each time, not the truncated series: its area over the
+        total motion is the energy dissipated along the port. ``contact`` is by default the first.
+
+        Raises
+        ------
+        InputError
+            If the law does not tell its force in time, or is not known: that of a friction contact always is, others
+            are known with the problem.
+        """
         c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
-        h, forces, tau = self.harmonics, self.contact_forces(point), np.linspace(0.0, 2.0 * np.pi, samples)
-        X = d["contact_tangential"].to_numpy()[c]
-        Y = d["contact_normal"].to_numpy()[c] + d["normal_motion"].to_numpy()[c]
-        W, v = X + d["rubbing_motion"].to_numpy()[c], float(d["rubbing_velocity"][c] / d["omega"])
-        kt, kn, gap = (float(d[name][c]) for name in ("tangential_stiffness", "normal_stiffness", "gap"))
-        mu, H = float(d["friction_coefficient"][c]), h.H_minus(tau)
-        force = friction_force(
-            h, forces.states[c], tau, W=W, Y=Y, v=v, kt=kt, mu=mu, kn=kn, gap=gap, mean=float(forces.Fx[c, 0])
-        )
-        limit = mu * kn * np.maximum(H @ Y - gap, 0.0)
-        return {"tau": tau, "motion": H @ X, "total": H @ W + v * tau, "friction": force, "limit": limit}
+        return loop_at(self, point, c, port, np.linspace(0.0, 2.0 * np.pi, samples))
 
     def thermal_equilibria(self, point: int) -> Any:
         """All thermal equilibria at the motion of a point, of which the branch holds the one next to its neighbours.
@@ -365,15 +365,13 @@ class Branch:
             problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
         return problem
 
-    def point(self, point: int, *, friction: bool = False) -> xarray.Dataset:
-        """A point with its contacts; InputError where there is none, or no friction where that is needed."""
+    def point(self, point: int) -> xarray.Dataset:
+        """A point with its contacts; InputError where there is none."""
         if not len(self):
             raise InputError(f"the branch has no points; its outcome is: {self.message}")
         point = whole("point", point, -len(self), len(self) - 1)
         if "contact" not in self.dataset.dims:
             raise InputError("these results are of a linear response, which holds no contact forces")
-        if friction and not {*FRICTION_VARIABLES.values(), "contact_tangential"} <= set(self.dataset):
-            raise InputError("these results hold no friction contact; laws of another kind have no such states")
         return self.dataset.isel(point=point)
 
     def dof_index(self, name: str | None = None) -> int:

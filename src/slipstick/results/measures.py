@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -102,48 +101,3 @@ def amplitude_with_slope(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Arr
     else:
         value, change = known[0], (harmonics.H_minus(known[1])[:, 1:] * dX[:, 1:]).sum(axis=1)
     return np.abs(value).reshape(shape), np.copysign(change, value * change).reshape(shape)
-
-
-def friction_force(
-    harmonics: Harmonics,
-    states: Sequence[tuple[float, float, str]],
-    tau: ArrayLike,
-    *,
-    W: ArrayLike,
-    Y: ArrayLike,
-    v: float,
-    kt: float,
-    mu: float,
-    kn: float,
-    gap: float,
-    mean: float,
-) -> Array:
-    """Friction force of one contact at times ``tau`` (n,), exactly, not as a truncated series.
-
-    Parameters
-    ----------
-    states
-        Intervals (start, end, state) as ``ContactForces.states`` gives them.
-    W, Y
-        Coefficients (L,) of the tangential motion with the periodic rubbing motion, and of the normal motion.
-    v
-        Rubbing velocity over omega.
-    mean
-        Zero harmonic of the force: it settles the level of a contact stuck all period.
-    """
-    tau, W, Y = np.asarray(tau, dtype=float), np.asarray(W, dtype=float), np.asarray(Y, dtype=float)
-    limit = mu * kn * np.maximum(harmonics.H_minus(tau) @ Y - gap, 0.0)
-    force = np.zeros_like(tau)
-    for k, (start, end, state) in enumerate(states):
-        since = (tau - start) % (2.0 * np.pi)
-        inside = since <= end - start
-        if state in ("slip+", "slip-"):
-            force[inside] = limit[inside] if state == "slip+" else -limit[inside]
-        elif state == "stick" and len(states) == 1:
-            force = mean + kt * (harmonics.H_minus(tau) @ W - W[0])
-        elif state == "stick":
-            sign = {"slip+": 1.0, "slip-": -1.0}.get(states[k - 1][2], 0.0)
-            begin = sign * mu * kn * max(float(harmonics.H_minus(start) @ Y) - gap, 0.0)
-            moved = v * since + harmonics.H_minus(tau) @ W - float(harmonics.H_minus(start) @ W)
-            force[inside] = (begin + kt * moved)[inside]
-    return force

@@ -22,7 +22,7 @@ from slipstick.results.measures import amplitude
 from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
-from slipstick.results.truncation import Structures, moved, truncation
+from slipstick.results.truncation import Reaction, Structures, moved, truncation
 from slipstick.solve.continuation.arc import ArcPlaces
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
@@ -49,6 +49,8 @@ class Point:
     """Number of the part of the branch: 2 where it was also followed from the other end."""
     stability: PointStability | None = None
     """None where it was not asked for."""
+    reaction: Reaction | None = None
+    """How its kept harmonics answer to those left out; None: not known."""
     motion: Array | None = None
     """Coefficients (n_outputs, L) of an interpolated point; None: by the forces."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
 from slipstick.contact import traits
+from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import InputError, Outcome
 from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, ranks
 from slipstick.results.table import ResultColumn, ResultTable
@@ -231,8 +232,11 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
 
 
 def law_variables(law: Law) -> dict[str, traits.Variable]:
-    """Variables of a law by name; "law_" comes before one that every branch may have, or a dimension."""
+    """Variables of a law by name; "law_" comes before one that every branch or friction contact may have, or a
+    dimension."""
     own, taken = traits.variables(law), {*VARIABLES, *STABILITY, *_DIMENSIONS}
+    if not is_friction(law):
+        taken |= FrictionLaw.variables.keys()
     return {f"law_{name}" if name in taken else name: own[name] for name in own}
 
 

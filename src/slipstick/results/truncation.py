@@ -1,9 +1,10 @@
-"""What the harmonics left out would add: one element call with more of them at the points found.
+"""What the harmonics left out would add: one element call with more of them at the points found, and one solve.
 
 The forces at the motion of the kept harmonics have others too; those move the structure by ``-A(m omega) F_m``, which
-the balance leaves out (THEORY.md (11.1)). Orders taken: all that are missing below the highest one kept (a set of odd
-harmonics under rubbing lacks the even ones most of all) and half as many again beyond it, at least two. Loads have none
-of them.
+the balance leaves out (THEORY.md (11.1)). This motion changes the forces of the kept harmonics, and these answer: with
+the Jacobian that a point was corrected with last (11.2). Orders taken: all that are missing below the highest one kept
+(a set of odd harmonics under rubbing lacks the even ones most of all) and half as many again beyond it, at least two.
+Loads have none of them.
 """
 
 from __future__ import annotations
@@ -11,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.many import respond
+from slipstick.contact.law import Response
 from slipstick.results.measures import largest_deviation
+from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.trig.harmonics import Harmonics
@@ -28,6 +31,9 @@ if TYPE_CHECKING:
     from slipstick.results.record import Outputs, Point
 
 Structures = Sequence[Mapping[str, float]]
+
+_WORTH, _WORTH_ITERATIONS = 1e-5, 1e-3
+"""Share of the motion that the further orders move from which on the kept ones are asked; of an iterative Jacobian."""
 
 _MANY = 1000
 """Entries of a receptance from which on it is applied by its modes."""
@@ -45,36 +51,107 @@ def with_further(harmonics: Harmonics) -> Harmonics:
     return Harmonics(range(harmonics.highest + max(2, ceil(harmonics.highest / 2)) + 1))
 
 
+class Reaction(NamedTuple):
+    """How the kept harmonics of a point answer to a residual.
+
+    With ``J`` (N, N), or that bordered by the parameter. Then the solution is that across the branch, and what leads
+    from there to the same parameter goes along it: by its tangent and, where it turns back, by its bend.
+    """
+
+    jacobian: Jacobian
+    tangent: Array | None = None
+    """``(x, parameter)`` along the branch (N + 1,)."""
+    bend: float = 0.0
+    """Change of the tangent's parameter along the branch."""
+
+    def __call__(self, r: Array) -> Array:
+        """``J^-1 r`` (N,)."""
+        if self.tangent is None:
+            return self.jacobian.solve(r)
+        z = self.jacobian.solve(np.append(r, 0.0))
+        across, missing, rate = z[:-1], float(z[-1]), float(self.tangent[-1])
+        # rate s + bend s^2 / 2 = missing
+        reach = abs(rate) + float(np.sqrt(rate * rate + 2.0 * abs(self.bend * missing)))
+        along = np.copysign(2.0 * missing / reach, missing * rate) if reach else 0.0
+        return np.asarray(across - along * self.tangent[:-1])
+
+
 def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
     """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
 
     Both are the largest over the period, without the zero harmonic, among all relative motions of the contacts and all
-    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance.
+    outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance. The answer
+    of the kept harmonics is in it at points that have a ``reaction``; where the further orders
+    move next to nothing, they alone count: an iterative Jacobian takes as long as a correction of the point.
     """
-    balance = outputs.balance
+    balance, n = outputs.balance, len(x)
     h, wide = balance.harmonics, with_further(balance.harmonics)
     further = Harmonics([0, *sorted(set(wide.orders) - set(h.orders))])
-    kept = [wide.index(m, part) for m in further.orders[1:] for part in ("c", "s")]
-    ports = x.reshape(len(x), balance.n_ports, balance.L)
-    force = np.zeros((len(x), balance.n_ports, len(kept)))
-    for k, batch in enumerate(balance.batches):
-        found = _forces(balance, k, points, omega, wide)
-        for i, port in enumerate(batch.ports):
-            force[:, port.rows] = found[i][:, port.members][..., kept]
-    added = _added(outputs, force, omega, further.m.astype(float), [p.detail.inputs.structure for p in points])
-    size = largest_deviation(h, np.concatenate([ports, motion], axis=1)).max(axis=1, initial=0.0)
-    more = largest_deviation(further, added).max(axis=1, initial=0.0)
-    return np.asarray(np.divide(more, size, out=np.zeros_like(size), where=size > 0))
+    kept = [0, *_columns(wide, h)]
+    new, structures = _columns(wide, further), [p.detail.inputs.structure for p in points]
+    size = largest_deviation(h, np.concatenate([x.reshape(n, balance.n_ports, balance.L), motion], axis=1))
+    responses = [_response(balance, k, points, omega, wide) for k in range(len(balance.batches))] if n else []
+    force = np.zeros((n, balance.n_ports, wide.size))
+    for batch, response in zip(balance.batches, responses, strict=False):
+        for port, F in zip(batch.ports, response.force, strict=True):
+            force[:, port.rows] = F.reshape(n, batch.count, -1)[:, port.members]
+    receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
+    parts = [
+        moved(own, further.m.astype(float), _loaded(balance, force[..., new]), omega, structures) for own in receptances
+    ]
+    added = np.zeros((n, sum(part.shape[1] for part in parts), wide.size))
+    added[..., new] = np.concatenate(parts, axis=1)[..., 1:]
+    largest, more = size.max(axis=1, initial=0.0), largest_deviation(wide, added).max(axis=1, initial=0.0)
+    worth = (_WORTH if balance.kind.name == "dense" else _WORTH_ITERATIONS) * largest
+    at = np.array([i for i, p in enumerate(points) if p.reaction is not None and more[i] > worth[i]], dtype=int)
+    if at.size:
+        tangents = [{pair: T.reshape(n, -1, *T.shape[1:])[at] for pair, T in r.by_motion.items()} for r in responses]
+        own, where = added[at], (omega[at], [structures[i] for i in at])
+        right = _answered(balance, _changes(balance, tangents, own)[..., kept], *where)
+        answers = [points[i].reaction(r) for i, r in zip(at, right, strict=True)]
+        own[:, : balance.n_ports, kept] = -np.reshape(answers, (len(at), balance.n_ports, -1))
+        if outputs.receptance is not None:
+            G = _loaded(balance, _changes(balance, tangents, own)[..., kept])
+            own[:, balance.n_ports :, kept] = moved(outputs.receptance, balance.orders, G[..., 1:], *where)
+        more[at] = largest_deviation(wide, own).max(axis=1, initial=0.0)
+    return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
-def _forces(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> list[Array]:
-    """Forces of one batch in the wider set at every point, (n_points, n, L') for each port."""
-    batch, shape = balance.batches[k], (len(points), balance.batches[k].count, wide.size)
-    if not points:
-        return [np.zeros(shape) for _ in batch.ports]
-    x = np.array([p.x for p in points])
-    found = respond(balance, k, x, omega, [p.detail.warm for p in points], wide)
-    return [F.reshape(shape) for F in found.force]
+def _columns(wide: Harmonics, own: Harmonics) -> list[int]:
+    """Places of a set's orders above 0 among the coefficients of a wider one."""
+    return [wide.index(m, part) for m in own.orders[1:] for part in ("c", "s")]
+
+
+def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> Response:
+    """One batch in the wider set at every point; elements of the first point first."""
+    return respond(balance, k, np.array([p.x for p in points]), omega, [p.detail.warm for p in points], wide)
+
+
+def _changes(balance: Balance, tangents: Sequence[Mapping[tuple[int, int], Array]], change: Array) -> Array:
+    """Change of the forces (n, n_ports, L') by a change (n, n_ports or more, L') of the motion at the ports."""
+    out = np.zeros((len(change), balance.n_ports, change.shape[2]))
+    for batch, own in zip(balance.batches, tangents, strict=True):
+        for pair, tangent in own.items():
+            members, felt, moving = batch.couplings[pair]
+            out[:, felt] += (tangent[:, members] @ change[:, moving, :, None])[..., 0]
+    return out
+
+
+def _loaded(balance: Balance, F: Array) -> Array:
+    """Forces at the ports (n, n_ports, k) with those of the loads, zero."""
+    return np.concatenate([F, np.zeros((len(F), balance.n_loads, F.shape[2]))], axis=1)
+
+
+def _answered(balance: Balance, F: Array, omega: Array, structures: Structures) -> Array:
+    """``A F`` (n, N) for forces at the ports (n, n_ports, L), with the receptance that the Jacobian is made with."""
+    if balance.springs is None:
+        out = -moved(balance.receptance, balance.orders, _loaded(balance, F[..., 1:]), omega, structures)
+        out[..., 0] = F[..., 0] @ balance.receptance.static[:, : balance.n_ports].T
+        return out.reshape(len(F), -1)
+    pairs = np.zeros((*F.shape[:2], balance.L + 1))
+    pairs[..., 0], pairs[..., 2:] = F[..., 0], F[..., 1:]
+    at = (balance.compliance(float(w), own) for w, own in zip(omega, structures, strict=True))
+    return np.array([one.answer(G) for one, G in zip(at, pairs.view(complex), strict=True)])
 
 
 def truncation_sentence(
@@ -85,7 +162,7 @@ def truncation_sentence(
     ``name`` is what ``values`` (n,) are of, ``unit`` that of frequencies; ``asked`` the accuracy that was asked for.
     """
     limit = min(WARNED_TRUNCATION, asked or WARNED_TRUNCATION)
-    if not np.any(estimate > limit):
+    if not np.any(estimate > limit):  # nan: not known
         return None
     worst = int(np.nanargmax(estimate))
     above, least = int(np.sum(estimate > limit)), 100.0 * limit
@@ -94,14 +171,6 @@ def truncation_sentence(
         f"the harmonics left out would add about {100.0 * estimate[worst]:.2g} % of the amplitude at {where} (and more "
         f"than {least:g} % at {above} of {estimate.size} points): keep more harmonics"
     )
-
-
-def _added(outputs: Outputs, F: Array, omega: Array, orders: Array, structures: Structures) -> Array:
-    """Motion of contact ports and far outputs (n, rows, 1 + 2 k) by forces (n, n_ports, 2 k) of the orders (k,)."""
-    balance = outputs.balance
-    G = np.concatenate([F, np.zeros((len(F), balance.n_loads, F.shape[2]))], axis=1)
-    receptances = [balance.receptance, *([outputs.receptance] if outputs.receptance is not None else [])]
-    return np.concatenate([moved(receptance, orders, G, omega, structures) for receptance in receptances], axis=1)
 
 
 def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structures: Structures) -> Array:

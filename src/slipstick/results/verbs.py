@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.reduction import worst_error
-from slipstick.results.branch import FRICTION_VARIABLES
+from slipstick.errors import InputError
+from slipstick.results.contacts import FRICTION_VARIABLES
 from slipstick.results.schema import is_self_excited
 from slipstick.typing import Array, Names
 
@@ -86,11 +87,14 @@ class TimeCheck:
 
 def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
+    from slipstick.analysis.assembling import integration_faults
     from slipstick.analysis.correcting import corrected
     from slipstick.analysis.starting import HarmonicStart
     from slipstick.analysis.transient import transient
 
-    found, problem = branch.point(point, friction=True), branch.problem_at(point)
+    found, problem = branch.point(point), branch.problem_at(point)
+    if faults := list(integration_faults(problem)):
+        raise InputError(faults)
     omega = float(found["omega"])
     between = "kind" in found and str(found["kind"].to_numpy()) == "interpolated"
     d = corrected(branch, point) if between else {name: found[name].to_numpy() for name in _COMPARED}

@@ -46,10 +46,12 @@ from slipstick.typing import Array, BoolArray
 
 STACK = 128
 FULL = -1
-"""Number of roots returned when there is no room for another: more than a polynomial of that degree can have."""
+"""Number of roots returned when there is no room for another, or a cell has had ``MOST_PIECES``: neither can be."""
+MOST_PIECES = 200_000
+"""Pieces that one cell is halved into at most: halving ends where values are numbers, after some hundreds."""
 TOO_MANY = (
-    "found more roots than the harmonics {orders} allow, which cannot be; this is a fault of slipstick: "
-    "please report it with the coefficients"
+    "found more roots than the harmonics {orders} allow, or no end of them, which cannot be; this is a fault of "
+    "slipstick: please report it with the coefficients"
 )
 _UNIT = 2.0**-53
 
@@ -203,7 +205,7 @@ def search_cell(
     known = True
     v0, v1, v2, v3 = middle
     floor = f.floor
-    while True:
+    for _ in range(MOST_PIECES):
         t = 0.5 * (left + right)
         h = 0.5 * (right - left)
         if not known:
@@ -244,6 +246,7 @@ def search_cell(
             return count, sign, since, first, first_time
         top -= 1
         left, right = stack[top, 0], stack[top, 1]
+    return FULL, sign, since, first, first_time
 
 
 @compiled

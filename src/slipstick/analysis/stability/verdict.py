@@ -12,8 +12,7 @@ from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
-from slipstick.contact.friction_law import FrictionLaw
-from slipstick.contact.traits import kind
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError
 from slipstick.results.stability import UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
@@ -114,7 +113,7 @@ def _verdict(found: Monodromy | None, multipliers: ComplexArray) -> int:
 def _foreign_contacts(balance: Balance) -> list[str]:
     """Names of contacts that are not friction contacts."""
     names = balance.problem.elements
-    return [names[e] for b in balance.batches if kind(b.law) != FrictionLaw.kind for e in b.numbers]
+    return [names[e] for b in balance.batches if not is_friction(b.law) for e in b.numbers]
 
 
 def _foreign(name: str) -> Fault:

@@ -3,6 +3,8 @@ sections 3 to 6)."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from slipstick.contact.kernel.critical_times import critical_times, padded
 from slipstick.contact.kernel.periodic_states import march, motion, periodic_start
 from slipstick.contact.kernel.steep_sticks import STEEP
@@ -133,10 +135,24 @@ def integral(i: int, grid: Grid, sums: Sums, W: Array) -> None:
 
 
 @inlined
+def finite(given: ElementInputs) -> bool:
+    """Whether all that is given is a number: zero times it is zero."""
+    total = 0.0
+    for i in range(given.X.size):
+        total += 0.0 * given.X[i] + 0.0 * given.Y[i]
+    for i in range(given.parameters.size):
+        total += 0.0 * given.parameters[i]
+    return total == 0.0
+
+
+@inlined
 def evaluate(given: ElementInputs, grid: Grid, k: Workspace, out: ElementOutputs) -> int:
     """Forces, tangents and sensitivities of one element; returns the number of its intervals, or ``FULL`` where they
-    cannot be found.
+    cannot be found. What is given as nan or infinite has nan for an answer, and no intervals.
     """
+    if not finite(given):
+        out.vectors[:], out.matrices[:], out.scalars[:] = np.nan, np.nan, np.nan
+        return 0
     total, e = find_states(given, grid, k)
     if total == FULL:
         return FULL

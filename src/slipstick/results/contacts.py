@@ -1,0 +1,212 @@
+"""The contacts of a stored point, each with its law: what is asked of a contact afterwards is asked of its law here.
+
+A law comes from the problem. Without one, friction contacts are known by their numbers, which contacts of other laws do
+not have; of these the law stays unknown. Names of ports say nothing: laws of any kind may share them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.contact import traits
+from slipstick.contact.friction import FrictionContact
+from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
+from slipstick.contact.law import Motion
+from slipstick.contact.traits import Interval
+from slipstick.errors import InputError
+from slipstick.faults import LARGEST, shown, suggestion
+from slipstick.results.schema import law_variables
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from slipstick.contact.law import Law
+    from slipstick.results.branch import Branch
+
+FRICTION_VARIABLES = {
+    "kt": "tangential_stiffness",
+    "mu": "friction_coefficient",
+    "kn": "normal_stiffness",
+    "gap": "gap",
+}
+"""Parameters of friction contacts and the variables that hold them."""
+
+_FRICTION = FrictionContact(kt=0.0, mu=0.0, normal_load=0.0)
+"""The law; its numbers are those of the results."""
+NO_FRICTION = "these results hold no friction contact; laws of another kind have no such states"
+UNKNOWN_STATE = "unknown"
+"""Stands for the states of a contact whose law does not tell them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactsAtPoint:
+    """Contacts of one law at a point: what the law is asked with.
+
+    Attributes
+    ----------
+    law
+        None where it is not known.
+    elements
+        Numbers (n,) among all contacts.
+    motion
+        Total motion, that of the counter surface included.
+    relative
+        Motion without it, (n, L) for each port.
+    values
+        Parameters of the law, (n,) each.
+    """
+
+    law: Law | None
+    elements: IntArray
+    motion: Motion
+    relative: tuple[Array, ...]
+    values: Mapping[str, Array]
+
+    def of(self, contact: int) -> ContactsAtPoint:
+        """One of them alone, by its number among all contacts."""
+        e = np.flatnonzero(self.elements == contact)
+        Q, drift = tuple(X[e] for X in self.motion.Q), self.motion.drift[:, e]
+        return ContactsAtPoint(
+            law=self.law, elements=self.elements[e], motion=self.motion._replace(Q=Q, drift=drift),
+            relative=tuple(X[e] for X in self.relative), values={name: own[e] for name, own in self.values.items()},
+        )  # fmt: skip
+
+
+def friction_contacts(dataset: Any) -> BoolArray:
+    """Which contacts (n_contacts,) are friction contacts, by the numbers of a table or dataset alone."""
+    count = dataset.sizes.get("contact", 0)
+    if not {*FRICTION_VARIABLES.values(), "contact_tangential"} <= set(dataset):
+        return np.zeros(count, dtype=bool)
+    known = [~np.isnan(dataset[name].to_numpy()).reshape(-1, count).all(axis=0) for name in FRICTION_VARIABLES.values()]
+    return np.asarray(np.all(known, axis=0))
+
+
+def contacts_at(branch: Branch, point: int) -> list[ContactsAtPoint]:
+    """The contacts of a point by law; InputError where there is no such point or its numbers are none."""
+    d = branch.point(point)
+    count, omega = d.sizes["contact"], float(d["omega"])
+    if not 0.0 < omega <= LARGEST:
+        raise InputError(f"point {point}: omega in the results is {omega:g}, which is no frequency; compute them again")
+    if branch.problem is None:
+        friction = friction_contacts(d)
+        known = [_friction(branch.harmonics, d, point, np.flatnonzero(friction))] if friction.any() else []
+        rest = np.flatnonzero(~friction)
+        return [*known, *([_unknown(branch.harmonics, d, rest)] if rest.size else [])]
+    problem, numbers, found = branch.problem_at(point), np.arange(count), []
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        elements = numbers[batch.elements]
+        if is_friction(batch.law):
+            found.append(_friction(branch.harmonics, d, point, elements))
+            continue
+        relative = tuple(_numbers(d, f"contact_{port}", point, elements) for port in batch.law.ports)
+        stored = {v.source: name for name, v in law_variables(batch.law).items() if v.source in batch.law.values}
+        values = {
+            name: _numbers(d, stored[name], point, elements) if stored.get(name) in d else own
+            for name, own in given.values.items()
+        }
+        motion = Motion(
+            branch.harmonics, omega, tuple(X + u for X, u in zip(relative, given.motion, strict=True)),
+            given.drift(omega), given.velocity_per_omega,
+        )  # fmt: skip
+        found.append(ContactsAtPoint(law=batch.law, elements=elements, motion=motion, relative=relative, values=values))
+    return found
+
+
+def contact_at(branch: Branch, point: int, contact: int) -> ContactsAtPoint:
+    """One contact of a point, by its number."""
+    return next(own.of(contact) for own in contacts_at(branch, point) if contact in own.elements)
+
+
+def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
+    """Intervals (start, end, state) of one period by contact; "unknown" where a law does not tell them.
+
+    Raises InputError where no law does.
+    """
+    found: dict[int, list[Interval]] = {}
+    told = False
+    for own in contacts_at(branch, point):
+        states = None if own.law is None else traits.states_of(own.law, own.motion, own.values)
+        told = told or states is not None
+        unknown = [[(0.0, 2.0 * np.pi, UNKNOWN_STATE)] for _ in own.elements]
+        found |= dict(zip(own.elements.tolist(), states if states is not None else unknown, strict=True))
+    if not told:
+        raise InputError(NO_FRICTION)
+    names = [str(name) for name in branch.table["contact"].to_numpy()]
+    return {name: found[i] for i, name in enumerate(names)}
+
+
+def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Array) -> dict[str, Array]:
+    """One period of a contact at phases (k,), see ``Branch.loop``."""
+    name = str(branch.table["contact"].to_numpy()[contact])
+    own = contact_at(branch, point, contact)
+    if own.law is None:
+        raise InputError(
+            f"the law of contact '{name}' is not known: {branch.without}; give the problem, ss.load(path, problem)"
+        )
+    i = _port(own.law, name, port)
+    forces = traits.forces_in_time(own.law, own.motion, own.values, tau)
+    if forces is None:
+        raise InputError(f"the law of contact '{name}', a {type(own.law).__name__}, does not tell its force in time")
+    H, v = own.motion.harmonics.H_minus(tau), float(own.motion.drift[i, 0])
+    found = {
+        "tau": tau, "motion": H @ own.relative[i][0], "total": H @ own.motion.Q[i][0] + v * tau, "force": forces[i][0],
+    }  # fmt: skip
+    if is_friction(own.law) and i == TANGENTIAL_PORT:
+        found |= {"friction": forces[i][0], "limit": own.values["mu"] * forces[NORMAL_PORT][0]}
+    return found
+
+
+def force_of(dataset: Any, contact: int) -> tuple[str, bool]:
+    """The variable that holds the force of a contact along its first port, and whether that is a friction force."""
+    if friction_contacts(dataset)[contact]:
+        return "friction_force", True
+    for name in dataset.data_vars:
+        force = f"{str(name).removeprefix('contact_')}_force"
+        there = str(name).startswith("contact_") and force in dataset
+        if there and np.isfinite(dataset[force].to_numpy()[..., contact, :]).all():
+            return force, False
+    names = [str(label) for label in dataset["contact"].to_numpy()]
+    raise InputError(f"these results hold no force of contact '{names[contact]}'")
+
+
+def _port(law: Law, contact: str, port: str | None) -> int:
+    if port is not None and port not in law.ports:
+        raise InputError(f"contact '{contact}' has no port {shown(port)}; {suggestion(port, law.ports)}")
+    return 0 if port is None else law.ports.index(port)
+
+
+def _friction(harmonics: Harmonics, d: Any, point: int, elements: IntArray) -> ContactsAtPoint:
+    """Friction contacts: all from the numbers of the point."""
+    relative = tuple(_numbers(d, f"contact_{port}", point, elements) for port in FrictionLaw.ports)
+    moved = tuple(_numbers(d, name, point, elements) for name in ("rubbing_motion", "normal_motion"))
+    velocity, omega = _numbers(d, "rubbing_velocity", point, elements), float(d["omega"])
+    drift = np.stack([velocity / omega, np.zeros_like(velocity)])
+    return ContactsAtPoint(
+        law=_FRICTION, elements=elements, relative=relative,
+        motion=Motion(harmonics, omega, tuple(X + u for X, u in zip(relative, moved, strict=True)), drift),
+        values={name: _numbers(d, variable, point, elements) for name, variable in FRICTION_VARIABLES.items()},
+    )  # fmt: skip
+
+
+def _unknown(harmonics: Harmonics, d: Any, elements: IntArray) -> ContactsAtPoint:
+    motion = Motion(harmonics, float(d["omega"]), (), np.zeros((0, elements.size)))
+    return ContactsAtPoint(law=None, elements=elements, motion=motion, relative=(), values={})
+
+
+def _numbers(d: Any, name: str, point: int, elements: IntArray) -> Array:
+    """A variable of some contacts; InputError where it is missing, or holds what is no number of any machine."""
+    if name not in d:
+        raise InputError(f"point {point}: the results hold no '{name}', which these contacts need")
+    values = np.asarray(d[name].to_numpy()[elements], dtype=float)
+    wrong = ~(np.abs(values.reshape(len(values), -1)) <= LARGEST).all(axis=1)
+    if wrong.any():
+        contact = str(d["contact"].to_numpy()[elements[wrong][0]])
+        raise InputError(
+            f"point {point}, contact '{contact}': '{name}' in the results is not a number, or beyond {LARGEST:g}; "
+            "compute them again"
+        )
+    return values
