@@ -18,6 +18,7 @@ from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
 from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.readings import Readings
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array
 
@@ -36,6 +37,7 @@ def continuation(
     direction: ArrayLike | None = None,
     context: Any = None,
     places: Sequence[Place] = (),
+    readings: Readings | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -61,6 +63,8 @@ def continuation(
     places
         To go on where another continuation with the same arguments stood: its last ``place``, preceded by the one
         before where there is one. The points to come are those it would have found, to the last bit on one machine.
+    readings
+        What is read off the states besides, which is to be as good and as finely resolved as they are.
 
     Returns
     -------
@@ -98,6 +102,7 @@ def continuation(
         direction=None if direction is None else np.asarray(direction, dtype=float),
         context=context,
         places=tuple(places),
+        readings=readings,
     )
 
 
