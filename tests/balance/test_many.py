@@ -5,7 +5,7 @@ import pytest
 from helpers.problems import random_problem
 
 import slipstick as ss
-from slipstick.balance.many import answered, evaluated_together, respond
+from slipstick.balance.many import Together, evaluated_together, respond
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
@@ -24,10 +24,12 @@ def states(seed, count=5):
 def test_forces_and_residuals_are_those_of_each_alone(seed):
     problem, balance, x, omega = states(seed)
     inputs = [problem.inputs.scaled(1.0 + 0.1 * i) for i in range(len(x))]
-    together, residuals = answered(balance, x, omega, inputs)
+    found = Together(balance, x, omega, inputs)
+    together, residuals, whole = found.responses, found.relative_residuals(), found.residuals()
     for i in range(len(x)):
         alone = FrequencySystem(balance, inputs[i]).evaluate(x[i], float(omega[i]))
         terms = alone.terms()
+        assert whole[i] == pytest.approx(alone.residual, rel=1e-10, abs=1e-12 * np.abs(terms).max())
         assert residuals[i] == pytest.approx(norm(alone.residual / np.where(terms > 0, terms, 1.0)), rel=1e-10)
         for batch, all_states, other in zip(balance.batches, together, alone.detail.responses, strict=True):
             own = slice(i * batch.count, (i + 1) * batch.count)
@@ -39,6 +41,18 @@ def test_forces_and_residuals_are_those_of_each_alone(seed):
             assert all_states.detail.stick_fraction[own] == pytest.approx(other.detail.stick_fraction, abs=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_forces_change_with_the_motion_as_those_of_each_alone(seed):
+    problem, balance, x, omega = states(seed)
+    dx = np.random.default_rng(seed).normal(size=x.shape)
+    changes = Together(balance, x, omega, [problem.inputs] * len(x)).force_changes(dx)
+    system = FrequencySystem(balance, problem.inputs)
+    for own, state, w, change in zip(dx, x, omega, changes, strict=True):
+        forces, _ = system.rates(system.evaluate(state, float(w)).detail, float(w), own, 0.0)
+        alone = balance.real(balance.excitation(forces)).reshape(change.shape)
+        assert change == pytest.approx(alone, rel=1e-10, abs=1e-12 * np.abs(alone).max())
+
+
 def test_a_parameter_of_the_structure_that_varies():
     structure = ss.ModalStructure(
         omega=[2.0, 5.0], mode_shapes=np.array([[0.6, 0.8], [0.8, -0.6]]), dofs=["x", "y"], loss_factor=0.02,
@@ -48,7 +62,7 @@ def test_a_parameter_of_the_structure_that_varies():
     balance, path = Balance(problem), parameter_path(problem, "loss_factor")
     x = np.random.default_rng(0).normal(size=(3, balance.size))
     inputs = [path.at(value)[0] for value in (0.01, 0.02, 0.3)]
-    _, residuals = answered(balance, x, np.full(3, 2.5), inputs)
+    residuals = Together(balance, x, np.full(3, 2.5), inputs).relative_residuals()
     for i, one in enumerate(inputs):
         alone = FrequencySystem(balance, one).evaluate(x[i], 2.5)
         assert residuals[i] == pytest.approx(norm(alone.residual / alone.terms()), rel=1e-10)

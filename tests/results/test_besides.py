@@ -78,7 +78,7 @@ BESIDE = {
     "truncation": (record, "truncation", ("truncation",)),
     "amplitude": (record, "amplitude", ("amplitude",)),
     "stability": (verdict.StabilityWatch, "difference", ("multiplier", "multiplier_max", "hill_pw_difference")),
-    "what contacts do at interpolated points": (record, "answered", None),
+    "what contacts do at interpolated points": (record, "Together", None),
     "stick_fraction": (record, "_detail_of", None),
     "what looks wrong in the results": (walking, "result_warnings", ()),
 }

@@ -16,6 +16,7 @@ from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, Listener, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import peak_events
+from slipstick.analysis.readings import OutputReadings
 from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import undisturbed
 from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
@@ -170,6 +171,7 @@ def _run(
             *_kept_up(recorder, "the place of peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
             *_kept_up(recorder, "where stability changes", special.events if special else ()),
         ),
+        readings=OutputReadings(recorder.outputs, task.system),
         **inside,
     )  # fmt: skip
     if special is not None and run.standing is not None:
@@ -277,7 +279,6 @@ def _point(
         detail, x=step.x, residual=residual,
         iterations=step.iterations, kind=kind, parameter=step.parameter, part=part.number,
         peak_of=step.name if kind == "peak" else "",
-        motion=take("the motion of the outputs", partial(recorder.outputs.motion_between, step, task.system), None),
         stability=special and take("stability", partial(special.judged, step, compare=kind not in _ORDINARY), None),
         reaction=_reaction(step, before),
     )  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.readings import context_between
 from slipstick.analysis.settling import settled_body
 from slipstick.balance.many import evaluated_together
 from slipstick.balance.ports import Balance
@@ -79,15 +80,6 @@ class Jump:
         return f"{self.parameter:.6g} (temperature of {', '.join(changes)}{more})"
 
 
-def _context_between(step: Step) -> Any:
-    """With what an interpolated point is evaluated: as the next solution, or the one before if that has more."""
-    assert step.place is not None
-    before, after = (end.evaluation for end in step.place[:2])
-    if after.detail.adapted is None:
-        return after.context
-    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
-
-
 def relative_residual(step: Step) -> float:
     """Norm of the residual of a step, each entry over the size of its own terms.
 
@@ -131,8 +123,8 @@ class WarmContinuation(Iterator[Step]):
         each: bool = False,
         **options: Any,
     ) -> None:
-        self._system, self._ends, self._options = system, (start, stop), options
         self._balance: Balance = system.balance
+        self._system, self._ends, self._options = system, (start, stop), options
         self._names, self._together = self._balance.heated_names, not each and evaluated_together(self._balance)
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
@@ -223,7 +215,8 @@ class WarmContinuation(Iterator[Step]):
         for step in waiting:
             self.residual = nan
             if not self._together:
-                step.evaluation = self._system.evaluate(step.x, step.parameter, _context_between(step))
+                assert step.place is not None
+                step.evaluation = self._system.evaluate(step.x, step.parameter, context_between(*step.place[:2]))
                 if step.evaluation.detail is None:
                     continue
                 step.residual_norm = norm(step.evaluation.residual)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -13,8 +14,10 @@ from slipstick.contact import traits
 from slipstick.contact.law import Motion, Response
 from slipstick.solve.norm import norm
 from slipstick.structure.dynamic import adjusted
+from slipstick.structure.protocol import Receptance
+from slipstick.structure.receptance import ModalReceptance
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, ComplexArray
 
 
 def evaluated_together(balance: Balance) -> bool:
@@ -61,55 +64,110 @@ def _in(wide: Harmonics, own: Harmonics, Q: Array) -> Array:
     return out
 
 
-def answered(balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs]) -> tuple[list[Response], Array]:
-    """The response of each batch as ``respond`` gives it, and relative residuals (n,), of n states.
+class Together:
+    """The response of each batch as ``respond`` gives it at n states: unknowns (n, N), frequencies (n,)."""
 
-    A residual is the norm of its entries over the sizes of their terms, as in ``balance.residual.terms``.
-    """
-    responses = [respond(balance, k, x, omega, inputs) for k in range(len(balance.batches))]
-    return responses, _residuals(balance, x, omega, inputs, responses)
+    def __init__(self, balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs]) -> None:
+        self._balance, self._x, self._omega, self._inputs = balance, x, omega, inputs
+        self.responses: Sequence[Response] = [
+            respond(balance, k, x, omega, inputs) for k in range(len(balance.batches))
+        ]
 
+    @cached_property
+    def loads(self) -> Array:
+        """Forces of the loads (n, n_loads, L)."""
+        return np.array([one.P for one in self._inputs]).reshape(len(self._x), self._balance.n_loads, -1)
 
-def _residuals(
-    balance: Balance, x: Array, omega: Array, inputs: Sequence[Inputs], responses: Sequence[Response]
-) -> Array:
-    n, loads = len(x), balance.n_loads
-    G = np.zeros((n, balance.n_ports + loads, balance.L))
-    stiffness, prescribed = np.zeros((n, balance.n_ports)), np.zeros(n)
-    for k, (batch, response) in enumerate(zip(balance.batches, responses, strict=True)):
-        prescribed += [float(np.sum(one.batches[k].motion[..., 1:] ** 2)) for one in inputs]
-        springs = traits.springs(batch.law, response)
-        for i, port in enumerate(batch.ports):
-            G[:, port.rows] = response.force[i].reshape(n, batch.count, -1)[:, port.members]
-            if i in springs:
-                stiffness[:, port.rows] += springs[i].reshape(n, batch.count)[:, port.members]
-    if loads:
-        G[:, balance.n_ports :] = [-one.P for one in inputs]
-    residual, reach = np.empty((2, n, balance.n_ports, balance.L))
-    first = 0
-    for structure, same in groupby(inputs, lambda one: one.structure):
-        at = slice(first, first + len(list(same)))
-        first = at.stop
-        residual[at], reach[at] = _answer(balance, structure, omega[at], G[at], stiffness[at])
-    residual += x.reshape(residual.shape)
-    motion = np.array([norm(own) for own in x])
-    terms = motion[:, None, None] + reach * (motion + np.sqrt(prescribed))[:, None, None]
-    return np.sqrt(np.sum((residual / np.where(terms > 0, terms, 1.0)) ** 2, axis=(1, 2)))
+    @cached_property
+    def forces(self) -> Array:
+        """Forces on all ports (n, n_ports, L)."""
+        return self._on_ports(lambda k, i: self.responses[k].force[i])
+
+    def force_changes(self, dx: Array) -> Array:
+        """Their changes for changes (n, N) of the unknowns."""
+        balance, dX = self._balance, dx.reshape(len(dx), self._balance.n_ports, self._balance.L)
+
+        def change(k: int, i: int) -> Array:
+            batch, total = balance.batches[k], np.zeros_like(self.responses[k].force[i])
+            for (own, j), tangent in self.responses[k].by_motion.items():
+                port = batch.ports[j]
+                if own == i and port.size:
+                    dQ = np.zeros((len(dx), batch.count, balance.L))
+                    dQ[:, port.members] = dX[:, port.rows]
+                    total += np.einsum("cij,cj->ci", tangent, dQ.reshape(-1, balance.L))
+            return total
+
+        return self._on_ports(change)
+
+    def _on_ports(self, of: Callable[[int, int], Array]) -> Array:
+        """Something (n * count, L) of each port of each batch, on all ports."""
+        balance, out = self._balance, np.zeros((len(self._x), self._balance.n_ports, self._balance.L))
+        for k, batch in enumerate(balance.batches):
+            for i, port in enumerate(batch.ports):
+                if port.size:
+                    out[:, port.rows] = of(k, i).reshape(len(out), batch.count, -1)[:, port.members]
+        return out
+
+    def residuals(self) -> Array:
+        """``X + A (F - P)``, (n, N)."""
+        return self._x + self._answers(None)[0].reshape(self._x.shape)
+
+    def relative_residuals(self) -> Array:
+        """Norms (n,) of the residuals, each entry over the sizes of its terms, as in ``balance.residual.terms``."""
+        balance, x = self._balance, self._x
+        stiffness, prescribed = np.zeros((len(x), balance.n_ports)), np.zeros(len(x))
+        for k, (batch, response) in enumerate(zip(balance.batches, self.responses, strict=True)):
+            prescribed += [float(np.sum(one.batches[k].motion[..., 1:] ** 2)) for one in self._inputs]
+            for i, springs in traits.springs(batch.law, response).items():
+                port = batch.ports[i]
+                stiffness[:, port.rows] += springs.reshape(len(x), batch.count)[:, port.members]
+        moved, reach = self._answers(stiffness)
+        motion = np.array([norm(own) for own in x])
+        terms = motion[:, None, None] + reach * (motion + np.sqrt(prescribed))[:, None, None]
+        residual = moved + x.reshape(moved.shape)
+        return np.sqrt(np.sum((residual / np.where(terms > 0, terms, 1.0)) ** 2, axis=(1, 2)))
+
+    def _answers(self, stiffness: Array | None) -> tuple[Array, Array]:
+        """``A (F - P)`` and ``|A|`` times stiffnesses (n, n_ports), both (n, n_ports, L); without these zeros."""
+        balance, G = self._balance, np.concatenate([self.forces, -self.loads], axis=1)
+        moved, reach = np.zeros((2, *self.forces.shape))
+        first = 0
+        for structure, same in groupby(self._inputs, lambda one: one.structure):
+            at = slice(first, first + len(list(same)))
+            own = None if stiffness is None else stiffness[at]
+            first = at.stop
+            moved[at], reach[at] = _answer(balance, structure, self._omega[at], G[at], own)
+        return moved, reach
 
 
 def _answer(
-    balance: Balance, structure: Mapping[str, float], omega: Array, G: Array, stiffness: Array
+    balance: Balance, structure: Mapping[str, float], omega: Array, G: Array, stiffness: Array | None
 ) -> tuple[Array, Array]:
     """``A G`` and ``|A|`` times the stiffnesses, both (n, n_ports, L), of one structure."""
     receptance, ports = adjusted(balance.receptance, structure), balance.n_ports
-    moved, reach = np.empty((2, len(G), ports, balance.L))
+    moved, reach = np.zeros((2, len(G), ports, balance.L))
     moved[..., 0] = G[..., 0] @ receptance.static.T
-    reach[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
+    if stiffness is not None:
+        reach[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
     if balance.orders.size:
-        A, _ = receptance.at(balance.orders, omega)
-        hat = (G[..., 1::2] - 1j * G[..., 2::2]).transpose(0, 2, 1)[..., None]
-        answer = (A @ hat)[..., 0].transpose(0, 2, 1)
+        hat = (G[..., 1::2] - 1j * G[..., 2::2]).transpose(0, 2, 1)
+        answer = applied(receptance, balance.orders, omega, hat).transpose(0, 2, 1)
         moved[..., 1::2], moved[..., 2::2] = answer.real, -answer.imag
-        size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
-        reach[..., 1::2] = reach[..., 2::2] = size
+        if stiffness is not None:
+            A, _ = receptance.at(balance.orders, omega)
+            size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
+            reach[..., 1::2] = reach[..., 2::2] = size
     return moved, reach
+
+
+def applied(receptance: Receptance, orders: Array, omega: Array, forces: ComplexArray) -> ComplexArray:
+    """``A forces`` (n, k, n_rows) of forces (n, k, n_columns) at the orders (k,) of frequencies (n,)."""
+    if not isinstance(receptance, ModalReceptance):
+        A, _ = receptance.at(orders, omega)
+        return np.asarray((A @ forces[..., None])[..., 0])
+    own = receptance.factors(orders, omega)
+    places = (len(forces), len(orders), -1)
+    out = ((forces @ own.right) * own.weight[1:].reshape(places)) @ own.left.T
+    for part, weight in zip(own.parts, own.part_weight, strict=True):
+        out += weight[1:].reshape(places) * (forces @ part.T)
+    return np.asarray(out)

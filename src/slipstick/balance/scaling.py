@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import AnyCompliance
@@ -26,18 +25,19 @@ class Scales:
         Typical relative motion at the contacts, length, > 0.
     velocity
         Rubbing velocity at which contacts of that motion slip without end, length/time, > 0.
-    vibration
-        Which unknowns belong to harmonics other than 0, (N,).
+    ports, coefficients
+        How many directions move at the contacts, and coefficients of each, ``N = ports coefficients``.
     """
 
     displacement: float
     velocity: float
-    vibration: NDArray[np.bool_]
+    ports: int
+    coefficients: int
 
     def arclength(self, *, weight: float = 0.1) -> ArclengthScaling:
         """Corrections and steps are measured against the present solution, and against this while it is zero."""
-        judged = self.vibration if self.vibration.any() else None
-        return ArclengthScaling(x=self.displacement, weight=weight, judged=judged)
+        judged = np.arange(self.coefficients) > 0 if self.coefficients > 1 else None
+        return ArclengthScaling(x=self.displacement, weight=weight, rows=self.ports, judged=judged)
 
 
 def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
@@ -48,11 +48,11 @@ def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
         sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
     displacement = max(present) if present else 1.0
-    vibration = np.tile(np.arange(balance.L) > 0, balance.size // balance.L)
     return Scales(
         displacement=displacement,
         velocity=omega * max(1, balance.harmonics.highest) * displacement,
-        vibration=vibration,
+        ports=balance.n_ports,
+        coefficients=balance.L,
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.many import answered
+from slipstick.balance.many import Together
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
@@ -23,9 +23,10 @@ from slipstick.results.schema import Layout, law_variables, layout_of
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
-from slipstick.solve.continuation.arc import ArcPlaces
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
+
+_REMEMBERED = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +52,6 @@ class Point:
     """None where it was not asked for."""
     reaction: Reaction | None = None
     """How its kept harmonics answer to those left out; None: not known."""
-    motion: Array | None = None
-    """Coefficients (n_outputs, L) of an interpolated point; None: by the forces."""
 
     @classmethod
     def at(cls, detail: Detail, *, x: Array, residual: float, iterations: int, kind: str, **names: object) -> Point:
@@ -78,8 +77,9 @@ class Outputs:
         self.balance, self.names = balance, tuple(names)
         wanted = balance.problem.direction_matrix({name: 1.0} for name in names)
         self._ports = [_same_direction(balance.directions, column) for column in wanted.T]
-        self._far = [i for i, port in enumerate(self._ports) if port is None]
-        self.receptance = balance.rows_to(wanted[:, self._far]) if self._far else None
+        self.far = [i for i, port in enumerate(self._ports) if port is None]
+        """Which of them are no contact ports."""
+        self.receptance = balance.rows_to(wanted[:, self.far]) if self.far else None
         self._known: list[tuple[Any, tuple[Array, Array]]] = []
 
     def __len__(self) -> int:
@@ -96,9 +96,13 @@ class Outputs:
         for i, port in enumerate(self._ports):
             if port is not None:
                 out[:, i] = X[:, port[0]] / port[1]
-        if self._far:
-            out[:, self._far] = self._answer(np.concatenate([force, -P], axis=1), omega, structures)
+        if self.far:
+            out[:, self.far] = self.far_motion(force, P, omega, structures)
         return out
+
+    def far_motion(self, force: Array, P: Array, omega: Array, structures: Structures) -> Array:
+        """The same of those that are no contact ports, (n, n_far, L)."""
+        return self._answer(np.concatenate([force, -P], axis=1), omega, structures)
 
     def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L).
@@ -109,25 +113,13 @@ class Outputs:
             if known is step:
                 return found
         found = self._motion_along(step, system)
-        self._known = [*self._known[-2:], (step, found)]
+        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
         return found
-
-    def motion_between(self, step: Any, system: FrequencySystem | ParameterSystem) -> Array | None:
-        """Motion (n_outputs, L) at an interpolated step: the cubic through the motions on both sides.
-
-        Not by the forces: near resonance a receptance makes much of the little they are wrong by. None where all
-        outputs are contact ports, whose motion is interpolated already.
-        """
-        if not self._far or step.place is None:
-            return None
-        first, second, arc, u = step.place
-        (a, da), (b, db) = self.motion_along(first, system), self.motion_along(second, system)
-        return np.asarray(arc.between(a, b, da, db, ArcPlaces(np.array([u])))[0][0])
 
     def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
         motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
-        if self._far:
+        if self.far:
             rate = float(tangent[-1])
             G = b.excitation(detail.forces, detail.inputs.P)
             dG = b.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
@@ -137,8 +129,8 @@ class Outputs:
             rates = at.answer(dG)
             if along is None or along:
                 rates += rate * at.rate(G)
-            motion[self._far] = -at.answer(G).reshape(-1, b.L)
-            change[self._far] = -rates.reshape(-1, b.L)
+            motion[self.far] = -at.answer(G).reshape(-1, b.L)
+            change[self.far] = -rates.reshape(-1, b.L)
         return motion, change
 
     def assembled(self, x: Array, far: Array | None) -> Array:
@@ -149,7 +141,7 @@ class Outputs:
             if port is not None:
                 out[i] = X[port[0]] / port[1]
         if far is not None:
-            out[self._far] = far.reshape(-1, b.L)
+            out[self.far] = far.reshape(-1, b.L)
         return out
 
     def transposed(self, h: Array) -> tuple[Array, Array]:
@@ -159,7 +151,7 @@ class Outputs:
         for i, port in enumerate(self._ports):
             if port is not None:
                 out[port[0]] += h[i] / port[1]
-        return out.reshape(-1), h[self._far]
+        return out.reshape(-1), h[self.far]
 
     def _answer(self, G: Array, omega: Array, structures: Structures) -> Array:
         """``-A G`` (n, n_far, L) for forces less loads ``G`` (n, n_columns, L)."""
@@ -216,9 +208,6 @@ class Recorder:
             lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
             len(points), (len(self.outputs), b.L),
         )  # fmt: skip
-        for i, point in enumerate(points):
-            if point.motion is not None:
-                motion[i] = point.motion
         outputs = self.outputs.names
         found |= {
             "omega": omega,
@@ -335,8 +324,9 @@ class _Answers:
                 others.append(i)
 
         def ask(at: list[int]) -> Array:
-            responses, residual = answered(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
-            self._known.append((at, responses))
+            found = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
+            residual = found.relative_residuals()
+            self._known.append((at, found.responses))
             return residual
 
         if others:

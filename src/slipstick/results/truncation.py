@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from slipstick.balance.factored import FactoredCompliance
-from slipstick.balance.many import respond
+from slipstick.balance.many import applied, respond
 from slipstick.contact.law import Response
 from slipstick.results.measures import largest_deviation
 from slipstick.solve.linear.jacobian import Jacobian
@@ -195,9 +195,8 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
         w, g = omega[first : first + slices], G[first : first + slices]
-        A, _ = receptance.at(orders, w)
-        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1)[..., None]
-        answer = (A @ hat)[..., 0].transpose(0, 2, 1)
+        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1)
+        answer = applied(receptance, orders, w, hat).transpose(0, 2, 1)
         out[first : first + slices, :, 1::2] = -answer.real
         out[first : first + slices, :, 2::2] = answer.imag
     return out

@@ -26,10 +26,10 @@ def sine():
     return Function(lambda p: np.array([np.sin(p), np.cos(p)]), lambda p: np.array([np.cos(p), -np.sin(p)]))
 
 
-def kinked():
-    """Its slope changes at 1.3: the cubic over it is off by about a hundredth of the step."""
-    front = lambda p: np.array([max(p - 1.3, 0.0) * 0.4, 1.0])  # noqa: E731
-    return Function(front, lambda p: np.array([0.4 if p > 1.3 else 0.0, 0.0]))
+def kinked(at=1.3, slope=0.4):
+    """Its slope changes: the cubic over it is off by up to an eighth of the step times the change."""
+    front = lambda p: np.array([max(p - at, 0.0) * slope, 1.0])  # noqa: E731
+    return Function(front, lambda p: np.array([slope if p > at else 0.0, 0.0]))
 
 
 def walked(system, x0, **options):
@@ -49,6 +49,17 @@ def test_no_point_is_further_off_than_asked(system, x0, tolerance):
     assert max(lengths) < 0.035  # 0.01 of the range of 3, on a slope up to 1
     assert np.all(np.diff([s.parameter for s in steps]) > 0)
     assert np.all(np.diff([s.arclength for s in steps]) > 0)
+
+
+@pytest.mark.parametrize("slope, tolerance", [(0.15, 2e-4), (0.05, 1e-3), (0.02, 2e-4), (0.02, 1e-5)])
+def test_no_point_beside_a_kink_is_further_off_than_asked_wherever_it_lies(slope, tolerance):
+    """The corner is round enough to be stepped over; the cubic is off most beside it, not in the middle."""
+    for at in np.linspace(1.25, 1.35, 21):
+        system = kinked(at, slope)
+        steps = walked(system, [0.0, 1.0], output_step=0.01, output_tolerance=tolerance)
+        off = [np.linalg.norm(s.x - system._f(s.parameter)) for s in steps if s.kind == "interpolated"]
+        assert len(off) > 60
+        assert max(off) <= tolerance
 
 
 def test_a_finer_tolerance_takes_more_corrected_points():

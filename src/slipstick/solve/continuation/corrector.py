@@ -124,22 +124,30 @@ class Corrector:
         self.solves += 1
         return jacobian.solve(right)
 
-    def off(self, state: Array, near: Step) -> Array | None:
-        """How far a state (N + 1,) is off the branch, by the Jacobian of a step nearby; None where it has none."""
-        if near.jacobian is None:
-            return None
-        right = np.zeros(self._size + 1)
-        right[:-1] = self._evaluate(state[:-1], float(state[-1])).residual
-        self.evaluations += 1
-        self.solves += 1
-        return near.jacobian.solve(right) if np.all(np.isfinite(right)) else np.full(right.size, inf)
+    def residuals(self, states: Array) -> Array:
+        """Residuals (n, N) at n states (n, N + 1)."""
+        return np.array([self._evaluate(state[:-1], float(state[-1])).residual for state in states])
+
+    def off(self, residuals: Array, near: Step) -> Array:
+        """How far states (n, N + 1) with ``residuals`` (n, N) are off the branch, by the Jacobian of a step nearby.
+
+        Infinite where that cannot be said.
+        """
+        off = np.full((len(residuals), self._size + 1), inf)
+        known = np.all(np.isfinite(residuals), axis=1)
+        if near.jacobian is not None and known.any():
+            right = np.zeros((self._size + 1, np.count_nonzero(known)))
+            right[:-1] = residuals[known].T
+            self.solves += right.shape[1]
+            off[known] = near.jacobian.solve(right).T
+        return np.where(np.isfinite(off), off, inf)
 
     def near(self, off: Array, length: float) -> bool:
         """Whether a solution ``off`` (N + 1,) from where an arc of some ``length`` expects it may be the one meant."""
         return self.metric.length(off) <= _TOO_FAR * length
 
     def apart(self, step: Step, guess: Array, direction: Array, length: float) -> float:
-        """Distance, over the size of the solution, in the middle between two cubics of some ``length``.
+        """Distance in the middle between two cubics of some ``length``, over the size of the row that it is largest of.
 
         They share an end, the first for a positive ``length``; at the other one is at ``guess`` with ``direction``, the
         other at the step. Where the two differences cancel in the middle an eighth of them counts, as much as is
@@ -147,9 +155,10 @@ class Corrector:
         """
         metric = self.metric
         turned = step.tangent / metric.length(step.tangent) - direction / metric.length(direction)
-        factors = metric.judging(step.state)
-        by_state, by_slope = 0.5 * factors * (step.state - guess), 0.125 * length * factors * turned
-        return max(norm(by_state - by_slope), 0.125 * (norm(by_state) + norm(by_slope)))
+        by_state, by_slope = 0.5 * (step.state - guess), 0.125 * length * turned
+        changes = np.array((by_state - by_slope, by_state, by_slope))
+        both, first, second = metric.judged(changes, metric.sizes(step.state)).tolist()
+        return float(max(both, 0.125 * (first + second)))
 
     def tangent_at(self, state: Array, along: Array) -> tuple[Array, int] | None:
         """Direction in which the residual does not change at any state, and its orientation; None if there is none.

@@ -1,21 +1,93 @@
-"""The branch between corrected points: the cubic through them, halved by another where it is not good enough."""
+"""The branch between corrected points: from the cubic through them, corrected; halved where that is not good enough."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 from math import ceil
+from typing import Any
 
 import numpy as np
 
 from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.predictor import Span
+from slipstick.solve.continuation.readings import Between, Readings
 from slipstick.solve.continuation.step import Step
-from slipstick.solve.norm import norm
-from slipstick.typing import Array
+from slipstick.typing import Array, BoolArray
 
 _LONGER = 1.1
 """Arcs are a little longer than the steps that were taken along them."""
+_BENT = 5.0
+"""Tolerances by which the cubics may be off where points are corrected: what is sought along them is solved for."""
+_SURE = 0.25
+"""Tolerances by which a cubic may differ from another in the middle where no place is looked at: at a kink beside the
+middle it is further off."""
+_CORRECTIONS = 3
+_FINEST = 1e-6
+"""Scaled length of an arc that is not halved for what is read off it."""
+_PEAK = 0.04
+"""Scaled length of an arc near to which solutions are believed that stand out of shorter ones."""
+_END = 0.02
+"""Share of an arc next to its ends in which nothing is looked for."""
+
+
+class _Seen:
+    """States (n, N + 1) at places of an arc, corrected until the last correction is within the tolerance.
+
+    Attributes
+    ----------
+    unknowns_bent, readings_bent
+        How far the cubics of both are off at each place (n,), over their own sizes.
+    states, good
+        Corrected, and whether the last correction was small.
+    """
+
+    def __init__(
+        self, corrector: Corrector, readings: Readings, arc: Arc, ends: tuple[Step, Step], places: ArcPlaces
+    ) -> None:
+        self._corrector, self._readings, self._ends = corrector, readings, ends
+        self._sizes = corrector.metric.sizes(*(end.state for end in ends))
+        self.places, self.cubic = places, arc.points(places)
+        between, off = self._off(self.cubic)
+        self.unknowns_bent = corrector.metric.judged(off, self._sizes)
+        self.readings_bent = np.zeros(len(off))
+        if readings.any:
+            self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
+        self.states, self.last = self.cubic - _finite(off), self._size(between, off)
+
+    def _off(self, states: Array) -> tuple[Between, Array]:
+        """States evaluated, and how far they are off the branch."""
+        self._corrector.evaluations += len(states)
+        between = self._readings.between(*self._ends, states)
+        return between, self._corrector.off(between.residuals, self._ends[1])
+
+    def _size(self, between: Between, off: Array) -> Array:
+        """Sizes (n,) of corrections, of what is read off the states too."""
+        own = self._corrector.metric.judged(off, self._sizes)
+        if self._readings.any:
+            own = np.maximum(own, _or_inf(between.changes(_finite(off)[:, :-1])))
+        return own
+
+    def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
+        """The first states, and which of them are known to the tolerance after further corrections."""
+        for _ in range(_CORRECTIONS - 1):
+            rest = np.flatnonzero((self.last[:count] > tolerance) & (self.last[:count] < np.inf))
+            if not rest.size:
+                break
+            between, off = self._off(self.states[rest])
+            before, self.last[rest] = self.last[rest], self._size(between, off)
+            self.states[rest] -= _finite(off)
+            self.last[rest[self.last[rest] > 0.5 * before]] = np.inf
+        return self.states[:count], self.last[:count] <= tolerance
+
+
+def _finite(off: Array) -> Array:
+    """Corrections, none where they are not known."""
+    return np.where(np.isfinite(off), off, 0.0)
+
+
+def _or_inf(sizes: Array) -> Array:
+    return np.where(np.isfinite(sizes), sizes, np.inf)
 
 
 class DenseOutput:
@@ -26,60 +98,159 @@ class DenseOutput:
     step
         Scaled arclength between two of them.
     tolerance
-        Largest error of an interpolated solution over its size: measured in the middle of each arc, where the error of
-        a cubic between two points is largest, by one Newton correction. Where another cubic that is as good at one end
-        is that near in the middle, nothing is measured: a kink anywhere between would have parted them.
+        Largest error of what is stored of them over its own size: the last of a few corrections by the Jacobian of the
+        next point, at every place. Where these do not get there the place is solved for.
+    readings
+        What is read off the states besides.
+
+    Where the cubics between two points, from which the corrections start and along which events are sought, are too far
+    off at one of these places, a point comes between.
     """
 
-    def __init__(self, corrector: Corrector, span: Span, step: float, tolerance: float) -> None:
+    def __init__(
+        self, corrector: Corrector, span: Span, step: float, tolerance: float, readings: Readings | None
+    ) -> None:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
+        self._readings: Readings = _Unknowns(corrector) if readings is None else readings
+        self._latest: tuple[Any, Any, _Seen | None] = (None, None, None)
 
-    def halves(self, first: Step, second: Step, apart: float) -> list[Step]:
-        """Corrected points between two neighbours, so that the cubics meet the tolerance; both ends left out.
+    def halves(self, first: Step, second: Step, apart: float, *, closely: bool = False) -> list[Step]:
+        """Corrected points between two neighbours, so that the cubics are near enough; both ends left out.
 
-        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``.
+        ``apart`` is the distance of the cubic from another one in the middle, see ``Corrector.apart``; ``closely``:
+        also where no point of the result comes between.
         """
-        corrector, arc = self._corrector, self._corrector.arc(first, second)
-        second.smooth = apart <= self._tolerance
-        if second.smooth or arc.length <= self._step:
+        arc, second.apart = self._corrector.arc(first, second), apart
+        second.smooth = apart <= _SURE * self._tolerance
+        if second.smooth and not self._readings.any:
             return []
-        guess, direction, half = arc.point(0.5), arc.derivative(0.5), 0.5 * arc.length
-        middle = self._middle(arc, guess, direction, second)
-        if middle is None or middle.orientation * first.orientation < 0:
+        places = self._places(first, second, arc, closely)
+        if places is None:
             return []
-        middle.arclength = first.arclength + corrector.metric.length(middle.state - first.state)
-        before, after = (corrector.apart(middle, guess, direction, way) for way in (half, -half))
-        return [*self.halves(first, middle, before), middle, *self.halves(middle, second, after)]
+        seen = self._seen(first, second, arc, places)
+        limit = _BENT * self._tolerance
+        bent = np.maximum(seen.unknowns_bent, seen.readings_bent)
+        second.smooth = bool(bent.max() <= limit)
+        if second.smooth or arc.length <= (_FINEST if seen.readings_bent.max() > limit else self._step):
+            return []
+        worst = int(np.argmax(bent))
+        at, guess, direction = float(places.u[worst]), seen.cubic[worst], arc.derivative(float(places.u[worst]))
+        near = seen.states[worst] if self._corrector.near(seen.states[worst] - guess, arc.length) else guess
+        middle = self._solved(arc, at, near, (first, second))
+        if middle is None:
+            return []
+        middle.arclength = first.arclength + self._corrector.metric.length(middle.state - first.state)
+        before, after = (
+            self._corrector.apart(middle, guess, direction, way) for way in (at * arc.length, (at - 1.0) * arc.length)
+        )
+        closely = closely or bool(seen.readings_bent.max() > limit)
+        return [
+            *self.halves(first, middle, before, closely=closely),
+            middle,
+            *self.halves(middle, second, after, closely=closely),
+        ]
 
-    def _middle(self, arc: Arc, guess: Array, direction: Array, second: Step) -> Step | None:
-        """The corrected point in the middle, where the arc turns out not to be near enough."""
-        corrector = self._corrector
-        off = corrector.off(guess, second)
-        if off is None:
+    def _places(self, first: Step, second: Step, arc: Arc, closely: bool) -> ArcPlaces | None:
+        """Places to look at: those of the points to come, and then those of narrow peaks; None where there are none."""
+        count = ceil(arc.length / self._step)
+        if not self._readings.any:
+            return _evenly(count) if count > 1 else None
+        low, high = sorted((first.parameter, second.parameter))
+        width = high - low
+        narrow = self._readings.narrow(low - width, high + width)
+        if count < 2 and not (closely or narrow.size):
             return None
-        second.smooth = norm(off * corrector.metric.judging(second.state)) <= self._tolerance
-        if second.smooth:
-            return None
-        middle, _ = corrector.correct(guess - off if corrector.near(off, arc.length) else guess, direction, "regular")
-        if middle is None or not corrector.near(middle.state - guess, arc.length):
-            return None
-        return None if self._span.passed(middle.parameter) is not None else middle
+        even = _evenly(max(2, count))
+        inside = [arc.where(p, 0.0, 1.0) for p in narrow.tolist() if low < p < high]
+        inside = [u for u in inside if _END < u < 1.0 - _END]
+        return ArcPlaces(np.append(even.u, inside)) if inside else even
 
-    def points(self, first: Step, second: Step) -> list[Step]:
-        """Interpolated points between two neighbours, whose cubic has met the tolerance."""
+    def _seen(self, first: Step, second: Step, arc: Arc, places: ArcPlaces) -> _Seen:
+        a, b, seen = self._latest
+        if a is not first or b is not second or seen is None:
+            seen = _Seen(self._corrector, self._readings, arc, (first, second), places)
+            self._latest = first, second, seen
+        return seen
+
+    def _solved(self, arc: Arc, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
+        """The solution on the plane across the arc through ``guess``, if it is the one that is expected.
+
+        At a narrow peak, whose sides the plane would cut, it is the one at that parameter, sought from the chord: it
+        may be further off than short arcs are long.
+        """
+        corrector, (first, second) = self._corrector, ends
+        step, _ = corrector.correct(guess.copy(), arc.derivative(u), "regular")
+        if not self._believed(step, first, arc.point(u), arc.length):
+            chord, parameter = (1.0 - u) * first.state + u * second.state, arc.parameter(u)
+            if (parameter - first.parameter) * (parameter - second.parameter) < 0.0:
+                chord[-1] = parameter
+            way = second.state - first.state
+            step, _ = corrector.correct(chord.copy(), None, "regular", forward=way, options=corrector.patient)
+            if not self._believed(step, first, chord, max(arc.length, _PEAK)):
+                return None
+        return step
+
+    def _believed(self, step: Step | None, first: Step, expected: Array, length: float) -> bool:
+        if step is None or step.orientation * first.orientation < 0:
+            return False
+        return self._corrector.near(step.state - expected, length) and self._span.passed(step.parameter) is None
+
+    def points(self, first: Step, second: Step, end: Step) -> list[Step]:
+        """Points between two neighbours on the arc that leads to ``end``."""
         arc, metric = self._corrector.arc(first, second), self._corrector.metric
         count = ceil(arc.length / self._step)
-        if count < 2:
+        if count < 2 or not end.smooth:
             return []
         places = _evenly(count)
-        states, slopes = arc.points(places), arc.derivatives(places)
+        if end.apart <= _SURE * self._tolerance and not self._readings.any:
+            states, good = arc.points(places), np.ones(count - 1, dtype=bool)
+        else:
+            states, good = self._seen(first, second, arc, places).settle(count - 1, self._tolerance)
+        slopes = arc.derivatives(places)
         tangents = slopes / metric.lengths(slopes)[:, None]
-        ways = (first.arclength + metric.lengths(states - first.state)).tolist()
-        return [
-            Step.interpolated(state, tangent, (first, second, arc, at), way)
-            for state, tangent, at, way in zip(states, tangents, places.u.tolist(), ways, strict=True)
-            if self._span.passed(state[-1]) is None
-        ]
+        made = []
+        for i, at in enumerate(places.u.tolist()):
+            if good[i]:
+                step = Step.interpolated(states[i], tangents[i], (first, second, arc, at), 0.0)
+            else:
+                solved = self._solved(arc, at, arc.point(at), (first, second))
+                if solved is None:
+                    continue
+                step = solved
+            if self._span.passed(step.parameter) is None:
+                step.arclength = first.arclength + metric.length(step.state - first.state)
+                made.append(step)
+        return made
+
+
+class _Unknowns:
+    """No readings: states are evaluated one by one."""
+
+    any = False
+
+    def __init__(self, corrector: Corrector) -> None:
+        self._corrector = corrector
+
+    def narrow(self, low: float, high: float) -> Array:
+        """None."""
+        return np.empty(0)
+
+    def between(self, first: Step, second: Step, states: Array) -> Any:
+        """Residuals alone."""
+        return _Residuals(self._corrector.residuals(states))
+
+
+class _Residuals:
+    def __init__(self, residuals: Array) -> None:
+        self.residuals = residuals
+
+    def changes(self, dx: Array) -> Array:
+        """None."""
+        return np.zeros(len(dx))
+
+    def bent(self, dx: Array, arc: Arc, places: ArcPlaces) -> Array:
+        """None."""
+        return np.zeros(len(dx))
 
 
 @lru_cache(maxsize=64)

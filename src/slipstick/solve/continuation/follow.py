@@ -18,6 +18,7 @@ from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
 from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.readings import Readings
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array
@@ -38,6 +39,7 @@ def continuation(
     context: Any = None,
     places: Sequence[Place] = (),
     doubted: Callable[[Step, Step, Array], bool] | None = None,
+    readings: Readings | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -66,6 +68,8 @@ def continuation(
     doubted
         Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
         shorter step is taken then, down to ``kink_step``.
+    readings
+        What is read off the states besides, which is to be as good and as finely resolved as they are.
 
     Returns
     -------
@@ -104,6 +108,7 @@ def continuation(
         context=context,
         places=tuple(places),
         doubted=doubted,
+        readings=readings,
     )
 
 

@@ -13,8 +13,9 @@ from slipstick.typing import Array
 
 _VANISHED = 1e-12
 """Fraction of the largest magnitude met below which corrections are no longer measured by the solution itself."""
-_STILL = 1e-6
-"""Fraction of a solution below which what is judged of it is as good as nothing."""
+STILL = 1e-6
+"""Fraction of the largest part of a solution below which another is as good as nothing."""
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +39,11 @@ class ArclengthScaling:
         Smallest magnitude used when adaptive, as a fraction of the largest met so far: a solution may pass zero.
     weight
         A change of the solution by its own size counts as much as this fraction of the parameter scale.
+    rows
+        Into how many rows of equal length ``x`` is parted, each of which is judged by its own size between points.
     judged
-        Which unknowns say how large a solution is where it is interpolated, (N,) of bool; None: all. A large constant
-        part must not hide the error of what varies.
+        Which unknowns of a row say how large it is there, (N / rows,) of bool; None: all. A large constant part must
+        not hide the error of what varies.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class ArclengthScaling:
     adaptive: bool = True
     floor: float = 1e-3
     weight: float = 0.1
+    rows: int = 1
     judged: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
@@ -107,14 +111,20 @@ class Metric:
         size = max(magnitude, self._scaling.floor * largest) or 1.0
         self.measure = (typical, size, max(magnitude, _VANISHED * largest) or 1.0, largest)
 
-    def judging(self, at: Array) -> Array:
-        """Factors (N + 1,) that measure differences of states by the size of what is judged of the solution ``at``."""
-        judged = self._scaling.judged
-        if judged is None:
-            return self.inverse
-        factors, x = self.inverse.copy(), at[:-1] * self.inverse[:-1]
-        factors[:-1] /= max(norm(x[judged]), _STILL * norm(x)) or 1.0
-        return factors
+    def sizes(self, *states: Array) -> Array:
+        """Size (rows,) of each row of what is judged, the largest of the states (N + 1,)."""
+        rows = np.array(states)[:, :-1] * self._unit
+        rows = rows.reshape(len(states), self._scaling.rows, -1)
+        whole = np.einsum("srl,srl->sr", rows, rows).max(axis=0)
+        if self._scaling.judged is not None:
+            rows = rows[..., self._scaling.judged]
+        return own_sizes(np.einsum("srl,srl->sr", rows, rows).max(axis=0), whole)
+
+    def judged(self, changes: Array, sizes: Array) -> Array:
+        """Changes (n, N + 1) over the ``sizes`` of their rows, the largest of each: (n,)."""
+        rows = (changes[:, :-1] * self._unit).reshape(len(changes), sizes.size, -1)
+        own = np.sqrt(np.einsum("nrl,nrl->nr", rows, rows)) / sizes
+        return np.asarray(np.maximum(own.max(axis=1), np.abs(changes[:, -1]) * self._parameter))
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""
@@ -129,3 +139,11 @@ class Metric:
         """Cosine of the scaled angle between two vectors."""
         a, b = a * self.weights, b * self.weights
         return float(a.dot(b)) / (norm(a) * norm(b) or np.inf)
+
+
+def own_sizes(square: Array, whole: Array) -> Array:
+    """Sizes (rows,) by which rows are judged: squares of what is judged of them, and of the rows as a whole.
+
+    What is as good as nothing beside the largest is judged by that.
+    """
+    return np.asarray(np.maximum(np.sqrt(square), STILL * np.sqrt(whole.max(initial=0.0))) + _TINY)

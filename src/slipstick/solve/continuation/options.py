@@ -29,11 +29,11 @@ class ContinuationOptions(StepOptions):
     event_tolerance
         Scaled arclength to which events are located: relative to the parameter range, or better.
     output_step
-        Scaled arclength between points of the result: where those found are further from each other, points of
-        the cubic through them come between, of kind "interpolated". Not below ``max_step``: none.
+        Scaled arclength between points of the result: where those found are further from each other, points from
+        between them come besides, of kind "interpolated". Not below ``max_step``: none.
     output_tolerance
-        Largest error of such a point over the size of the solution; where the cubic is not that near to the branch, a
-        corrected point comes between.
+        Largest error of such a point: of each row of the unknowns, and of all that is read off them, over its own size
+        nearby. Where it would be larger, a corrected point comes instead.
     """
 
     max_points: int = 5000

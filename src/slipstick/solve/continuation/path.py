@@ -20,6 +20,7 @@ from slipstick.solve.continuation.metric import ArclengthScaling, Metric
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.place import Place
 from slipstick.solve.continuation.predictor import Span, predict
+from slipstick.solve.continuation.readings import Readings
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.stepsize import next_step
 from slipstick.solve.newton.result import NewtonResult, NewtonStop
@@ -66,6 +67,7 @@ class Continuation(Iterator[Step]):
         context: Any,
         places: tuple[Place, ...],
         doubted: Callable[[Step, Step, Array], bool] | None = None,
+        readings: Readings | None = None,
     ) -> None:
         self._options, self._doubted = options, doubted
         self._span = Span(*ends)
@@ -74,7 +76,7 @@ class Continuation(Iterator[Step]):
         self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
         self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance)
-        self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance)
+        self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance, readings)
         self.outcome: Outcome | None = None
         self.message = ""
         self.error: Exception | None = None
@@ -138,8 +140,7 @@ class Continuation(Iterator[Step]):
         """What comes between two neighbours: corrected, located and interpolated points, in order."""
         for a, b in pairwise([last, *self._dense.halves(last, new, new.apart), new]):
             for c, d in pairwise([a, *self._locator.between(a, b), b]):
-                if b.smooth:
-                    yield from self._dense.points(c, d)
+                yield from self._dense.points(c, d, b)
                 if d is not new:
                     yield d
 

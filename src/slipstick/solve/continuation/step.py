@@ -36,11 +36,12 @@ class Step:
         The bordered Jacobian that it was corrected with last; None of a point that was not.
     apart
         Distance in the middle between the cubic from the point before and the one that predicted this point, over the
-        size of the solution.
+        size of the solution, see ``Corrector.apart``.
     place
         Of an interpolated point: the steps on both sides, the arc between them and the place ``u`` on it; else None.
     smooth
-        Whether the cubic from the point before is as near to the branch as was asked for.
+        Whether the cubics from the point before are as near to the branch, and to what is read off it, as they should
+        be where something is sought along them.
     arclength
         Scaled length of the branch from the start (chords).
     orientation
