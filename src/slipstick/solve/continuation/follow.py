@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
-from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.events import BranchEvent, Watched
 from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
@@ -38,6 +38,7 @@ def continuation(
     context: Any = None,
     places: Sequence[Place] = (),
     doubted: Callable[[Step, Step, Array], bool] | None = None,
+    watched: Watched | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -66,6 +67,8 @@ def continuation(
     doubted
         Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
         shorter step is taken then, down to ``kink_step``.
+    watched
+        What the largest values are sought of, see ``Watched``: ordinary points are put where one exceeds all before.
 
     Returns
     -------
@@ -104,6 +107,7 @@ def continuation(
         context=context,
         places=tuple(places),
         doubted=doubted,
+        watched=watched,
     )
 
 
