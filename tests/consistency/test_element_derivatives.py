@@ -151,3 +151,23 @@ def test_the_frequency_derivative_of_a_velocity_that_grows_with_it():
     d = 1e-6
     difference = (force(2.0 + d, 0.45, 0.225).Fx - force(2.0 - d, 0.45, 0.225).Fx) / (2 * d)
     np.testing.assert_allclose(both.dFx_domega, difference, atol=1e-8)
+
+
+def test_derivatives_where_tangential_and_normal_motion_are_one():
+    """Both trial functions turn at one time, as symmetry makes it: stick begins there after slip, not after stick."""
+    rng = np.random.default_rng(195)
+    h = Harmonics(range(5))
+    X = np.array([-3.019, -4.234, 1.802, 0.251, -1.466, 0.083, 0.282, -0.077, -0.063])
+    given = {"v": 0.0, "kt": 2000.0, "mu": 0.5, "kn": 2000.0, "gap": -0.1}
+    given = {name: np.array([value]) for name, value in given.items()}
+    checked = 0
+    for off in np.linspace(-1e-15, 1e-15, 9):
+        Y = X * (1.0 + off)
+        f = element_forces(h, X[None], Y[None], **given)
+        for _ in range(3):
+            dX, dY = rng.normal(size=(2, 9))
+            up, down = (element_forces(h, (X + e * dX)[None], (Y + e * dY)[None], **given) for e in (1e-6, -1e-6))
+            expected = f.dFx_dX[0] @ dX + f.dFx_dY[0] @ dY
+            np.testing.assert_allclose((up.Fx - down.Fx)[0] / 2e-6, expected, atol=1e-5 * np.abs(expected).max())
+            checked += 1
+    assert checked == 27

@@ -44,3 +44,12 @@ def test_a_surface_that_never_comes_near_enough() -> None:
     )
     with pytest.warns(ss.SlipstickWarning, match="so it never acts"):
         ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
+
+
+def test_points_near_peaks_are_named():
+    values = {
+        "omega": np.array([1.0, 2.5, 3.0]), "kind": np.array(["start", "near peak", "end"]), "truncation": np.zeros(3),
+    }  # fmt: skip
+    (said,) = result_warnings("omega", values, [])
+    assert "2.5 rad/s" in said
+    assert "near peak" in said

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 PEAK_OUTPUTS = 3
 """Up to that many outputs, the peaks of all of them are located."""
+LARGEST_OUTPUTS = 100
+"""Up to that many others, the largest amplitude of each is located."""
 
 
 def followed_problem(given: Any) -> Problem:
@@ -57,7 +59,7 @@ def common_arguments(
     found = Gathering()
     chosen = found.take(_options, options)
     heard = found.take(_listeners, listeners)
-    peaks = found.take(_peak_dofs, problem, peaks_of) if problem is not None else None
+    sought = found.take(_peak_dofs, problem, peaks_of) if problem is not None else None
     balance = found.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
     start = found.take(_guess, guess, balance) if guess is not None and balance is not None else None
     asked = found.take(stability_request, stability)
@@ -67,7 +69,8 @@ def common_arguments(
         "balance": balance,
         "stability": watch,
         "requested": requested,
-        "peaks_of": peaks,
+        "peaks_of": sought[0] if sought else (),
+        "largest_of": sought[1] if sought else (),
         "options": chosen,
         "listeners": heard,
         "guess": start,
@@ -148,17 +151,20 @@ def _guess(given: Any, balance: Balance) -> Array:
     return guess.reshape(-1)
 
 
-def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[str, ...]:
+def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Outputs of which all peaks are located, and those of which the largest amplitude is."""
     outputs = tuple(problem.outputs or ())
     if given is None:
         if len(outputs) <= PEAK_OUTPUTS:
-            return outputs
+            return outputs, ()
         loaded = [load.dof for load in problem.loads if load.dof in outputs]
         first = [pair.direction(pair.contact.ports[0]) or {} for pair in problem.contacts[:1]]
         rubbed = [dof for direction in first for dof in direction if dof in outputs]
-        return tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
+        chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
+        rest = tuple(dof for dof in outputs if dof not in chosen)
+        return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
     chosen = names("peaks_of", given)
     faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
     if faults:
         raise InputError(faults)
-    return chosen
+    return chosen, ()

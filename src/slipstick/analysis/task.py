@@ -80,6 +80,8 @@ class Task:
     parameter: str = ""
     requested: tuple[float, ...] = ()
     peaks_of: tuple[str, ...] = ()
+    largest_of: tuple[str, ...] = ()
+    """Outputs of which the largest amplitude is located, and no other peak."""
     options: ContinuationOptions = field(default_factory=ResponseOptions)
     listeners: tuple[Listener, ...] = ()
     guess: Array | None = None

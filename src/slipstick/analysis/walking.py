@@ -15,7 +15,7 @@ import numpy as np
 from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, Listener, PointFound, Started, Stopped
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
-from slipstick.analysis.peaks import peak_events
+from slipstick.analysis.peaks import Largest, peak_events
 from slipstick.analysis.readings import OutputReadings
 from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import undisturbed
@@ -87,7 +87,8 @@ def walk(
             task.problem, outcome, message, [*task.warnings, *recorder.besides.sentences],
             parameter=task.parameter, parts=len(course.parts),
             evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
-            jacobian=task.balance.kind.name, **_accuracy(task),
+            jacobian=task.balance.kind.name, peaks_of="\n".join(task.peaks_of),
+            largest_of="\n".join(task.largest_of), **_accuracy(task),
         )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
@@ -172,6 +173,7 @@ def _run(
             *_kept_up(recorder, "where stability changes", special.events if special else ()),
         ),
         readings=OutputReadings(recorder.outputs, task.system),
+        watched=Largest(recorder.outputs, task.largest_of, task.system, recorder.besides) if task.largest_of else None,
         **inside,
     )  # fmt: skip
     if special is not None and run.standing is not None:
@@ -190,8 +192,8 @@ class _LastKnown:
 
     def __init__(self, besides: Besides, what: str, event: BranchEvent) -> None:
         self._besides, self._what, self._asked, self._last = besides, what, event, 1.0
-        place, along = event.place and self._place, event.along and self._along
-        self.event = replace(event, function=self._value, place=place, along=along)
+        place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
+        self.event = replace(event, function=self._value, place=place, along=along, height=height)
 
     def _value(self, step: Any) -> float:
         self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
@@ -200,6 +202,10 @@ class _LastKnown:
     def _place(self, first: Any, second: Any, arc: Any) -> float:
         assert self._asked.place is not None
         return self._besides.take(self._what, partial(self._asked.place, first, second, arc), 1.0)
+
+    def _height(self, step: Any) -> float:
+        assert self._asked.height is not None
+        return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
 
     def _along(self, first: Any, second: Any, arc: Any, places: ArcPlaces) -> Array:
         assert self._asked.along is not None

@@ -14,7 +14,7 @@ from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, whole, wrong
+from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, warn, whole, wrong
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.notebook import branch_html
@@ -121,13 +121,27 @@ class Branch:
         """Name of the variable that was followed: ``omega`` or ``parameter``."""
         return "parameter" if "parameter" in self.table else "omega"
 
+    def sought(self, what: str) -> NDArray[np.bool_]:
+        """Which dofs (n_dofs,) are named by an attribute: "peaks_of", whose peaks were all located, or "largest_of",
+        of which the largest amplitude alone is among the points; none where the results do not say."""
+        names = str(self.table.attrs.get(what, "")).split("\n")
+        return np.array([str(label) in names for label in self.table["dof"].to_numpy()])
+
     def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
 
         ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
         among the frequencies that were given.
+
+        Warns
+        -----
+        SlipstickWarning
+            Where the peaks of the dof were not sought: ``peaks_of`` asks for them.
         """
         d = self._index("dof", dof)
+        if "peaks_of" in self.table.attrs and not self.sought("peaks_of")[d]:
+            name = str(self.table["dof"].to_numpy()[d])
+            warn([f"the peaks of '{name}' were not sought; name it in peaks_of to have them located"])
         where, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()[:, d]
         if "peak_dof" in self.table:
             at = np.flatnonzero(self.table["peak_dof"].to_numpy() == d)

@@ -31,9 +31,12 @@ if TYPE_CHECKING:
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
+NEAR_PEAK = "near peak"
+"""A solution beside a peak that could not be located."""
+
 POINT_KINDS = (
     "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
-    "interpolated",
+    NEAR_PEAK, "interpolated",
 )  # fmt: skip
 
 RELATIVE = "relative to the moving support"

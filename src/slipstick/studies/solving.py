@@ -21,6 +21,7 @@ from slipstick.typing import Array
 if TYPE_CHECKING:
     from slipstick.analysis.task import Task
     from slipstick.balance.problem import Problem
+    from slipstick.results.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
 
 CURVE = (
@@ -126,21 +127,23 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
         "evaluations": int(data.attrs["evaluations"]),
     }  # fmt: skip
     if len(branch):
-        row |= _peaks(values, "parameter" if job.parameter else "omega")
+        row |= _peaks(values, "parameter" if job.parameter else "omega", branch)
     curve = np.array(rows, dtype=float).reshape(len(rows), layout.size)
     return CaseSolved(row=row, curve=curve, message=branch.message, warnings=branch.warnings)
 
 
-def _peaks(values: Mapping[str, Any], followed: str) -> dict[str, Any]:
-    """The largest amplitude of every dof, where it is, and whether it is a located peak."""
+def _peaks(values: Mapping[str, Any], followed: str, branch: Branch) -> dict[str, Any]:
+    """The largest amplitude of every dof, where it is, and whether it is a peak; nan where it was not sought."""
     amplitude, dofs = values["amplitude"], np.arange(values["amplitude"].shape[1])
-    top = amplitude.argmax(axis=0)
+    top, alone = amplitude.argmax(axis=0), branch.sought("largest_of")
+    sought = alone | branch.sought("peaks_of")
+    peak = np.where(alone, (top > 0) & (top < len(amplitude) - 1), values["peak_dof"][top] == dofs)
     told = {}
     if "stable" in values:
         told = {"peak_stable": values["stable"][top], "unstable_points": int(np.sum(values["stable"] == 0))}
     return told | {
-        "peak_amplitude": amplitude[top, dofs],
-        f"peak_{followed}": values[followed][top],
-        "peak_located": (values["peak_dof"][top] == dofs).astype(int),
+        "peak_amplitude": np.where(sought, amplitude[top, dofs], np.nan),
+        f"peak_{followed}": np.where(sought, values[followed][top], np.nan),
+        "peak_located": np.where(sought, peak, -1).astype(int),
         "truncation": float(np.max(values["truncation"])),
     }

@@ -191,6 +191,6 @@ def job_of(
     problem = replace(problem, told=None)
     arguments = common_arguments(problem, (), peaks_of, options, (), None, stability)
     return Job(
-        problem=problem, span=(start, stop), peaks_of=arguments["peaks_of"], options=arguments["options"],
-        stability=stability,
+        problem=problem, span=(start, stop), peaks_of=None if peaks_of is None else arguments["peaks_of"],
+        options=arguments["options"], stability=stability,
     ), {}  # fmt: skip

@@ -22,10 +22,17 @@ OUTCOMES = tuple(outcome.name for outcome in Outcome)
 
 _ROWS = {
     "case": Declared((), "1", "number of the case in the study", whole=True),
-    "peak_amplitude": Declared(("dof",), "length", "largest amplitude over the curve (0-to-peak)"),
+    "peak_amplitude": Declared(
+        ("dof",), "length", "largest amplitude over the curve (0-to-peak), nan where it was not sought"
+    ),
     "peak_omega": Declared(("dof",), "rad/time", "principal frequency of the largest amplitude"),
     "peak_parameter": Declared(("dof",), "1", "value of the followed parameter at the largest amplitude"),
-    "peak_located": Declared(("dof",), "1", "1 where that is a peak, 0 where it is at an end of the curve", whole=True),
+    "peak_located": Declared(
+        ("dof",),
+        "1",
+        "1 where that is a peak, 0 where it is at an end of the curve, -1 where it was not sought",
+        whole=True,
+    ),
     "peak_stable": Declared(("dof",), "1", "whether the motion is stable there: 1, 0, or -1", whole=True),
     "unstable_points": Declared((), "1", "points of the curve whose motion is unstable", whole=True),
     "truncation": Declared((), "1", "largest estimate of what the harmonics left out would add along the curve"),

@@ -56,6 +56,9 @@ class BranchEvent:
     along
         What the function is expected to be between two neighbouring steps, (n,): of both, of the arc between them, and
         of n places on it. With it sign changes are sought on the whole arc; without, only from end to end.
+    height
+        Of a maximum: what is largest there, whose slope along the branch ``function`` is. Where the slope jumps, the
+        maximum is the higher of the two sides. A slope of 0 is a plateau: it goes on as what comes before it.
     """
 
     name: str
@@ -65,11 +68,27 @@ class BranchEvent:
     terminal: bool = False
     place: Callable[[Any, Any, Arc], float] | None = None
     along: Callable[[Any, Any, Arc, ArcPlaces], Array] | None = None
+    height: Callable[[Any], float] | None = None
 
     def crossed(self, before: float, after: float) -> bool:
         """Whether the values at two neighbouring points enclose such a sign change."""
         rising, falling = before < 0.0 <= after, before > 0.0 >= after
         return (rising and self.direction >= 0) or (falling and self.direction <= 0)
+
+
+class Watched(Protocol):
+    """Quantities of which the largest value along the branch is sought, and nothing else."""
+
+    events: tuple[BranchEvent, ...]
+    """Maxima of each."""
+
+    def heights(self, step: Any) -> Array:
+        """Their values (n,) at a step."""
+        ...
+
+    def expected(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> tuple[Array, Array]:
+        """Between two neighbours: slopes (n_places, n), exact at the ends, and the largest values (n,) at maxima."""
+        ...
 
 
 def turning_parameter(step: EventPoint) -> float:

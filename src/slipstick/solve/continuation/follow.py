@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError
-from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.events import BranchEvent, Watched
 from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
@@ -40,6 +40,7 @@ def continuation(
     places: Sequence[Place] = (),
     doubted: Callable[[Step, Step, Array], bool] | None = None,
     readings: Readings | None = None,
+    watched: Watched | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
 
@@ -70,6 +71,8 @@ def continuation(
         shorter step is taken then, down to ``kink_step``.
     readings
         What is read off the states besides, which is to be as good and as finely resolved as they are.
+    watched
+        What the largest values are sought of, see ``Watched``: ordinary points are put where one exceeds all before.
 
     Returns
     -------
@@ -109,6 +112,7 @@ def continuation(
         places=tuple(places),
         doubted=doubted,
         readings=readings,
+        watched=watched,
     )
 
 

@@ -4,24 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import copysign
 
 import numpy as np
 
 from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
-from slipstick.solve.continuation.events import BracketedRoot, BranchEvent
+from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
+from slipstick.solve.continuation.narrowing import Bracket, narrowed
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 _MAX_TRIALS = 60
+_TINY = float(np.finfo(float).tiny)
 _PLACES = ArcPlaces(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of an arc nearly changes its sign there."""
 _SECANTS = 8
+_PARTINGS = 5
+"""Times that an arc which is not near the branch is halved to see maxima between its ends."""
+_HIDDEN = 2e-4
+"""Part of a height that a maximum may stand out by unseen there."""
+_STEADY = 0.05
+"""Part of the gain that a monotone one may differ by from that of a parabola."""
+_EXCEEDS = 1e-6
+"""Part by which a watched quantity is expected to exceed all before where a point is put."""
+_SAME = 10.0
+"""Tolerances apart that two locations of one maximum are at most."""
 
 
 Both = tuple[float, float]
+Known = tuple[Step, float]
 
 
 class Locator:
@@ -35,37 +49,61 @@ class Locator:
         What to look for; ``requested`` are parameter values.
     tolerance
         Scaled arclength to which an event is located.
+    watched
+        Quantities of which the largest value is sought alone: points are put where one exceeds all before.
     """
 
-    def __init__(self, corrector: Corrector, events: Sequence[BranchEvent], requested: Array, tolerance: float) -> None:
+    def __init__(
+        self,
+        corrector: Corrector,
+        events: Sequence[BranchEvent],
+        requested: Array,
+        tolerance: float,
+        watched: Watched | None = None,
+    ) -> None:
         self._corrector, self._events, self._requested, self._tolerance = corrector, events, requested, tolerance
+        self._watched = watched
         self.values: tuple[float, ...] = ()
-        """Event functions at the last point."""
+        """Largest values so far of what is watched, then event functions at the last point."""
+        self._middles: dict[tuple[int, int], tuple[Step, Step, Known | None]] = {}
 
     def begin(self, first: Step) -> None:
         """Take note of the event functions at the first point."""
-        self.values = tuple(float(event.function(first)) for event in self._events)
+        values = [(event, float(event.function(first))) for event in self._events]
+        own = (value or _TINY if event.height else value for event, value in values)
+        self.values = (*(self._watched.heights(first).tolist() if self._watched else ()), *own)
 
     def between(self, first: Step, second: Step) -> list[Step]:
         """Located points between two neighbours in order along the branch."""
-        arc = self._corrector.arc(first, second) if self._events or self._requested.size else None
+        wanted = self._events or self._watched or self._requested.size
+        arc = self._corrector.arc(first, second) if wanted else None
         if arc is None:
             return []
         found: list[tuple[float, Step]] = []
         ends = []
-        for event, before in zip(self._events, self.values, strict=True):
+        self._middles.clear()
+        watched = len(self.values) - len(self._events)
+        for event, before in zip(self._events, self.values[watched:], strict=True):
             places, values = self._expected(event, before, first, second, arc)
+            if event.height is not None:
+                values = _carried(values)
             ends.append(values[-1])
             changes = zip(pairwise(places), pairwise(values), strict=True)
             crossed = [(at, of) for at, of in changes if event.crossed(*of)]
             if event.place is not None:
                 located = [self._jump(event, arc, event.place(first, second, arc)) for _ in crossed]
+            elif event.height is not None:
+                located = self._maxima(event, arc, crossed, (first, before), (second, values[-1]))
             else:
                 located = [self._change(event, arc, at, of, second.smooth) for at, of in crossed]
                 if not any(located) and event.crossed(before, values[-1]):
                     located = [self._event(event, arc, (0.0, before), (1.0, values[-1]))]
             found += [step for step in located if step is not None]
-        self.values = tuple(ends)
+        if self._watched is not None:
+            largest = self._exceed(self._watched, np.array(self.values[:watched]), found, arc, first, second)
+            self.values = (*largest.tolist(), *ends)
+        else:
+            self.values = tuple(ends)
         if self._requested.size:
             found += self._passages(first, second, sorted(found, key=_place), arc)
         found.sort(key=_place)
@@ -80,7 +118,8 @@ class Locator:
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = [before, *event.along(first, second, arc, _PLACES).tolist()[1:]]
-        if min(values) > 0.0 or max(values) < 0.0:
+        parted = event.height is not None and not second.smooth
+        if not parted and (min(values) > 0.0 or max(values) < 0.0):
             self._see_to_near_miss(event, arc, values)
         return _AT, values
 
@@ -96,6 +135,103 @@ class Locator:
                 values[i] = solved[1]
                 if (values[i] > 0.0) != positive:
                     return
+
+    def _exceed(
+        self, watched: Watched, largest: Array, found: list[tuple[float, Step]], arc: Arc, first: Step, second: Step
+    ) -> Array:
+        """Add to ``found`` where something watched exceeds all before; the ``largest`` values that leaves.
+
+        What was solved for already often is the largest of several to the tolerance, and costs nothing then.
+        """
+        for step in (second, *(step for _, step in found)):
+            largest = np.maximum(largest, watched.heights(step))
+        slopes, expected = watched.expected(first, second, arc, _PLACES)
+        for i in np.flatnonzero(expected > largest * (1.0 + _EXCEEDS)).tolist():
+            if expected[i] <= largest[i] * (1.0 + _EXCEEDS):
+                continue
+            event, values = watched.events[i], _carried([slopes[0, i] or _TINY, *slopes[1:, i].tolist()])
+            changes = zip(pairwise(_AT), pairwise(values), strict=True)
+            crossed = [(at, of) for at, of in changes if event.crossed(*of)]
+            for located in self._maxima(event, arc, crossed, (first, values[0]), (second, values[-1])):
+                if located is not None:
+                    found.append(located)
+                    largest = np.maximum(largest, watched.heights(located[1]))
+        return largest
+
+    def _maxima(
+        self, event: BranchEvent, arc: Arc, crossed: list[tuple[Both, Both]], first: Known, second: Known
+    ) -> list[tuple[float, Step] | None]:
+        """The maxima between two neighbours.
+
+        They are expected where the slope of the arc falls through zero. An arc that is not known to be near the branch
+        is parted by solutions instead, until the slopes at their ends tell what is between.
+        """
+        located: list[tuple[float, Step] | None] = []
+        if second[0].smooth:
+            for at, of in crossed:
+                margin = at[1] - at[0]
+                room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
+                found = self._quickly(event, arc, at, of, room)
+                if found is None:
+                    ends = ({0.0: first, 1.0: second}.get(u) or self._solved(event, arc, u, 0.0) for u in room)
+                    found = self._top(event, room, *ends)
+                located.append(found)
+        if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
+            parts = self._parted(event, (0.0, 1.0), first, second, _PARTINGS)
+            located = [self._top(event, *part) for part in parts]
+        return self._apart(located)
+
+    def _parted(
+        self, event: BranchEvent, places: Both, low: Known, high: Known, times: int
+    ) -> list[tuple[Both, Known, Known]]:
+        """Parts of the branch between two solutions, with their places, over which the slope falls through zero."""
+        if times and not self._plain(event, low, high):
+            key = (id(low[0]), id(high[0]))
+            if key not in self._middles:
+                self._middles[key] = (
+                    low[0],
+                    high[0],
+                    self._solved(event, self._corrector.arc(low[0], high[0]), 0.5, 0.0),
+                )
+            middle = self._middles[key][2]
+            if middle is not None:
+                value = float(event.function(middle[0]))
+                at, known = 0.5 * (places[0] + places[1]), (middle[0], _carried([low[1], value])[1])
+                return [
+                    *self._parted(event, (places[0], at), low, known, times - 1),
+                    *self._parted(event, (at, places[1]), known, high, times - 1),
+                ]
+        return [(places, low, high)] if event.crossed(low[1], high[1]) else []
+
+    def _plain(self, event: BranchEvent, low: Known, high: Known) -> bool:
+        """Whether what is largest at maxima is as good as a parabola between two solutions."""
+        assert event.height is not None
+        heights, length = (event.height(low[0]), event.height(high[0])), self._corrector.arc(low[0], high[0]).length
+        before, after = (slope / self._corrector.metric.length(step.tangent) for step, slope in (low, high))
+        gain = heights[1] - heights[0]
+        hidden = min(abs(gain - 0.5 * length * (before + after)), max(abs(before), abs(after)) * length)
+        steady = min(before * gain, after * gain) > 0.0
+        return hidden <= max(_HIDDEN * max(heights), _STEADY * abs(gain) if steady else 0.0)
+
+    def _apart(self, located: list[tuple[float, Step] | None]) -> list[tuple[float, Step] | None]:
+        """What was located, each once: the brackets of neighbouring places overlap."""
+        kept: list[tuple[float, Step] | None] = []
+        for one in located:
+            if one is None or all(
+                other is None or self._corrector.metric.length(one[1].state - other[1].state) > _SAME * self._tolerance
+                for other in kept
+            ):
+                kept.append(one)
+        return kept
+
+    def _top(
+        self, event: BranchEvent, places: Both, low: Known | None, high: Known | None
+    ) -> tuple[float, Step] | None:
+        """The maximum between two solutions, at ``places`` on the arc, that bracket one."""
+        if low is None or high is None or not event.crossed(low[1], high[1]):
+            return None
+        bracket = narrowed(self._corrector, event, Bracket(low[0], low[1], high[0], high[1], *places), self._tolerance)
+        return bracket.top(event, self._corrector.metric, self._tolerance)
 
     def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both, smooth: bool) -> tuple[float, Step] | None:
         """The sign change expected between two places, from the values expected there.
@@ -212,6 +348,14 @@ class Locator:
             if value == 0.0 or shift < self._tolerance or root.width * arc.length < self._tolerance:
                 break
         return None if best is None else (best[0], best[2])
+
+
+def _carried(values: list[float]) -> list[float]:
+    """Slopes of which a plateau, where they are 0, has the sign of those before it."""
+    out = values[:1]
+    for value in values[1:]:
+        out.append(value or copysign(_TINY, out[-1]))
+    return out
 
 
 def _place(located: tuple[float, Step]) -> float:

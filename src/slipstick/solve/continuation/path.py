@@ -13,7 +13,7 @@ from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.dense_output import DenseOutput
-from slipstick.solve.continuation.events import BranchEvent, turning_points
+from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
 from slipstick.solve.continuation.judging import Rejection, objection, reach
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
@@ -68,6 +68,7 @@ class Continuation(Iterator[Step]):
         places: tuple[Place, ...],
         doubted: Callable[[Step, Step, Array], bool] | None = None,
         readings: Readings | None = None,
+        watched: Watched | None = None,
     ) -> None:
         self._options, self._doubted = options, doubted
         self._span = Span(*ends)
@@ -75,7 +76,7 @@ class Continuation(Iterator[Step]):
         self._corrector = Corrector(system, x.size, self._metric, options.newton)
         self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
-        self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance)
+        self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance, watched)
         self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance, readings)
         self.outcome: Outcome | None = None
         self.message = ""

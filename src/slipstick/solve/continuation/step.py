@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from math import inf
 from typing import Any
 
@@ -92,6 +93,12 @@ class Step:
         step = cls(place.state, place.tangent, result, place.kind, "", place.state.size - 1)
         step.orientation, step.arclength = place.orientation, place.arclength
         return step
+
+    def named(self, kind: str, name: str) -> Step:
+        """The same solution as a point of another kind."""
+        again = copy(self)
+        again.state, again.kind, again.name = self.state.copy(), kind, name
+        return again
 
     @property
     def x(self) -> Array:

@@ -1,0 +1,71 @@
+"""Maxima at corners of a branch: the point of largest value, whatever the slopes on both sides are."""
+
+import numpy as np
+import pytest
+
+from slipstick.solve.continuation import BranchEvent, ContinuationOptions, continuation
+from slipstick.solve.linear.dense import DenseJacobian
+from slipstick.solve.newton import Evaluation
+
+
+class Given:
+    """``x = f(p)`` with a derivative that may jump."""
+
+    def __init__(self, f, rate):
+        self._f, self._rate = f, rate
+
+    def evaluate(self, x, parameter):
+        rate = np.array([-self._rate(parameter)])
+        return Evaluation(x - self._f(parameter), DenseJacobian(np.eye(1)), rate)
+
+
+def maxima(f, rate, **options):
+    event = BranchEvent(
+        name="x", kind="peak", direction=-1, function=lambda step: step.tangent_x[0], height=lambda step: step.x[0]
+    )
+    run = continuation(Given(f, rate), [f(0.0)], 0.0, 1.0, events=[event], options=ContinuationOptions(**options))
+    return [(step.parameter, step.x[0]) for step in run if step.kind == "peak"]
+
+
+@pytest.mark.parametrize("at", [0.3, 0.31234, 0.5, 0.777])
+@pytest.mark.parametrize("up, down", [(1.0, 1.0), (5.0, 0.01), (0.01, 5.0), (0.3, 40.0)])
+def test_a_corner_is_located_where_it_is(at, up, down):
+    """Steep on one side, nearly level on the other: the side of the smaller slope is not the higher one."""
+    found = maxima(
+        lambda p: 2.0 + (up * (p - at) if p < at else down * (at - p)), lambda p: up if p < at else -down
+    )  # fmt: skip
+    assert len(found) == 1
+    assert found[0][0] == pytest.approx(at, abs=1e-8)
+    assert found[0][1] == pytest.approx(2.0, abs=1e-8 * max(up, down))
+    assert found[0][1] <= 2.0
+
+
+def test_two_maxima_between_two_points_where_the_cubic_is_not_near():
+    """A corner and, 0.0057 on, a smooth one: the slope rises at the point before and falls at the one after."""
+    corner = 0.505
+
+    def f(p):
+        q = p - corner
+        return 1.0 + 2.0 * q if q < 0.0 else 1.0 - 2.0 * q + 1200.0 * q**2 - 1.2e5 * q**3
+
+    def rate(p):
+        q = p - corner
+        return 2.0 if q < 0.0 else -2.0 + 2400.0 * q - 3.6e5 * q**2
+
+    found = maxima(f, rate, max_step=1 / 60)
+    q = (2400.0 + np.sqrt(2400.0**2 - 8.0 * 3.6e5)) / 7.2e5
+    np.testing.assert_allclose(found, [(corner, 1.0), (corner + q, f(corner + q))], atol=1e-8)
+
+
+def test_a_plateau_that_is_left_as_it_was_entered_has_no_maximum():
+    """Falling, level, falling; and rising, level, falling, which has one."""
+
+    def level(p, sign):
+        return 0.0 if 0.4 <= p <= 0.6 else (sign if p < 0.4 else -1.0)
+
+    def falls(p, sign=-1.0):
+        return 1.0 + (sign * (min(p, 0.4) - 0.4)) - max(p - 0.6, 0.0)
+
+    assert maxima(falls, lambda p: level(p, -1.0)) == []
+    found = maxima(lambda p: falls(p, 1.0), lambda p: level(p, 1.0))
+    assert [height for _, height in found] == pytest.approx([1.0], abs=1e-9)
