@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 EIGENVALUES = "eigenvalues"
-STABILITY_METHODS = ("PW", "count", EIGENVALUES)
-"""Exact pieces; number of unstable exponents by the argument principle; of steady sliding."""
+PIECES, SHOOTING, COUNT = "PW", "shooting", "count"
+STABILITY_METHODS = (PIECES, SHOOTING, COUNT, EIGENVALUES)
+"""Exact pieces on the iterated motion; on the motion found by shooting; number of unstable exponents by the argument
+principle; of steady sliding."""
 
 WARNED_DIFFERENCE = 0.02
 """From here on results are warned of."""
@@ -48,6 +50,8 @@ class PointStability:
         Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
     difference
         Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
+    error
+        How far the multipliers moved when the motion was iterated; nan where that was not looked at.
     """
 
     multipliers: ComplexArray
@@ -55,6 +59,7 @@ class PointStability:
     method: str
     neutral: int
     difference: float = np.nan
+    error: float = np.nan
 
 
 def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:

@@ -6,21 +6,34 @@ import numpy as np
 
 from slipstick.analysis.stability.argument_principle import count_unstable, folded
 from slipstick.analysis.stability.harmonic_form import HarmonicForm, harmonic_form, measured_answers, modal_answers
-from slipstick.analysis.stability.intervals import StickStarts, timeline
-from slipstick.analysis.stability.iterate import Iteration
+from slipstick.analysis.stability.intervals import StickStarts, Timeline, timeline
+from slipstick.analysis.stability.iterate import Iteration, SmoothMotion
+from slipstick.analysis.stability.laws import Combinations
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy
+from slipstick.analysis.stability.orbit import orbit_beside
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.traits import kind
 from slipstick.errors import Fault, InputError
-from slipstick.results.stability import UNKNOWN, PointStability
+from slipstick.results.stability import COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
+
+COARSE = 0.1
+"""Multipliers that one iteration of the motion moves by more say nothing of the motion that exists."""
+
+_SAFETY = 3.0
+_ROUNDING = 1e-9
+_SMALL = 0.3
+"""Magnitude of multipliers that are far from the unit circle whatever happens to them."""
+
+REAL = 1e-7
+"""Imaginary part beside the magnitude below which a multiplier is real."""
 
 _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
@@ -52,20 +65,50 @@ class StabilityWatch:
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
 
-    def at(self, x: Array, detail: Detail) -> PointStability:
-        """Stability at a solution (N,)."""
+    def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
+        """Stability at a solution (N,).
+
+        ``odd`` tells whether the number of real multipliers above 1 is, where the sign of the Jacobian tells it, and
+        ``error`` how accurate the multipliers are, where neighbours tell it.
+        """
         if not self.systems.in_time:
             return self._counted(x, detail)
-        motion = self._iterate(x, detail)
-        line, known = timeline(motion), self.systems.at(detail)
-        found = monodromy(line, StickStarts(motion, known.contacts, known), known, detail.omega)
-        multipliers = np.zeros(0, dtype=complex) if found is None else found.multipliers
+        motion, known = self._iterate(x, detail), self.systems.at(detail)
+        line, found = self._pieces(motion, known, detail.omega)
+        if found is None or not found.sound:
+            multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
+            method = "" if found is None else PIECES
+            return PointStability(
+                multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
+            )
+        multipliers, method = self.judged(found.multipliers), PIECES
+        if error is None:
+            _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
+            error = np.inf if coarse is None else _apart(multipliers, self.judged(coarse.multipliers))
+        count = unstable(multipliers)
+        if not _settled(multipliers, error, None if line.neutral else odd):
+            orbit = orbit_beside(
+                self.balance, detail, motion, line, known.dynamics, known.contacts, free=self.free
+            )  # fmt: skip
+            if orbit is None:
+                count = UNKNOWN
+            else:
+                multipliers, method = self.judged(orbit.multipliers), SHOOTING
+                count = unstable(multipliers)
         return PointStability(
-            multipliers=multipliers,
-            unstable=_verdict(found, multipliers),
-            method="" if found is None else "PW",
-            neutral=len(line.neutral),
+            multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
+
+    free = False
+    """Whether nothing prescribes the frequency."""
+
+    def judged(self, multipliers: ComplexArray) -> ComplexArray:
+        """Those of the multipliers that stability depends on."""
+        return multipliers
+
+    def _pieces(self, motion: SmoothMotion, known: Combinations, omega: float) -> tuple[Timeline, Monodromy | None]:
+        line = timeline(motion)
+        return line, monodromy(line, StickStarts(motion, known.contacts, known), known, omega)
 
     def form(self, x: Array, detail: Detail) -> HarmonicForm:
         """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
@@ -88,7 +131,7 @@ class StabilityWatch:
         return PointStability(
             multipliers=np.zeros(0, dtype=complex),
             unstable=UNKNOWN if count is None else count,
-            method="" if count is None else "count",
+            method="" if count is None else COUNT,
             neutral=form.neutral,
         )
 
@@ -107,8 +150,29 @@ def unstable(multipliers: ComplexArray) -> int:
     return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
 
 
-def _verdict(found: Monodromy | None, multipliers: ComplexArray) -> int:
-    return UNKNOWN if found is None or not found.sound else unstable(multipliers)
+def _apart(fine: ComplexArray, coarse: ComplexArray) -> float:
+    """Largest distance of a multiplier from the nearest of the other motion, small ones left out."""
+    if not (fine.size and coarse.size):
+        return 0.0
+    between = np.abs(fine[:, None] - coarse)
+    ahead = between.min(axis=1)[np.abs(fine) > _SMALL].max(initial=0.0)
+    back = between.min(axis=0)[np.abs(coarse) > _SMALL].max(initial=0.0)
+    return float(max(ahead, back))
+
+
+def _settled(multipliers: ComplexArray, error: float, odd: bool | None) -> bool:
+    """Whether an error of the multipliers leaves no doubt on which side of the unit circle each is."""
+    if odd is not None and odd != bool(np.sum(real_part(multipliers) > 1.0) % 2):
+        return False
+    if error < _ROUNDING:
+        return True
+    margin = np.abs(np.abs(multipliers) - 1.0).min(initial=np.inf)
+    return bool(error < COARSE and _SAFETY * error < margin)
+
+
+def real_part(multipliers: ComplexArray) -> Array:
+    """The real ones among multipliers."""
+    return np.asarray(multipliers.real[np.abs(multipliers.imag) <= REAL * np.abs(multipliers)])
 
 
 def _foreign_contacts(balance: Balance) -> list[str]:
