@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 EIGENVALUES = "eigenvalues"
-PIECES, SHOOTING, COUNT = "PW", "shooting", "count"
-STABILITY_METHODS = (PIECES, SHOOTING, COUNT, EIGENVALUES)
+PIECES, SHOOTING, COUNT, OWN_COUNT = "PW", "shooting", "count", "count, own symmetry"
+STABILITY_METHODS = (PIECES, SHOOTING, COUNT, OWN_COUNT, EIGENVALUES)
 """Exact pieces on the iterated motion; on the motion found by shooting; number of unstable exponents by the argument
-principle; of steady sliding."""
+principle; the same among disturbances of a travelling wave's own symmetry; of steady sliding."""
 
 WARNED_DIFFERENCE = 0.02
 """From here on results are warned of."""
@@ -73,6 +73,11 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
         yield (
             f"stability is not known at {len(unknown)} of {stable.size} points, the first at {name} = "
             f"{at[unknown[0]]:.6g}{known}"
+        )
+    if np.any(np.asarray(values.get("stability_method", ())) == OWN_COUNT):
+        yield (
+            "stability: the motion is a travelling wave, and disturbances of the wave's own symmetry alone are judged; "
+            "those of other wave numbers are not"
         )
     if np.any(apart > WARNED_DIFFERENCE):
         worst = int(np.nanargmax(apart))

@@ -1,17 +1,22 @@
 """How many disturbances grow, counted on the imaginary axis: structures known by receptances alone (THEORY.md (13.8)).
 
-``det D`` has no poles at growing disturbances where the structure itself is stable. The turns of its phase from 0 to
-half the principal frequency count its zeros there.
+The turns of the phase of ``det D`` from 0 to half the principal frequency count its zeros at growing disturbances, less
+its poles there. A structure that takes up power at all its ports has no such poles. Where one gives power, dampers in
+place of the contacts tell how many poles there are at least.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.stability.harmonic_form import HarmonicForm
 
 FIRST = 33
 """Equidistant frequencies that the count begins with."""
@@ -28,8 +33,39 @@ def folded(frequencies: Iterable[float], omega: float) -> Array:
     return np.minimum(rest, omega - rest)
 
 
-def count_unstable(sign: Callable[[float], complex], omega: float, near: Iterable[float] = ()) -> int | None:
-    """Growing disturbances by ``sign(nu)``, the phase of ``det D(i nu)``; None where the count does not settle.
+_DAMPERS = (0.03, 1.0, 30.0)
+"""Over the inverse of the largest mobility."""
+
+
+def count_unstable(form: HarmonicForm, omega: float, near: Iterable[float] = ()) -> int | None:
+    """Growing disturbances of a harmonic form; None where that is not known.
+
+    Of a structure that grows by itself they are counted from below: 0 is not known to be so.
+    """
+    near = list(near)
+    net = net_turns(lambda nu: form.sign(1j * nu), omega, near)
+    if net is None:
+        return None
+    nodes = _nodes(omega, near)
+    if not any(form.feeding(1j * nu) for nu in nodes.tolist()):
+        return net if net >= 0 else None
+    s = 1j * np.add.outer(nodes, form.orders * omega)
+    mobility = max(
+        float(np.abs(w[:, None, None] * form.answers(1j * nu)).max()) for nu, w in zip(nodes, s, strict=True)
+    )
+    own = 0
+    for size in _DAMPERS:
+        turns = net_turns(lambda nu, c=size / mobility: form.damped(1j * nu, c), omega, near)  # type: ignore[misc]
+        own = max(own, 0 if turns is None else -turns)
+    return net + own if net + own > 0 else None
+
+
+def _nodes(omega: float, near: Iterable[float]) -> Array:
+    return np.unique(np.concatenate([np.linspace(0.0, 0.5 * omega, FIRST), np.asarray(list(near), dtype=float)]))
+
+
+def net_turns(sign: Callable[[float], complex], omega: float, near: Iterable[float] = ()) -> int | None:
+    """Zeros less poles at growing disturbances by ``sign(nu)``, the phase of ``det D(i nu)``; None if unsettled.
 
     ``near`` are frequencies at which the phase may turn fast, such as the folded natural ones. The steps are halved
     until no phase step is above 60 degrees; a grid twice as fine has to give the same number.
@@ -41,7 +77,7 @@ def count_unstable(sign: Callable[[float], complex], omega: float, near: Iterabl
             known[nu] = sign(nu)
         return known[nu]
 
-    nodes = np.unique(np.concatenate([np.linspace(0.0, 0.5 * omega, FIRST), np.asarray(list(near), dtype=float)]))
+    nodes = _nodes(omega, near)
     before: int | None = None
     while True:
         found = _refined(at, nodes.tolist(), 1e-9 * omega, known)
@@ -50,8 +86,7 @@ def count_unstable(sign: Callable[[float], complex], omega: float, near: Iterabl
         turns, nodes = found
         number = round(-turns / pi)
         if before is not None and number == before:
-            whole = number >= 0 and abs(-turns / pi - number) < _WHOLE
-            return number if whole else None
+            return number if abs(-turns / pi - number) < _WHOLE else None
         before = number
         nodes = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.analysis.stability.argument_principle import count_unstable, folded
-from slipstick.analysis.stability.harmonic_form import HarmonicForm, harmonic_form, measured_answers, modal_answers
+from slipstick.analysis.stability.harmonic_form import (
+    HarmonicForm,
+    depends_on_order,
+    feeds,
+    harmonic_form,
+    measured_answers,
+    modal_answers,
+)
 from slipstick.analysis.stability.intervals import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.iterate import Iteration, SmoothMotion
 from slipstick.analysis.stability.laws import Combinations
@@ -17,23 +24,30 @@ from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.traits import kind
 from slipstick.errors import Fault, InputError
-from slipstick.results.stability import COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
+from slipstick.faults import warn
+from slipstick.results.stability import COUNT, OWN_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
 
-COARSE = 0.1
+COARSE = 0.05
 """Multipliers that one iteration of the motion moves by more say nothing of the motion that exists."""
 
-_SAFETY = 3.0
+_SAFETY = 5.0
 _ROUNDING = 1e-9
 _SMALL = 0.3
 """Magnitude of multipliers that are far from the unit circle whatever happens to them."""
 
 REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
+
+_GRID = 200
+_WITHOUT_ORDER_0 = (
+    "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for order 0 "
+    "away from rest: stability is not known"
+)
 
 _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
@@ -64,6 +78,9 @@ class StabilityWatch:
             raise InputError(faults)
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
+        self._orders_differ: bool | None = None
+        self._told = False
+        self._feeding: dict[tuple[tuple[str, float], ...], bool] = {}
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
         """Stability at a solution (N,).
@@ -118,22 +135,47 @@ class StabilityWatch:
         if self.systems.in_time:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
-            answers = measured_answers(adjusted(balance.receptance, inputs.structure), orders, detail.omega)
+            receptance = adjusted(balance.receptance, inputs.structure)
+            answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = balance.motion(0, x, detail.omega, inputs.batches[0])
         given = {**detail.responses[0].values, "v": motion.drift[0]}
         own = (motion.Q[0], motion.Q[1])
         return harmonic_form(balance.harmonics, own, given, contacts, answers, detail.omega)
 
+    def _by_order(self, omega: float) -> bool:
+        """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
+        if self._orders_differ is None:
+            self._orders_differ = depends_on_order(self.balance.receptance, self.balance.harmonics.m, omega)
+        return self._orders_differ
+
     def _counted(self, x: Array, detail: Detail) -> PointStability:
-        form = self.form(x, detail)
-        near = folded(self.balance.problem.structure.natural_frequencies, detail.omega)
-        count = count_unstable(lambda nu: form.sign(1j * nu), detail.omega, near)
+        by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
+        if by_order and not hasattr(self.balance.receptance, "of_order"):
+            if not self._told:
+                warn([_WITHOUT_ORDER_0])
+            self._told = True
+        else:
+            near = folded(self.balance.problem.structure.natural_frequencies, detail.omega)
+            count = count_unstable(form, detail.omega, near)
+            if by_order and count == 0 and self._feeds(detail):
+                count = None
         return PointStability(
             multipliers=np.zeros(0, dtype=complex),
             unstable=UNKNOWN if count is None else count,
-            method="" if count is None else COUNT,
+            method="" if count is None else OWN_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
+
+    def _feeds(self, detail: Detail) -> bool:
+        """Whether some order gives power to the contacts at some frequency: to waves of other wave numbers perhaps."""
+        key = tuple(sorted(detail.inputs.structure.items()))
+        if key not in self._feeding:
+            h, natural = self.balance.harmonics, np.asarray(self.balance.problem.structure.natural_frequencies)
+            receptance = adjusted(self.balance.receptance, detail.inputs.structure)
+            highest = 1.2 * max(natural.max(initial=0.0), h.highest * detail.omega)
+            at = np.unique(np.append(np.linspace(0.0, highest, _GRID)[1:], natural[natural > 0.0]))
+            self._feeding[key] = feeds(receptance, h.orders, at)
+        return self._feeding[key]
 
     def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
