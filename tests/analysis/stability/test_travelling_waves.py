@@ -130,28 +130,32 @@ def judged(problem, omega):
 
 @pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 def test_a_sector_meets_each_disturbance_with_the_receptance_of_its_order() -> None:
-    """Negative damping with three nodal diameters, which harmonic 3 excites: the wave's own symmetry is unstable.
-
-    The whole ring, in time, has these two and two that turn the other way.
-    """
-    omega = float(np.sqrt(stiffness(3))) / 3.0 + 0.02
-    own = damping(3)
+    """Negative damping with one nodal diameter: the wave is as unstable as in the whole ring, which is judged in time."""
+    omega = 1.2
+    own = damping(1)
     wave, whole = judged(sector(WaveSector(own)), omega), judged(ring(own), omega)
-    assert (wave.stability.unstable, whole.stability.unstable) == (2, 4)
-    assert wave.stability.method == "count, own symmetry"
+    assert wave.stability.unstable == whole.stability.unstable == 4
+    assert wave.stability.method == "count by order"
+    assert np.abs(whole.x.reshape(N, -1)[0] - wave.x).max() < 1e-12
     calm, steady = judged(sector(WaveSector(damping())), omega), judged(ring(damping()), omega)
     assert calm.stability.unstable == steady.stability.unstable == 0
 
 
-def test_a_wave_that_grows_at_another_frequency_is_not_called_stable() -> None:
-    omega = float(np.sqrt(stiffness(3))) / 3.0 * 1.35
-    assert judged(sector(WaveSector(damping(3))), omega).stability.unstable == -1
+@pytest.mark.parametrize("omega", [1.0, 1.2, 1.27, 1.6])
+def test_a_sector_that_feeds_an_order_is_not_called_stable(omega) -> None:
+    """Negative damping with three nodal diameters, which harmonics 3 and 5 excite: friction may hold it, or not."""
+    assert judged(sector(WaveSector(damping(3))), omega).stability.unstable != 0
 
 
-def test_only_disturbances_of_the_waves_own_symmetry_are_said_to_be_judged() -> None:
-    with pytest.warns(ss.SlipstickWarning, match="own symmetry alone are judged"):
-        branch = ss.forced_response(sector(WaveSector(damping())), omega=(1.2, 1.25), stability=True)
-    assert set(branch.dataset.stability_method.values.tolist()) == {"count, own symmetry"}
+def test_which_disturbances_are_judged_is_said() -> None:
+    with pytest.warns(ss.SlipstickWarning, match="own symmetry are judged"):
+        branch = ss.forced_response(
+            sector(WaveSector(damping())),
+            omega=(1.2, 1.25),
+            options={"max_step": 0.2, "first_step": 0.2},
+            stability=True,
+        )
+    assert set(branch.dataset.stability_method.values.tolist()) == {"count by order"}
     assert set(branch.dataset.stable.values.tolist()) == {1}
 
 

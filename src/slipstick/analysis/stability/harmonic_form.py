@@ -6,7 +6,7 @@ closed form; lambda enters it through what each stick remembers of its beginning
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -93,8 +93,10 @@ class HarmonicForm:
 
     def feeding(self, exponent: complex) -> bool:
         """Whether the structure gives power to some motion of the ports at an imaginary exponent."""
-        w = exponent.imag + self.orders * self.omega
-        return _gives(self.answers(exponent), w)
+        A, w = self.answers(exponent), exponent.imag + self.orders * self.omega
+        power = np.linalg.eigvalsh((A - A.conj().transpose(0, 2, 1)) / 2j)
+        gain = np.where(w > 0.0, power.max(axis=1), np.where(w < 0.0, -power.min(axis=1), 0.0))
+        return bool(np.any(gain > _GIVES * np.abs(A).max(axis=(1, 2))))
 
     def exponent(self, start: complex) -> complex | None:
         """The zero of ``det D`` near ``start``, by secants on the bordered matrix; None where they run away."""
@@ -212,26 +214,6 @@ def depends_on_order(receptance: Receptance, orders: IntArray, omega: float) -> 
     frequency = highest * omega
     found = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
     return bool(np.abs(found - found[0]).max(initial=0.0) > _SAME * np.abs(found).max(initial=0.0))
-
-
-def _gives(A: ComplexArray, w: Array) -> bool:
-    """Whether receptances (k, n, n) between ports at frequencies (k,) give power to some motion of the ports."""
-    power = np.linalg.eigvalsh((A - A.conj().transpose(0, 2, 1)) / 2j)
-    gain = np.where(w > 0.0, power.max(axis=1), np.where(w < 0.0, -power.min(axis=1), 0.0))
-    return bool(np.any(gain > _GIVES * np.abs(A).max(axis=(1, 2))))
-
-
-def feeds(receptance: Receptance, orders: Sequence[int], frequencies: Array) -> bool:
-    """Whether any of the orders gives power to the ports at any of the frequencies > 0, asked order by order."""
-    n = receptance.static.shape[0]
-    for m in orders:
-        if m:
-            A = receptance.at(np.array([float(m)]), frequencies / m)[0][:, 0, :, :n]
-        else:
-            A = np.array([receptance.of_order(0, w) for w in frequencies.tolist()])[:, :, :n]  # type: ignore[attr-defined]
-        if _gives(A, frequencies):
-            return True
-    return False
 
 
 def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_order: bool = False) -> Answers:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.analysis.stability.argument_principle import count_unstable, folded
+from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
 from slipstick.analysis.stability.harmonic_form import (
     HarmonicForm,
     depends_on_order,
-    feeds,
     harmonic_form,
     measured_answers,
     modal_answers,
@@ -25,7 +24,7 @@ from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.traits import kind
 from slipstick.errors import Fault, InputError
 from slipstick.faults import warn
-from slipstick.results.stability import COUNT, OWN_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
+from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
@@ -43,7 +42,6 @@ _SMALL = 0.3
 REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
 
-_GRID = 200
 _WITHOUT_ORDER_0 = (
     "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for order 0 "
     "away from rest: stability is not known"
@@ -80,7 +78,6 @@ class StabilityWatch:
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
         self._orders_differ: bool | None = None
         self._told = False
-        self._feeding: dict[tuple[tuple[str, float], ...], bool] = {}
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
         """Stability at a solution (N,).
@@ -155,27 +152,15 @@ class StabilityWatch:
                 warn([_WITHOUT_ORDER_0])
             self._told = True
         else:
-            near = folded(self.balance.problem.structure.natural_frequencies, detail.omega)
-            count = count_unstable(form, detail.omega, near)
-            if by_order and count == 0 and self._feeds(detail):
-                count = None
+            natural, highest = self.balance.problem.structure.natural_frequencies, self.balance.harmonics.highest
+            nodes = axis(natural, detail.omega, highest) if by_order else strip(natural, detail.omega)
+            count = count_unstable(form, nodes)
         return PointStability(
             multipliers=np.zeros(0, dtype=complex),
             unstable=UNKNOWN if count is None else count,
-            method="" if count is None else OWN_COUNT if by_order else COUNT,
+            method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
-
-    def _feeds(self, detail: Detail) -> bool:
-        """Whether some order gives power to the contacts at some frequency: to waves of other wave numbers perhaps."""
-        key = tuple(sorted(detail.inputs.structure.items()))
-        if key not in self._feeding:
-            h, natural = self.balance.harmonics, np.asarray(self.balance.problem.structure.natural_frequencies)
-            receptance = adjusted(self.balance.receptance, detail.inputs.structure)
-            highest = 1.2 * max(natural.max(initial=0.0), h.highest * detail.omega)
-            at = np.unique(np.append(np.linspace(0.0, highest, _GRID)[1:], natural[natural > 0.0]))
-            self._feeding[key] = feeds(receptance, h.orders, at)
-        return self._feeding[key]
 
     def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""

@@ -381,6 +381,9 @@ def warnings_of(data: ResultTable) -> list[str]:
         "stable",
         "stability_method",
         "hill_pw_difference",
+        "kind",
+        "multiplier",
+        "unstable_multipliers",
     )
     values = {name: data[name].to_numpy() for name in names if name in data}
     contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
