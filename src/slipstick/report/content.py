@@ -19,7 +19,8 @@ from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
-    from slipstick.results.table import ResultTable
+    from slipstick.results.stability import UNKNOWN
+from slipstick.results.table import ResultTable
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that have a place of their own, or say nothing to a reader."""
@@ -152,7 +153,7 @@ def _text(value: Any) -> str:
 
 
 def _marks(dataset: ResultTable) -> dict[str, Any]:
-    """Kind of each point, the part of the branch it belongs to, and whether it is unstable (1) or nobody knows (2), where that was computed."""
+    """Kind of each point, the part of the branch it belongs to, and whether it is unstable (1) or nobody knows (2)."""
     count = dataset.sizes["point"]
     kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
     known = [*POINT_KINDS, ""]

@@ -82,13 +82,13 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
         kinds = [str(kind) for kind in values["kind"]]
         for i in truncated_folds(kinds, values["unstable_multipliers"], values["multiplier"]):
             yield (
-                f"the turning point at {name} = {at[i]:.6g}{known} is one of the truncated balance: no multiplier of the "
-                "motion itself passes 1 there; keep more harmonics"
+                f"the turning point at {name} = {at[i]:.6g}{known} is one of the truncated balance: no multiplier of "
+                "the motion itself passes 1 there; keep more harmonics"
             )
     if np.any(np.asarray(values.get("stability_method", ())) == ORDER_COUNT):
         yield (
-            "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of other "
-            "wave numbers those alone that the harmonics kept can show"
+            "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of "
+            "other wave numbers those alone that the harmonics kept can show"
         )
     if np.any(apart > WARNED_DIFFERENCE):
         worst = int(np.nanargmax(apart))

@@ -1,7 +1,8 @@
 """How many disturbances grow, counted on the imaginary axis: structures known by receptances alone (THEORY.md (13.8)).
 
-The turns of the phase of ``det D`` over frequency count its zeros at growing disturbances, less its poles there. A structure that takes up power at all its ports has no such poles. Where one gives power, dampers in
-place of the contacts tell how many poles there are at least.
+The turns of the phase of ``det D`` over frequency count its zeros at growing disturbances, less its poles there. A
+structure that takes up power at all its ports has no such poles. Where one gives power, dampers in place of the
+contacts tell how many poles there are at least.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def folded(frequencies: Iterable[float], omega: float) -> Array:
     return np.minimum(rest, omega - rest)
 
 
-_PER_OMEGA = 16
+_PER_OMEGA = 8
 _FAR = 30.0
 _DAMPERS = (0.03, 1.0, 30.0)
 """Over the inverse of the largest mobility."""

@@ -43,8 +43,8 @@ REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
 
 _WITHOUT_ORDER_0 = (
-    "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for order 0 "
-    "away from rest: stability is not known"
+    "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for "
+    "order 0 away from rest: stability is not known"
 )
 
 _DEAD = 1e-3
@@ -96,11 +96,15 @@ class StabilityWatch:
                 multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
             )
         multipliers, method = self.judged(found.multipliers), PIECES
+        doubts = np.full(multipliers.size, error)
         if error is None:
             _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
-            error = np.inf if coarse is None else _apart(multipliers, self.judged(coarse.multipliers))
+            doubts = _apart(
+                multipliers, np.zeros(0, dtype=complex) if coarse is None else self.judged(coarse.multipliers)
+            )
+        error = float(doubts.max(initial=0.0))
         count = unstable(multipliers)
-        if not _settled(multipliers, error, None if line.neutral else odd):
+        if not _settled(multipliers, doubts, None if line.neutral else odd):
             orbit = orbit_beside(
                 self.balance, detail, motion, line, known.dynamics, known.contacts, free=self.free
             )  # fmt: skip
@@ -177,24 +181,23 @@ def unstable(multipliers: ComplexArray) -> int:
     return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
 
 
-def _apart(fine: ComplexArray, coarse: ComplexArray) -> float:
-    """Largest distance of a multiplier from the nearest of the other motion, small ones left out."""
-    if not (fine.size and coarse.size):
-        return 0.0
+def _apart(fine: ComplexArray, coarse: ComplexArray) -> Array:
+    """Distance of each multiplier (n,) from the nearest of the other motion, and of those from these; small ones 0."""
+    if not coarse.size:
+        return np.full(fine.size, np.inf if fine.size else 0.0)
     between = np.abs(fine[:, None] - coarse)
-    ahead = between.min(axis=1)[np.abs(fine) > _SMALL].max(initial=0.0)
-    back = between.min(axis=0)[np.abs(coarse) > _SMALL].max(initial=0.0)
-    return float(max(ahead, back))
+    out = np.where(np.abs(fine) > _SMALL, between.min(axis=1), 0.0)
+    if fine.size:
+        np.maximum.at(out, between.argmin(axis=0), np.where(np.abs(coarse) > _SMALL, between.min(axis=0), 0.0))
+    return out
 
 
-def _settled(multipliers: ComplexArray, error: float, odd: bool | None) -> bool:
-    """Whether an error of the multipliers leaves no doubt on which side of the unit circle each is."""
+def _settled(multipliers: ComplexArray, errors: Array, odd: bool | None) -> bool:
+    """Whether errors (n,) of the multipliers leave no doubt on which side of the unit circle each is."""
     if odd is not None and odd != bool(np.sum(real_part(multipliers) > 1.0) % 2):
         return False
-    if error < _ROUNDING:
-        return True
-    margin = np.abs(np.abs(multipliers) - 1.0).min(initial=np.inf)
-    return bool(error < COARSE and _SAFETY * error < margin)
+    margins = np.abs(np.abs(multipliers) - 1.0)
+    return bool(np.all((errors < _ROUNDING) | ((errors < COARSE) & (_SAFETY * errors < margins))))
 
 
 def real_part(multipliers: ComplexArray) -> Array:
