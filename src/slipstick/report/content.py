@@ -20,6 +20,7 @@ from slipstick.units import FREQUENCIES, Units, after_number
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
     from slipstick.results.stability import UNKNOWN
+from slipstick.results.stability import UNKNOWN
 from slipstick.results.table import ResultTable
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
