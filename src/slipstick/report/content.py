@@ -15,13 +15,12 @@ from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.shape import shape_of
 from slipstick.report.tolerances import bands_of, what_matters
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
+from slipstick.results.stability import UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
-    from slipstick.results.stability import UNKNOWN
-from slipstick.results.stability import UNKNOWN
-from slipstick.results.table import ResultTable
+    from slipstick.results.table import ResultTable
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that have a place of their own, or say nothing to a reader."""
