@@ -41,6 +41,33 @@ def random_contacts(seed):
         return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(11)), float(rng.uniform(3.0, 12.0))
 
 
+def random_stops(seed):
+    """One or two stiff stops with a gap on one to three dofs, some with friction, few harmonics: problem, frequency."""
+    rng = np.random.default_rng(seed)
+    n, count = int(rng.integers(1, 4)), int(rng.integers(1, 3))
+    root = rng.normal(size=(n, n))
+    K = 0.3 * root @ root.T + np.eye(n)
+    structure = ss.MatrixStructure(
+        M=np.eye(n), C=rng.choice([0.02, 0.05, 0.1]) * K, K=K, dofs=[f"q{i}" for i in range(n)]
+    )
+    mu, pairs = float(rng.choice([0.0, 0.0, 0.3])), []
+    for c in range(count):
+        a, b = int(rng.integers(n)), int(rng.integers(n))
+        normal = {f"q{b}": float(rng.choice([-1.0, 1.0]))}
+        contact = ss.FrictionContact(
+            kt=float(rng.uniform(1.0, 20.0)), mu=mu, kn=float(np.exp(rng.uniform(np.log(3.0), np.log(100.0)))),
+            gap=float(rng.choice([1.0, 0.5, 0.1, -0.1])),
+        )  # fmt: skip
+        pairs.append(ss.ContactPair(name=f"c{c}", tangential=f"q{a}", normal=normal, contact=contact))
+    loads = [ss.Load(dof=f"q{int(rng.integers(n))}", cos=float(rng.uniform(0.1, 2.0)))]
+    highest = int(rng.choice([5, 10, 15, 21]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return ss.Problem(structure, contacts=pairs, loads=loads, harmonics=range(highest + 1)), float(
+            rng.uniform(0.4, 3.0)
+        )
+
+
 def grows_in_time(problem, omega, X, Y, largest, *, most=400):
     """Whether a disturbed start leaves the periodic motion; None where that motion is not found in time.
 

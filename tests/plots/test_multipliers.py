@@ -33,6 +33,15 @@ def test_unstable_motion_is_dashed_in_the_colour_of_its_curve() -> None:
     assert named(ax) == ["x", "fold", "period doubling"]
 
 
+def test_motion_of_unknown_stability_is_dotted() -> None:
+    data = with_stability()
+    data["stable"] = data["stable"].where(data["stable"] == 1, -1)
+    _, dotted, *_ = plots.response(data, "x", peaks=False).lines
+    on, off = dotted._dash_pattern[1]
+    assert off > on, "dots"
+    assert np.flatnonzero(np.isfinite(drawn(dotted)[1])).tolist() == list(range(9, 16))
+
+
 def test_the_largest_multiplier_is_drawn_with_the_limit() -> None:
     ax = plots.stability(with_stability())
     assert any((np.asarray(line.get_ydata()) == 1.0).all() for line in ax.lines)

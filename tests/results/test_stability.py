@@ -3,7 +3,15 @@
 import numpy as np
 from helpers.stability import oscillator
 
-from slipstick.results.stability import PointStability, between_known, ranks, stability_sentences, stability_values
+from slipstick.results.stability import (
+    UNKNOWN,
+    PointStability,
+    between_known,
+    ranks,
+    stability_sentences,
+    stability_values,
+    truncated_folds,
+)
 
 
 def test_multipliers_are_padded_and_cut() -> None:
@@ -37,3 +45,14 @@ def test_doubts_are_told_once_with_the_worst_point() -> None:
 def test_what_is_not_known_is_drawn_as_a_straight_line() -> None:
     assert between_known(np.array([1.0, np.nan, np.nan, 4.0, np.nan])).tolist() == [1.0, 2.0, 3.0, 4.0, 4.0]
     assert np.isnan(between_known(np.full(2, np.nan))).all()
+
+
+def test_turning_points_that_the_motion_itself_has_not_are_told() -> None:
+    """No multiplier is 1 there and as many disturbances grow on both sides; a doubling beside it is taken off."""
+    kinds = ["regular", "turning point", "regular", "period doubling", "turning point", "regular"]
+    multipliers = np.zeros((6, 2, 2))
+    multipliers[:, 0, 0] = 0.8
+    assert truncated_folds(kinds, np.array([0, 0, 0, 0, 0, 1]), multipliers) == [1, 4]
+    multipliers[1, 0, 0] = 1.001
+    assert truncated_folds(kinds, np.array([0, 0, 0, 0, 0, 2]), multipliers) == []
+    assert truncated_folds(kinds[:3], np.array([0, 0, UNKNOWN]), 0.9 * multipliers[:3]) == []

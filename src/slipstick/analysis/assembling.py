@@ -11,6 +11,8 @@ from slipstick.analysis.piecewise import FrictionSystem
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
+from slipstick.structure.protocol import TimeEquations
+from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -49,14 +51,29 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     for batch, given in zip(batches, inputs, strict=True):
         rubbing[batch.elements], approach[batch.elements] = given.motion
         velocity[batch.elements] = given.speed(omega)[0]
-    moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
-    orders = tuple(m for k, m in enumerate(h.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
-    kept = [0, *(i for m in orders for i in (h.index(m, "c"), h.index(m, "s")))]
     values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
-    approach[:, 0] -= values.pop("gap")
+    return system_of(
+        equations, omega, h, velocity=velocity, has_normal=has_normal, rubbing=rubbing, approach=approach,
+        loads=loads, **values,
+    )  # fmt: skip
+
+
+def system_of(
+    equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
+    gap: Array, **contacts: Any,
+) -> FrictionSystem:  # fmt: skip
+    """The system in the orders that anything moves in; the counter surfaces' motion and loads are (..., L).
+
+    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu`` and ``kn``, as ``FrictionSystem`` takes them.
+    """
+    approach = approach.copy()
+    approach[:, 0] -= gap
+    moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
+    orders = tuple(m for k, m in enumerate(harmonics.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
+    kept = [0, *(i for m in orders for i in (harmonics.index(m, "c"), harmonics.index(m, "s")))]
     return FrictionSystem(
-        equations=equations, omega=omega, velocity=velocity, has_normal=has_normal,
-        orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept], loads=loads[:, kept], **values,
+        equations=equations, omega=omega, orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept],
+        loads=loads[:, kept], **contacts,
     )  # fmt: skip
 
 

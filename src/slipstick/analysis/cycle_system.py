@@ -15,13 +15,13 @@ from slipstick.analysis.neighbourhood import FREQUENCY
 from slipstick.analysis.slope import StateSpace
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
 from slipstick.analysis.stability.special_points import SpecialPoints
-from slipstick.analysis.stability.verdict import StabilityWatch, unstable
+from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
-from slipstick.results.stability import UNKNOWN, PointStability
+from slipstick.results.stability import PointStability
 from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
-from slipstick.typing import Array
+from slipstick.typing import Array, ComplexArray
 
 
 class CycleSystem:
@@ -60,16 +60,15 @@ class CycleSystem:
 class CycleWatch(StabilityWatch):
     """Judges limit cycles: the multiplier 1 of a shift in time is left out."""
 
-    def at(self, x: Array, detail: Detail) -> PointStability:
-        """Stability at ``(X, w)``."""
-        found = super().at(x[:-1], detail)
-        if not found.multipliers.size:
-            return found
-        others = np.delete(found.multipliers, int(np.argmin(np.abs(found.multipliers - 1.0))))
-        return PointStability(
-            multipliers=others, unstable=UNKNOWN if found.unstable == UNKNOWN else unstable(others),
-            method=found.method, neutral=found.neutral,
-        )  # fmt: skip
+    free = True
+
+    def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
+        """Stability at ``(X, w)``; the sign of the bordered Jacobian tells nothing."""
+        return super().at(x[:-1], detail, error=error)
+
+    def judged(self, multipliers: ComplexArray) -> ComplexArray:
+        """All but the multiplier 1 of a shift in time."""
+        return np.delete(multipliers, int(np.argmin(np.abs(multipliers - 1.0)))) if multipliers.size else multipliers
 
     def form(self, x: Array, detail: Detail) -> HarmonicForm:
         """The harmonic form at ``(X, w)``."""

@@ -52,10 +52,10 @@ def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
     return out
 
 
-def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool) -> Array | None:
-    """Carries z over one period (result in the stepper); the derivative of the period map if asked."""
+def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool, tau: float = 0.0) -> Array | None:
+    """Carries z over one period from ``tau`` (result in the stepper); the derivative of the period map if asked."""
     Phi = np.eye(len(z))[:, : stepper.model.system.n_dynamic] if derivative else None
-    for item in stepper.period(z, states):
+    for item in stepper.period(z, states, tau):
         if Phi is None:
             continue
         if isinstance(item, StateChange):

@@ -35,7 +35,7 @@ def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
     states: Combination = tuple(State.STICK if touching else State.SEPARATION for touching in closed)
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
-    return _with_forces(stepper, z, states, np.zeros(system.n_contacts))
+    return with_forces(stepper, z, states, np.zeros(system.n_contacts))
 
 
 def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Combination]:
@@ -56,10 +56,10 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
             states.append(State.STICK)
         else:
             states.append(State.SLIP_PLUS if fx[j, 0] > 0 else State.SLIP_MINUS)
-    return _with_forces(stepper, z, tuple(states), fx[:, 0])
+    return with_forces(stepper, z, tuple(states), fx[:, 0])
 
 
-def _with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> tuple[Array, Combination]:
+def with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> tuple[Array, Combination]:
     """Sets the memory of the stuck springs so that the friction forces are ``fx``.
 
     With a feedthrough the springs act on each other: the memories follow one after another until they agree.

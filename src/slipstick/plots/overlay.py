@@ -12,6 +12,7 @@ from slipstick.errors import InputError
 from slipstick.faults import text
 from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, parted, quantity, title_of, values_of
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
+from slipstick.results.stability import UNKNOWN
 from slipstick.typing import Names
 
 if TYPE_CHECKING:
@@ -59,8 +60,9 @@ class Curves:
         for own, dataset in self.found:
             for name, series in values[id(dataset)].items():
                 label = self._label(own, name, len(values[id(dataset)]))
-                x, y, unstable = parted(dataset, self.abscissa.values(dataset), series, _unstable(dataset))
-                _line(ax, x, y, unstable > 0, label)
+                stable = dataset["stable"].to_numpy() if "stable" in dataset else np.ones(dataset.sizes["point"])
+                x, y, stable = parted(dataset, self.abscissa.values(dataset), series, stable)
+                _line(ax, x, y, stable, label)
         every = np.concatenate([series for own in values.values() for series in own.values()])
         if self.new:
             _limits(ax, every)
@@ -88,20 +90,19 @@ class Curves:
             ax.set_xscale("log")
 
 
-def _unstable(dataset: xarray.Dataset) -> np.ndarray:
-    """1.0 at every point known to be unstable, (point,)."""
-    if "stable" not in dataset:
-        return np.zeros(dataset.sizes["point"])
-    return np.asarray(dataset["stable"].to_numpy() == 0, dtype=float)
+_PENS = {0: (0, (4, 3)), UNKNOWN: (0, (1, 2))}
+"""Of unstable motion, and of motion whose stability is not known."""
 
 
-def _line(ax: Axes, x: np.ndarray, y: np.ndarray, off: np.ndarray, label: str) -> None:
-    """A curve, dashed where an end of a stretch is ``off``: unstable."""
+def _line(ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, label: str) -> None:
+    """A curve, dashed where an end of a stretch is unstable and dotted where one is not known to be stable."""
     alone = "o" if len(x) == 1 else None
+    off = (stable == 0) | (stable == UNKNOWN)
     (line,) = ax.plot(x, np.where(off & (len(x) > 1), np.nan, y), linewidth=1.6, marker=alone, label=label)
-    if off.any():
-        beside = np.convolve(off, np.ones(3), "same") > 0
-        ax.plot(x, np.where(beside, y, np.nan), linewidth=1.2, linestyle=(0, (4, 3)), color=line.get_color(), label="_")
+    for verdict, pen in _PENS.items():
+        if (stable == verdict).any():
+            beside = np.convolve(stable == verdict, np.ones(3), "same") > 0
+            ax.plot(x, np.where(beside, y, np.nan), linewidth=1.2, linestyle=pen, color=line.get_color(), label="_")
 
 
 def _limits(ax: Axes, values: np.ndarray) -> None:

@@ -15,6 +15,7 @@ from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.report.shape import shape_of
 from slipstick.report.tolerances import bands_of, what_matters
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
+from slipstick.results.stability import UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number
 
 if TYPE_CHECKING:
@@ -152,7 +153,7 @@ def _text(value: Any) -> str:
 
 
 def _marks(dataset: ResultTable) -> dict[str, Any]:
-    """Kind of each point, the part of the branch it belongs to, and whether it is stable where that is known."""
+    """Kind of each point, the part of the branch it belongs to, and whether it is unstable (1) or nobody knows (2)."""
     count = dataset.sizes["point"]
     kinds = [str(k) for k in dataset["kind"].to_numpy()] if "kind" in dataset else [""] * count
     known = [*POINT_KINDS, ""]
@@ -162,7 +163,8 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
         "part": packed(branch_parts(dataset), "u1"),
     }
     if "stable" in dataset:
-        marks["unstable"] = packed(dataset["stable"].to_numpy() == 0, "u1")
+        stable = dataset["stable"].to_numpy()
+        marks["unstable"] = packed(np.select([stable == 0, stable == UNKNOWN], [1, 2], 0), "u1")
     return marks
 
 

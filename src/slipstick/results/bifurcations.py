@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.results.stability import NEIMARK_SACKER, PERIOD_DOUBLING, SPECIAL_KINDS, STATE_CHANGE
+from slipstick.results.stability import (
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    SPECIAL_KINDS,
+    STATE_CHANGE,
+    TURNING_POINT,
+    truncated_folds,
+)
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
     from slipstick.typing import Array
 
-FOLD = "fold"
+FOLD, TRUNCATED_FOLD = "fold", "turning point of the truncated balance"
 _BESIDE = 3
 """So many points off, a change of contact states belongs to a bifurcation."""
 
@@ -28,7 +35,8 @@ class Bifurcation:
     Attributes
     ----------
     kind
-        "fold", "period doubling", "Neimark-Sacker", "symmetry breaking", "state change" or "Hopf".
+        "fold", "period doubling", "Neimark-Sacker", "symmetry breaking", "state change" or "Hopf"; or "turning point of
+        the truncated balance", where the curve turns and the motion itself has no fold.
     point
         Its number in the branch.
     value
@@ -65,7 +73,9 @@ def bifurcations_of(branch: Branch) -> list[Bifurcation]:
 
 def _found(branch: Branch) -> Iterator[Bifurcation]:
     table = branch.table
-    kinds = [FOLD if k == "turning point" else str(k) for k in table["kind"].to_numpy()]
+    kinds = [FOLD if k == TURNING_POINT else str(k) for k in table["kind"].to_numpy()]
+    stored = [str(k) for k in table["kind"].to_numpy()]
+    untrue = truncated_folds(stored, table["unstable_multipliers"].to_numpy(), table["multiplier"].to_numpy())
     changes = [i for i, kind in enumerate(kinds) if kind == STATE_CHANGE]
     for i, kind in enumerate(kinds):
         if kind != FOLD and kind not in SPECIAL_KINDS:
@@ -73,7 +83,7 @@ def _found(branch: Branch) -> Iterator[Bifurcation]:
         omega = float(table["omega"].to_numpy()[i])
         multiplier = _passing(kind, table["multiplier"].to_numpy()[i])
         yield Bifurcation(
-            kind=kind,
+            kind=TRUNCATED_FOLD if i in untrue else kind,
             point=i,
             value=float(table[branch.followed].to_numpy()[i]),
             omega=omega,

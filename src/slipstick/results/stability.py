@@ -14,8 +14,14 @@ if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
 
 EIGENVALUES = "eigenvalues"
-STABILITY_METHODS = ("PW", "count", EIGENVALUES)
-"""Exact pieces; number of unstable exponents by the argument principle; of steady sliding."""
+PIECES, SHOOTING, COUNT, ORDER_COUNT = "PW", "shooting", "count", "count by order"
+STABILITY_METHODS = (PIECES, SHOOTING, COUNT, ORDER_COUNT, EIGENVALUES)
+"""Exact pieces on the iterated motion; on the motion found by shooting; number of unstable exponents by the argument
+principle; the same with the receptance of each harmonic's own order; of steady sliding."""
+
+TURNING_POINT = "turning point"
+_AT_THE_FOLD = 0.02
+"""Distance from 1 within which a multiplier at a turning point stands for the fold of the motion itself."""
 
 WARNED_DIFFERENCE = 0.02
 """From here on results are warned of."""
@@ -48,6 +54,8 @@ class PointStability:
         Contacts stuck all period: in the direction of each a disturbance neither grows nor vanishes. They are left out.
     difference
         Distance of the largest multiplier from that of the harmonic form; nan where only one is known.
+    error
+        How far the multipliers moved when the motion was iterated; nan where that was not looked at.
     """
 
     multipliers: ComplexArray
@@ -55,6 +63,7 @@ class PointStability:
     method: str
     neutral: int
     difference: float = np.nan
+    error: float = np.nan
 
 
 def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], unit: str) -> Iterator[str]:
@@ -69,12 +78,52 @@ def stability_sentences(name: str, at: Array, values: Mapping[str, AnyArray], un
             f"stability is not known at {len(unknown)} of {stable.size} points, the first at {name} = "
             f"{at[unknown[0]]:.6g}{known}"
         )
+    if {"kind", "multiplier", "unstable_multipliers"} <= set(values):
+        kinds = [str(kind) for kind in values["kind"]]
+        for i in truncated_folds(kinds, values["unstable_multipliers"], values["multiplier"]):
+            yield (
+                f"the turning point at {name} = {at[i]:.6g}{known} is one of the truncated balance: no multiplier of "
+                "the motion itself passes 1 there; keep more harmonics"
+            )
+    if np.any(np.asarray(values.get("stability_method", ())) == ORDER_COUNT):
+        yield (
+            "stability: the motion is a travelling wave; disturbances of the wave's own symmetry are judged, and of "
+            "other wave numbers those alone that the harmonics kept can show"
+        )
     if np.any(apart > WARNED_DIFFERENCE):
         worst = int(np.nanargmax(apart))
         yield (
             f"stability: the exact pieces and the harmonic form give multipliers {apart[worst]:.2g} apart at {name} = "
             f"{at[worst]:.6g}{known}: keep more harmonics, or confirm by integration in time"
         )
+
+
+def truncated_folds(kinds: Sequence[str], unstable: Array, multipliers: Array) -> list[int]:
+    """Numbers of the turning points that the motion itself has not: no multiplier passes 1 there.
+
+    ``unstable`` (n_points,) and ``multipliers`` (n_points, n_ranks, 2). At a fold of the motion itself the number of
+    growing disturbances changes from even to odd or back, and a real multiplier is 1.
+    """
+    found = []
+    for i in np.flatnonzero(np.asarray(kinds) == TURNING_POINT).tolist():
+        known = multipliers[i][np.abs(multipliers[i, :, 1]) == 0.0, 0]
+        if known.size and np.abs(known - 1.0).min() > _AT_THE_FOLD:
+            sides = [_parity(kinds, unstable, places) for places in (range(i - 1, -1, -1), range(i + 1, len(kinds)))]
+            if None not in sides and sides[0] == sides[1]:
+                found.append(i)
+    return found
+
+
+def _parity(kinds: Sequence[str], unstable: Array, places: range) -> bool | None:
+    """Whether an odd number grows beside a turning point; doublings in between are taken off. None: not known."""
+    passed = 0
+    for i in places:
+        if kinds[i] in (TURNING_POINT, BRANCH_POINT):
+            return None
+        passed += kinds[i] == PERIOD_DOUBLING
+        if kinds[i] not in SPECIAL_KINDS:
+            return None if unstable[i] == UNKNOWN else bool((int(unstable[i]) + passed) % 2)
+    return None
 
 
 def between_known(values: Array) -> Array:

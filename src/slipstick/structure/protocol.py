@@ -25,7 +25,8 @@ class Receptance(Protocol):
 
         Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
         principal frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
-        sector to sector), which is why they are asked for by number.
+        sector to sector), which is why they are asked for by number. Where they do, stability asks for
+        ``of_order(0, frequency)`` too, (n_rows, n_columns): the receptance of order 0 away from rest.
         """
         ...
 

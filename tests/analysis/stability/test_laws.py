@@ -29,7 +29,13 @@ def test_motion_and_forces_agree_in_every_combination(states) -> None:
     rng = np.random.default_rng(1)
     R = 0.002 * np.ones((3, 3)) + 0.003 * np.eye(3)
     structure = Dynamics(
-        K=np.diag([30.0, 90.0]), C=np.eye(2), rows=rng.normal(size=(3, 2)), columns=rng.normal(size=(2, 3)), R=R
+        K=np.diag([30.0, 90.0]),
+        C=np.eye(2),
+        rows=rng.normal(size=(3, 2)),
+        columns=rng.normal(size=(2, 3)),
+        R=R,
+        loads=np.zeros((2, 0)),
+        load_compliance=np.zeros((3, 0)),
     )
     combinations = Combinations(structure, PORTS)
     found = combinations(states)
@@ -47,6 +53,14 @@ def test_a_motion_that_does_not_follow_from_the_forces_is_seen() -> None:
     """With ``mu kn R > 1`` in slip a push along the normal comes back stronger, with the other sign."""
     R = np.zeros((3, 3))
     R[2, 0], R[2, 2] = 0.2, 0.01
-    structure = Dynamics(K=np.eye(1), C=np.eye(1), rows=np.ones((3, 1)), columns=np.ones((1, 3)), R=R)
+    structure = Dynamics(
+        K=np.eye(1),
+        C=np.eye(1),
+        rows=np.ones((3, 1)),
+        columns=np.ones((1, 3)),
+        R=R,
+        loads=np.zeros((1, 0)),
+        load_compliance=np.zeros((3, 0)),
+    )
     combinations = Combinations(structure, PORTS)
     assert [combinations((state, 0)).sound for state in (0, 1, 2, 3)] == [True, True, True, False]

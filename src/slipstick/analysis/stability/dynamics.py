@@ -19,9 +19,10 @@ _SYMMETRIC = 1e-12
 
 @dataclass(frozen=True, kw_only=True)
 class Dynamics:
-    """``q'' + C q' + K q = -columns f``, motion at the ports ``s = rows q - R f``.
+    """``q'' + C q' + K q = loads p - columns f``, motion at the ports ``s = rows q + load_compliance p - R f``.
 
-    C, K are (r, r), ``rows`` (n_ports, r), ``columns`` (r, n_ports), ``R`` (n_ports, n_ports).
+    C, K are (r, r), ``rows`` (n_ports, r), ``columns`` (r, n_ports), ``R`` (n_ports, n_ports), ``loads`` (r, n_loads),
+    ``load_compliance`` (n_ports, n_loads).
     """
 
     K: Array
@@ -29,6 +30,8 @@ class Dynamics:
     rows: Array
     columns: Array
     R: Array
+    loads: Array
+    load_compliance: Array
 
     @property
     def size(self) -> int:
@@ -53,41 +56,45 @@ class Dynamics:
             return self
         order = np.argsort(self._squared, kind="stable")
         kept, still = order[:count], order[count:]
+        compliance = self.rows[:, still] / self._squared[still]
         return Dynamics(
             K=self.K[np.ix_(kept, kept)],
             C=self.C[np.ix_(kept, kept)],
             rows=self.rows[:, kept],
             columns=self.columns[kept],
-            R=self.R + (self.rows[:, still] / self._squared[still]) @ self.columns[still],
+            R=self.R + compliance @ self.columns[still],
+            loads=self.loads[kept],
+            load_compliance=self.load_compliance + compliance @ self.loads[still],
         )
 
 
 def dynamics(equations: TimeEquations) -> Dynamics:
-    """From equations of motion whose rows and columns are the contact ports; modes where the matrices are symmetric.
+    """From equations of motion whose rows are the contact ports and whose columns are these and then the loads.
 
-    Raises InputError if the mass matrix is singular.
+    Modes where the matrices are symmetric. Raises InputError if the mass matrix is singular.
     """
-    M, C, K = equations.M, equations.C, equations.K
-    made = {"rows": equations.rows, "columns": equations.columns, "R": equations.feedthrough}
+    M, C, K, n_ports = equations.M, equations.C, equations.K, len(equations.rows)
+    through = {"R": equations.feedthrough[:, :n_ports], "load_compliance": equations.feedthrough[:, n_ports:]}
     if _is_diagonal(M) and _is_diagonal(K) and np.all(np.diag(M) == 1.0):
-        return Dynamics(K=K, C=C, **made)
+        return Dynamics(K=K, C=C, rows=equations.rows, **_columns(equations.columns, n_ports), **through)
     modes = _modes(M, K) if _is_symmetric(M) and _is_symmetric(K) else None
     if modes is not None:
         squared, shapes = modes
         return Dynamics(
-            K=np.diag(squared),
-            C=shapes.T @ C @ shapes,
-            rows=equations.rows @ shapes,
-            columns=shapes.T @ equations.columns,
-            R=equations.feedthrough,
-        )
+            K=np.diag(squared), C=shapes.T @ C @ shapes, rows=equations.rows @ shapes,
+            **_columns(shapes.T @ equations.columns, n_ports), **through,
+        )  # fmt: skip
     try:
         stiffness, damping, columns = np.split(
             np.linalg.solve(M, np.hstack([K, C, equations.columns])), [len(M), 2 * len(M)], axis=1
         )
     except np.linalg.LinAlgError:
         raise InputError("stability: the mass matrix is singular; give every degree of freedom a mass") from None
-    return Dynamics(K=stiffness, C=damping, rows=equations.rows, columns=columns, R=equations.feedthrough)
+    return Dynamics(K=stiffness, C=damping, rows=equations.rows, **_columns(columns, n_ports), **through)
+
+
+def _columns(columns: Array, n_ports: int) -> dict[str, Array]:
+    return {"columns": columns[:, :n_ports], "loads": columns[:, n_ports:]}
 
 
 def _modes(M: Array, K: Array) -> tuple[Array, Array] | None:

@@ -24,6 +24,9 @@ Answers = Callable[[complex], ComplexArray]
 """Receptances (2 H + 1, n_ports, n_ports) of the structure at ``lambda + i k omega``, k = -H..H."""
 
 _TRIALS = 12
+_SAME = 1e-6
+_GIVES = 1e-3
+"""Power beside the apparent one from which on a structure gives it: less is noise of what was measured."""
 
 
 class StickTerm(NamedTuple):
@@ -81,6 +84,19 @@ class HarmonicForm:
     def sign(self, exponent: complex) -> complex:
         """Phase of ``det D(lambda)``, a number of magnitude 1 (0 where it is singular)."""
         return complex(np.linalg.slogdet(self.matrix(exponent))[0])
+
+    def damped(self, exponent: complex, damping: float) -> complex:
+        """The same phase with dampers at all ports in place of the contacts."""
+        A, n = self.answers(exponent), self.contacts.n_ports
+        s = exponent + 1j * self.orders * self.omega
+        return complex(np.prod(np.linalg.slogdet(np.eye(n) + damping * s[:, None, None] * A)[0]))
+
+    def feeding(self, exponent: complex) -> bool:
+        """Whether the structure gives power to some motion of the ports at an imaginary exponent."""
+        A, w = self.answers(exponent), exponent.imag + self.orders * self.omega
+        power = np.linalg.eigvalsh((A - A.conj().transpose(0, 2, 1)) / 2j)
+        gain = np.where(w > 0.0, power.max(axis=1), np.where(w < 0.0, -power.min(axis=1), 0.0))
+        return bool(np.any(gain > _GIVES * np.abs(A).max(axis=(1, 2))))
 
     def exponent(self, start: complex) -> complex | None:
         """The zero of ``det D`` near ``start``, by secants on the bordered matrix; None where they run away."""
@@ -192,18 +208,38 @@ def _border(D: ComplexArray, left: ComplexArray, right: ComplexArray) -> complex
         return 0.0
 
 
-def measured_answers(receptance: Receptance, orders: Array, omega: float) -> Answers:
-    """Receptances that are known at real frequencies alone, at imaginary exponents below ``omega``."""
+def depends_on_order(receptance: Receptance, orders: IntArray, omega: float) -> bool:
+    """Whether receptances at one frequency differ from order to order."""
+    n, highest = receptance.static.shape[0], int(max(orders, default=1))
+    frequency = highest * omega
+    found = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
+    return bool(np.abs(found - found[0]).max(initial=0.0) > _SAME * np.abs(found).max(initial=0.0))
+
+
+def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_order: bool = False) -> Answers:
+    """Receptances that are known at real frequencies alone, at imaginary exponents below ``omega``.
+
+    ``by_order``: harmonic m of a disturbance meets the receptance of its own order at its own frequency. That of order
+    0 away from rest is ``receptance.of_order(0, frequency)`` then.
+    """
+    n, known = receptance.static.shape[0], {}
+
+    def one(order: int, w: float) -> ComplexArray:
+        if w == 0.0:
+            return receptance.static[:, :n].astype(complex)
+        own = abs(order) if by_order else 1
+        if own:
+            found = receptance.at(np.array([float(own)]), abs(w) / own)[0][0][:, :n]
+        else:
+            found = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
+        return found if w > 0.0 else found.conj()
 
     def at(exponent: complex) -> ComplexArray:
-        w = exponent.imag + orders * omega
-        still = w == 0.0
-        n = receptance.static.shape[0]
-        out = np.broadcast_to(receptance.static[:, :n], (w.size, n, n)).astype(complex)
-        moving = np.abs(w[~still])
-        found = np.array([receptance.at(np.ones(1), each)[0][0][:, :n] for each in moving])
-        out[~still] = np.where(w[~still][:, None, None] > 0, found, found.conj())
-        return out
+        if exponent not in known:
+            frequencies = exponent.imag + orders * omega
+            each = zip(orders.tolist(), frequencies.tolist(), strict=True)
+            known[exponent] = np.array([one(int(order), w) for order, w in each])
+        return known[exponent]
 
     return at
 

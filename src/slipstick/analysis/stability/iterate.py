@@ -50,6 +50,15 @@ class Iteration:
         self._kept = self._columns(h.orders)
         self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
 
+    def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
+        """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
+        (inputs,), balance = detail.inputs.batches, self._balance
+        motion, response = balance.motion(0, x, detail.omega, inputs), detail.responses[0]
+        return SmoothMotion(
+            harmonics=balance.harmonics, X=motion.Q[0], Y=motion.Q[1], own=(inputs.motion[0], inputs.motion[1]),
+            force=(response.force[0], response.force[1]), given={**response.values, "v": motion.drift[0]},
+        )  # fmt: skip
+
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
         balance, (batch,), (inputs,) = self._balance, self._balance.batches, detail.inputs.batches

@@ -13,15 +13,17 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.stability.intervals import Word, word_of
-from slipstick.analysis.stability.verdict import BEYOND, StabilityWatch
+from slipstick.analysis.stability.verdict import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
     BRANCH_POINT,
     NEIMARK_SACKER,
     PERIOD_DOUBLING,
+    PIECES,
     SPECIAL_KINDS,
     STATE_CHANGE,
+    UNKNOWN,
     PointStability,
 )
 from slipstick.solve.continuation.arc import Arc
@@ -30,9 +32,6 @@ from slipstick.typing import ComplexArray
 
 _HALVINGS = 10
 """Halvings of an arc between two points on which contacts have different states."""
-
-_REAL = 1e-7
-"""Imaginary part beside the magnitude below which a multiplier is real."""
 
 _REMEMBERED = 8
 
@@ -81,7 +80,7 @@ class SpecialPoints:
         Between solved points the kind of motion does not change: unless ``every`` point is judged, what is interpolated
         has the verdict of its neighbours.
         """
-        if step.place is not None and not self.every:
+        if step.place is not None and not self._own(*step.place):
             return self._between(*step.place)
         found, known = self.at(step), step.evaluation.detail
         return replace(found, difference=self._watch.difference(step.x, known, found)) if compare else found
@@ -91,9 +90,19 @@ class SpecialPoints:
         for known, found in self._known:
             if known is step:
                 return found
-        found = self._watch.at(step.x, step.evaluation.detail)
+        odd, error = None, None
+        if step.place is not None:
+            error = max(self.at(beside).error for beside in step.place[:2])
+        elif step.orientation and self._complete:
+            odd = step.orientation * step.tangent_parameter < 0.0
+        found = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
         self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
         return found
+
+    def _own(self, first: Any, second: Any, *_: Any) -> bool:
+        """Whether a point between two is judged by itself: where that is cheap, or where their verdicts differ."""
+        ends = self.at(first), self.at(second)
+        return self.every and (all(end.method == PIECES for end in ends) or len({end.unstable for end in ends}) > 1)
 
     def _between(self, first: Any, second: Any, *_: Any) -> PointStability:
         on_the_circle = first.kind == "turning point" or first.kind in SPECIAL_KINDS
@@ -102,7 +111,10 @@ class SpecialPoints:
     def confirmed(self, step: Any) -> bool:
         """Whether a located step is what it was located as: a jump of multipliers is none."""
         test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
-        return test is None or abs(test(self.at(step).multipliers)) < _NEAR[step.kind]
+        if test is None:
+            return True
+        found = self.at(step)
+        return found.unstable != UNKNOWN and abs(test(found.multipliers)) < _NEAR[step.kind]
 
     def _crossing(self, step: Any) -> float:
         """Changes its sign where a multiplier passes 1 and the branch does not turn.
@@ -110,7 +122,7 @@ class SpecialPoints:
         Where all harmonics are kept the sign is that of the Jacobian bordered by the tangent: a fold leaves it alone,
         however far off its multiplier is.
         """
-        value = float(np.prod(1.0 - _real(self.at(step).multipliers)))
+        value = float(np.prod(1.0 - real_part(self.at(step).multipliers)))
         if step.orientation and self._complete:
             return abs(value) * step.orientation
         return value * (1.0 if step.tangent_parameter >= 0 else -1.0)
@@ -160,19 +172,15 @@ def torus(multipliers: ComplexArray) -> float:
 
     Without damping pairs stay on the circle, but for rounding.
     """
-    pairs = multipliers[np.abs(multipliers.imag) > _REAL * np.abs(multipliers)]
+    pairs = multipliers[np.abs(multipliers.imag) > REAL * np.abs(multipliers)]
     return float(np.abs(pairs).max()) - 1.0 - 0.5 * BEYOND if pairs.size else -1.0
 
 
 def beside_minus_one(multipliers: ComplexArray) -> float:
     """Distance of the nearest real multiplier from -1."""
-    return float(np.abs(1.0 + _real(multipliers)).min(initial=np.inf))
+    return float(np.abs(1.0 + real_part(multipliers)).min(initial=np.inf))
 
 
 def beside_one(multipliers: ComplexArray) -> float:
     """Distance of the nearest real multiplier from 1."""
-    return float(np.abs(1.0 - _real(multipliers)).min(initial=np.inf))
-
-
-def _real(multipliers: ComplexArray) -> Any:
-    return multipliers.real[np.abs(multipliers.imag) <= _REAL * np.abs(multipliers)]
+    return float(np.abs(1.0 - real_part(multipliers)).min(initial=np.inf))

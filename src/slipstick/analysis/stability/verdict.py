@@ -4,22 +4,47 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.analysis.stability.argument_principle import count_unstable, folded
-from slipstick.analysis.stability.harmonic_form import HarmonicForm, harmonic_form, measured_answers, modal_answers
-from slipstick.analysis.stability.intervals import StickStarts, timeline
-from slipstick.analysis.stability.iterate import Iteration
+from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
+from slipstick.analysis.stability.harmonic_form import (
+    HarmonicForm,
+    depends_on_order,
+    harmonic_form,
+    measured_answers,
+    modal_answers,
+)
+from slipstick.analysis.stability.intervals import StickStarts, Timeline, timeline
+from slipstick.analysis.stability.iterate import Iteration, SmoothMotion
+from slipstick.analysis.stability.laws import Combinations
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy
+from slipstick.analysis.stability.orbit import orbit_beside
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError
-from slipstick.results.stability import UNKNOWN, PointStability
+from slipstick.faults import warn
+from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
 
 BEYOND = 1e-6
 """A multiplier counts as unstable where its magnitude is above 1 by more."""
+
+COARSE = 0.05
+"""Multipliers that one iteration of the motion moves by more say nothing of the motion that exists."""
+
+_SAFETY = 5.0
+_ROUNDING = 1e-9
+_SMALL = 0.3
+"""Magnitude of multipliers that are far from the unit circle whatever happens to them."""
+
+REAL = 1e-7
+"""Imaginary part beside the magnitude below which a multiplier is real."""
+
+_WITHOUT_ORDER_0 = (
+    "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for "
+    "order 0 away from rest: stability is not known"
+)
 
 _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
@@ -50,21 +75,57 @@ class StabilityWatch:
             raise InputError(faults)
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
+        self._orders_differ: bool | None = None
+        self._told = False
 
-    def at(self, x: Array, detail: Detail) -> PointStability:
-        """Stability at a solution (N,)."""
+    def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
+        """Stability at a solution (N,).
+
+        ``odd`` tells whether the number of real multipliers above 1 is, where the sign of the Jacobian tells it, and
+        ``error`` how accurate the multipliers are, where neighbours tell it.
+        """
         if not self.systems.in_time:
             return self._counted(x, detail)
-        motion = self._iterate(x, detail)
-        line, known = timeline(motion), self.systems.at(detail)
-        found = monodromy(line, StickStarts(motion, known.contacts, known), known, detail.omega)
-        multipliers = np.zeros(0, dtype=complex) if found is None else found.multipliers
+        motion, known = self._iterate(x, detail), self.systems.at(detail)
+        line, found = self._pieces(motion, known, detail.omega)
+        if found is None or not found.sound:
+            multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
+            method = "" if found is None else PIECES
+            return PointStability(
+                multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
+            )
+        multipliers, method = self.judged(found.multipliers), PIECES
+        doubts = np.full(multipliers.size, error)
+        if error is None:
+            _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
+            doubts = _apart(
+                multipliers, np.zeros(0, dtype=complex) if coarse is None else self.judged(coarse.multipliers)
+            )
+        error = float(doubts.max(initial=0.0))
+        count = unstable(multipliers)
+        if not _settled(multipliers, doubts, None if line.neutral else odd):
+            orbit = orbit_beside(
+                self.balance, detail, motion, line, known.dynamics, known.contacts, free=self.free
+            )  # fmt: skip
+            if orbit is None:
+                count = UNKNOWN
+            else:
+                multipliers, method = self.judged(orbit.multipliers), SHOOTING
+                count = unstable(multipliers)
         return PointStability(
-            multipliers=multipliers,
-            unstable=_verdict(found, multipliers),
-            method="" if found is None else "PW",
-            neutral=len(line.neutral),
+            multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
+
+    free = False
+    """Whether nothing prescribes the frequency."""
+
+    def judged(self, multipliers: ComplexArray) -> ComplexArray:
+        """Those of the multipliers that stability depends on."""
+        return multipliers
+
+    def _pieces(self, motion: SmoothMotion, known: Combinations, omega: float) -> tuple[Timeline, Monodromy | None]:
+        line = timeline(motion)
+        return line, monodromy(line, StickStarts(motion, known.contacts, known), known, omega)
 
     def form(self, x: Array, detail: Detail) -> HarmonicForm:
         """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
@@ -74,20 +135,33 @@ class StabilityWatch:
         if self.systems.in_time:
             answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
         else:
-            answers = measured_answers(adjusted(balance.receptance, inputs.structure), orders, detail.omega)
+            receptance = adjusted(balance.receptance, inputs.structure)
+            answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = balance.motion(0, x, detail.omega, inputs.batches[0])
         given = {**detail.responses[0].values, "v": motion.drift[0]}
         own = (motion.Q[0], motion.Q[1])
         return harmonic_form(balance.harmonics, own, given, contacts, answers, detail.omega)
 
+    def _by_order(self, omega: float) -> bool:
+        """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
+        if self._orders_differ is None:
+            self._orders_differ = depends_on_order(self.balance.receptance, self.balance.harmonics.m, omega)
+        return self._orders_differ
+
     def _counted(self, x: Array, detail: Detail) -> PointStability:
-        form = self.form(x, detail)
-        near = folded(self.balance.problem.structure.natural_frequencies, detail.omega)
-        count = count_unstable(lambda nu: form.sign(1j * nu), detail.omega, near)
+        by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
+        if by_order and not hasattr(self.balance.receptance, "of_order"):
+            if not self._told:
+                warn([_WITHOUT_ORDER_0])
+            self._told = True
+        else:
+            natural, highest = self.balance.problem.structure.natural_frequencies, self.balance.harmonics.highest
+            nodes = axis(natural, detail.omega, highest) if by_order else strip(natural, detail.omega)
+            count = count_unstable(form, nodes)
         return PointStability(
             multipliers=np.zeros(0, dtype=complex),
             unstable=UNKNOWN if count is None else count,
-            method="" if count is None else "count",
+            method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,
         )
 
@@ -106,8 +180,28 @@ def unstable(multipliers: ComplexArray) -> int:
     return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
 
 
-def _verdict(found: Monodromy | None, multipliers: ComplexArray) -> int:
-    return UNKNOWN if found is None or not found.sound else unstable(multipliers)
+def _apart(fine: ComplexArray, coarse: ComplexArray) -> Array:
+    """Distance of each multiplier (n,) from the nearest of the other motion, and of those from these; small ones 0."""
+    if not coarse.size:
+        return np.full(fine.size, np.inf if fine.size else 0.0)
+    between = np.abs(fine[:, None] - coarse)
+    out = np.where(np.abs(fine) > _SMALL, between.min(axis=1), 0.0)
+    if fine.size:
+        np.maximum.at(out, between.argmin(axis=0), np.where(np.abs(coarse) > _SMALL, between.min(axis=0), 0.0))
+    return out
+
+
+def _settled(multipliers: ComplexArray, errors: Array, odd: bool | None) -> bool:
+    """Whether errors (n,) of the multipliers leave no doubt on which side of the unit circle each is."""
+    if odd is not None and odd != bool(np.sum(real_part(multipliers) > 1.0) % 2):
+        return False
+    margins = np.abs(np.abs(multipliers) - 1.0)
+    return bool(np.all((errors < _ROUNDING) | ((errors < COARSE) & (_SAFETY * errors < margins))))
+
+
+def real_part(multipliers: ComplexArray) -> Array:
+    """The real ones among multipliers."""
+    return np.asarray(multipliers.real[np.abs(multipliers.imag) <= REAL * np.abs(multipliers)])
 
 
 def _foreign_contacts(balance: Balance) -> list[str]:

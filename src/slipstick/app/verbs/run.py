@@ -373,7 +373,18 @@ def warnings_of(data: ResultTable) -> list[str]:
     """The warnings that the results of a branch call for."""
     from slipstick.results.afterwards import result_warnings
 
-    names = ("parameter", "omega", "truncation", "separation_fraction", "stable", "hill_pw_difference")
+    names = (
+        "parameter",
+        "omega",
+        "truncation",
+        "separation_fraction",
+        "stable",
+        "stability_method",
+        "hill_pw_difference",
+        "kind",
+        "multiplier",
+        "unstable_multipliers",
+    )
     values = {name: data[name].to_numpy() for name in names if name in data}
     contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
     asked = data.attrs.get("adapt_harmonics")

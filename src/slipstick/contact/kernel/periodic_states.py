@@ -126,7 +126,9 @@ def march(
         if xi == 0.0:
             total = push(total, left, right, STICK, previous, f, out)
             side = 1 if new == bound else (-1 if new == -bound else 2)
-            f, previous = new, STICK if right > left else previous
+            f = new
+            if right > left:  # critical times that coincide leave nothing that a stick could begin from
+                previous = STICK
             continue
         x = w[i] - e.v * (left - time[0])
         t = slip_time(left, right, xi, f, x, e, grid, scratch)

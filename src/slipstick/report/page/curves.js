@@ -72,16 +72,17 @@ class Curves {
     this.move();
   }
 
-  /** One line where everything is stable or nobody knows, else two: a stretch is dashed where it is unstable. */
+  /** One line, and where stability was computed two more: a stretch is dashed where it is unstable, dotted where nobody knows. */
   styled(line, log) {
     const { part, content, points } = line.result;
     const broken = Uint8Array.from(part, (p, i) => (i > 0 && part[i - 1] === p ? 1 : 0));
     const base = { x: line.x, y: line.y, log, stroke: line.stroke, width: 2 };
     if (!content.unstable) return [{ ...base, pen: broken }];
-    const off = Uint8Array.from({ length: points }, (_, i) => (line.result.unstable(i) ? 1 : 0));
-    const solid = broken.map((b, i) => (b && !(off[i] || off[i - 1]) ? 1 : 0));
-    const dashed = broken.map((b, i) => (b && (off[i] || off[i - 1]) ? 1 : 0));
-    return [{ ...base, pen: solid }, { ...base, pen: dashed, dash: [6, 5], width: 1.6 }];
+    const verdict = Array.from({ length: points }, (_, i) => line.result.verdict(i));
+    const of = (i) => [verdict[i], verdict[i - 1]].find((own) => own !== "stable") ?? "stable";
+    const pen = (own) => broken.map((b, i) => (b && of(i) === own ? 1 : 0));
+    return [{ ...base, pen: pen("stable") }, { ...base, pen: pen("unstable"), dash: [6, 5], width: 1.6 },
+      { ...base, pen: pen("stability not known"), dash: [2, 4], width: 1.6 }];
   }
 
   /** Thin lines round an amplitude: what tolerances of parameters make of it. */
@@ -124,12 +125,12 @@ class Curves {
   }
 
   words(line) {
-    const { view } = this.app, { result } = line, stable = result.unstable(view.point), kind = result.kind(view.point);
+    const { view } = this.app, { result } = line, verdict = result.verdict(view.point), kind = result.kind(view.point);
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
       `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${this.curve.after}`,
-      kind && kind !== "regular" ? kind : "", stable === null ? "" : stable ? "unstable" : "stable",
+      kind && kind !== "regular" ? kind : "", verdict,
       this.app.model.results.length > 1 ? result.label : "",
     ];
     return said.filter(Boolean).join(" · ");
@@ -205,7 +206,7 @@ class Curves {
     const chips = known.map((name) => element("button", { type: "button", class: "chip", "aria-pressed": String(view[key].includes(name)), onclick: () => toggle(name) },
       ...(several ? [] : this.lines.filter((line) => line.name === name).map(swatch)), name || "all contacts"));
     const labels = several ? this.lines.map((line) => element("span", { class: "line-name" }, swatch(line), `${line.result.label}${line.name ? ` · ${line.name}` : ""}`)) : [];
-    const dashed = model.results.some((result) => result.content.unstable) ? [element("span", { class: "line-name" }, "solid: stable, dashed: unstable")] : [];
+    const dashed = model.results.some((result) => result.content.unstable) ? [element("span", { class: "line-name" }, "solid: stable, dashed: unstable, dotted: not known")] : [];
     const less = this.app.leftOut(over);
     fill(this.legend,
       element("div", { class: "chips", role: "group", "aria-label": "Curves" }, ...chips, less ? element("span", { class: "soft" }, less) : null),
@@ -244,7 +245,7 @@ function peakRow(peak, curves, several) {
   const [factor] = curves.unitsOf(peak.result);
   const go = () => curves.app.set({ curve: "amplitude", result: peak.result.index, point: peak.point, dof: peak.name,
     dofs: curves.app.view.dofs.includes(peak.name) ? curves.app.view.dofs : [...curves.app.view.dofs, peak.name] });
-  const stable = peak.result.unstable(peak.point) ? " (unstable)" : "";
+  const verdict = peak.result.verdict(peak.point), stable = verdict && verdict !== "stable" ? ` (${verdict})` : "";
   return element("tr", {}, several ? element("td", { class: "soft" }, peak.result.label) : null,
     element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, peak.name)),
     element("td", {}, short(peak.result.at[peak.point] * factor)), element("td", {}, `${short(peak.size)}${stable}`));

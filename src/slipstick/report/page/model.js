@@ -8,6 +8,8 @@ class Kept extends Map {
   }
 }
 
+const VERDICTS = ["stable", "unstable", "stability not known"];
+
 class Result {
   constructor(content, index) {
     Object.assign(this, { content, index, label: content.label, orders: content.orders, points: content.points });
@@ -46,9 +48,9 @@ class Result {
     return this.content.kinds[this.numbers("kind", this.content.kind).get(point)];
   }
 
-  /** Whether a point is unstable; null where that was not computed. */
-  unstable(point) {
-    return this.content.unstable ? this.numbers("unstable", this.content.unstable).get(point) === 1 : null;
+  /** "stable", "unstable" or "stability not known" at a point; "" where that was not computed. */
+  verdict(point) {
+    return this.content.unstable ? VERDICTS[this.numbers("unstable", this.content.unstable).get(point)] : "";
   }
 
   curve(key) {
