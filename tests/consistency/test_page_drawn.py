@@ -411,6 +411,21 @@ def test_of_many_contacts_the_first_dozen_until_all_are_wanted() -> None:
     assert drawn(script, made) == [12, 15, 12, "c14", 12, False]
 
 
+def test_states_are_told_apart_by_their_patterns() -> None:
+    """Hatched one way and the other, dotted, plain: also without colours."""
+    script = """
+      const turns = Object.fromEntries(tagged($("point"), "pattern").map(({ attributes: a }) => [a.id,
+        a.patternTransform ?? null]));
+      const key = app.panels.states.note, fills = tagged(key, "rect").map(({ attributes: a }) => a.fill ?? a.class);
+      return [turns, fills, key.textContent]"""
+    turns, fills, words = drawn(script)
+    assert turns == {
+        "pattern-slip-plus": "rotate(45)", "pattern-slip-minus": "rotate(-45)", "pattern-separation": None,
+    }  # fmt: skip
+    assert fills == ["state-stick", *(f"url(#pattern-{name})" for name in ("slip-plus", "slip-minus", "separation"))]
+    assert words == "● stick+ slip +− slip −○ separation"
+
+
 def test_the_strip_shows_each_state_where_and_as_long_as_it_lasts() -> None:
     script = """
       const rows = classed($("point"), "strip-row").map((row) => ({ name: row.attributes["data-contact"],
@@ -668,11 +683,9 @@ def test_only_faces_that_look_at_the_eye_are_painted_the_nearest_last() -> None:
       return [facing(p, 0, 1, 2), facing(p, 0, 2, 1), seenOf(p, triangles).length, colours, lightOf(p, 0, 1, 2),
         lightOf([0, 0, 0, 0, 0, 9, 9, 0, 0], 0, 1, 2), rampAt(0), rampAt(1), rampAt(2), rampAt(-1), rampAt(0.5),
       rampAt(0.125),
-        ctx.calls.filter(([name]) => name === "moveTo").length,
-          ctx.calls.filter(([name]) => name === "lineTo").length]"""
-    front, back, count, colours, light, dim, low, high, over, under, middle, between, moves, drawn_lines = drawn(
-        script, shaped()
-    )
+      ...["moveTo", "lineTo", "closePath", "fill",
+        "stroke"].map((call) => ctx.calls.filter(([c]) => c === call).length)]"""
+    front, back, count, colours, light, dim, low, high, over, under, middle, between, *calls = drawn(script, shaped())
     assert front == -back == 100
     assert count == 2
     assert colours == ["rgb(96,92,156)", "rgb(253,231,37)"]  # the far one first
@@ -682,7 +695,7 @@ def test_only_faces_that_look_at_the_eye_are_painted_the_nearest_last() -> None:
     assert high == over == [253, 231, 37]
     assert middle == [36, 155, 150]
     assert between == [79, 102, 160.5]
-    assert (moves, drawn_lines) == (2, 4)
+    assert calls == [2, 4, 2, 2, 2]
 
 
 def test_the_body_is_turned_by_keys_and_by_dragging() -> None:
