@@ -208,6 +208,19 @@ def test_bands_are_drawn_beside_the_amplitudes_they_are_of() -> None:
     assert count == 1
 
 
+def test_only_the_response_is_zoomed_by_dragging() -> None:
+    script = """
+      const cursor = (host) => { const { x, y, drag, bind } = host.uplot.options.cursor; return [x, y, drag.x,
+        drag.y, drag.setScale, bind.dblclick()]; };
+      const heights = [app.curves.plotHost, app.panels.loop.plot].map((host) => [host.uplot.options.width,
+        host.uplot.options.height]);
+      return [cursor(app.curves.plotHost), cursor(app.panels.loop.plot), heights]"""
+    response, loop, sizes = drawn(script)
+    assert response == [True] * 5 + [None]
+    assert loop == [False] * 5 + [None]
+    assert sizes == [[800, 400], [800, 300]]  # half as high as wide
+
+
 def test_keys_move_the_cursor_and_stop_at_the_ends() -> None:
     last = len(branch()) - 1
     script = """
