@@ -437,6 +437,12 @@ def test_states_are_told_apart_by_their_patterns() -> None:
     }  # fmt: skip
     assert fills == ["state-stick", *(f"url(#pattern-{name})" for name in ("slip-plus", "slip-minus", "separation"))]
     assert words == "● stick+ slip +− slip −○ separation"
+    badges = drawn(
+        """return tagged(letter("+", 3, 4, "slip+"), "g").concat(tagged(letter("○", 0, 0, "separation"), "g"))
+        .map((g) => g.children.map(({ attributes: a }) => [a.class, a.cx ?? a.x, a.cy ?? a.y]))"""
+    )
+    assert badges[0] == [["badge-slip-plus", "3", "4"], ["letter letter-slip-plus", "3", "8"]]
+    assert badges[1][0][0] == "badge-separation"
 
 
 def test_the_strip_shows_each_state_where_and_as_long_as_it_lasts() -> None:
@@ -731,3 +737,39 @@ def test_the_body_is_turned_by_keys_and_by_dragging() -> None:
     assert tau == pytest.approx(np.pi / 2)
     assert factor == pytest.approx(2.0)
     assert "turn=-25%2C90" in address
+
+
+def test_nothing_is_painted_where_there_is_no_room_or_no_shape() -> None:
+    script = """
+      const body = app.body, count = () => body.canvas.context.calls.length, before = count();
+      body.canvas.clientWidth = 0; body.paint();
+      const hidden = count();
+      body.canvas.clientWidth = 300; body.paint();
+      const shown = count(), width = body.canvas.width;
+      body.shape = null; body.paint();
+      return [before === hidden, shown > hidden, count() === shown, width]"""
+    assert drawn(script, shaped()) == [True, True, True, 300]
+
+
+def test_a_page_that_becomes_wider_is_drawn_once_it_stays_so() -> None:
+    script = """
+      const queue = new Map(); let next = 1, drawn = 0;
+      globalThis.setTimeout = (f) => { queue.set(next, f); return next++; };
+      globalThis.clearTimeout = (i) => queue.delete(i);
+      app.curves.draw = () => { drawn += 1; };
+      heard.resize();
+      const same = queue.size;
+      innerWidth = 900; heard.resize(); innerWidth = 800; heard.resize(); heard.resize();
+      const waiting = queue.size;
+      queue.forEach((f) => f());
+      return [same, waiting, drawn]"""
+    assert drawn(script) == [0, 1, 1]
+
+
+def test_on_paper_the_page_says_so_and_is_drawn_anew() -> None:
+    script = """
+      const seen = [], draw = app.curves.draw; app.curves.draw = () => { seen.push("data-paper" in ROOT.attributes);
+        };
+      heard.beforeprint(); heard.afterprint();
+      return seen"""
+    assert drawn(script) == [True, False]

@@ -270,3 +270,18 @@ def test_the_head_tells_outcome_method_and_warnings() -> None:
     assert foot.startswith("Written by slipstick 1, now.")
     assert foot.endswith("the address keeps the choice.")
     assert bars[1] == "Colours of peak of y [mm]"
+
+
+def test_a_page_that_becomes_wider_is_drawn_once_it_stays_so() -> None:
+    script = """
+      const queue = new Map(); let next = 1, drawn = 0;
+      globalThis.setTimeout = (f) => { queue.set(next, f); return next++; };
+      globalThis.clearTimeout = (i) => queue.delete(i);
+      app.draw = () => { drawn += 1; };
+      heard.resize();
+      const same = queue.size;
+      innerWidth = 900; heard.resize(); innerWidth = 800; heard.resize(); heard.resize();
+      const waiting = queue.size;
+      queue.forEach((f) => f());
+      return [same, waiting, drawn]"""
+    assert drawn(script) == [0, 1, 1]

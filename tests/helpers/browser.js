@@ -84,7 +84,8 @@ const ROOT = new Place("html");
 ROOT.append(...Object.values(IDS));
 const document = { documentElement: ROOT, getElementById: (id) => IDS[id] ?? ROOT.querySelector(`#${id}`), createElement: (tag) => new Place(tag),
   createElementNS: (_, tag) => new Place(tag), querySelector: (wanted) => ROOT.querySelector(wanted) };
-const window = {}, location = { hash: "" }, devicePixelRatio = 1, innerWidth = 1000, heard = {};
+let innerWidth = 1000;
+const window = {}, location = { hash: "" }, devicePixelRatio = 1, heard = {};
 const history = { replaceState: (_, __, address) => { location.hash = address; } };
 const addEventListener = (name, f) => { heard[name] = f; };
 const getComputedStyle = () => ({ getPropertyValue: (name) => ` ${name.slice(2)} ` });
