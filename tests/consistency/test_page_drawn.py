@@ -773,3 +773,16 @@ def test_on_paper_the_page_says_so_and_is_drawn_anew() -> None:
       heard.beforeprint(); heard.afterprint();
       return seen"""
     assert drawn(script) == [True, False]
+
+
+def test_the_shape_is_hidden_at_results_that_have_none() -> None:
+    """One result with a surface, one without: the panel comes and goes with the result looked at."""
+    script = """
+      const hidden = () => $("body").hidden, seen = [hidden()];
+      app.set({ result: 1, point: 0 }); seen.push(hidden());
+      app.set({ result: 0, point: 0 }); seen.push(hidden());
+      return [seen, app.body.canvas.attributes["aria-label"]]"""
+    seen, label = drawn(script, shaped(), content())
+    assert seen == [False, True, False]
+    assert label.startswith("Deflected shape, largest displacement ")
+    assert drawn('return $("body").hidden') is True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slipstick.app.verbs.full_model import frequencies
+from slipstick.app.verbs.full_model import _vector, frequencies
 
 
 @pytest.mark.parametrize(
@@ -23,3 +23,16 @@ def test_over_the_range_and_up_to_its_highest_harmonic(
     found = frequencies(omega, order, count)
     assert sorted(found) == pytest.approx(expected)
     assert len(found) == len(set(found))
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((1e-10, 1.0, -2e-10), "(0, 1, 0)"),
+        ((1e-7, 1e3, 0.5), "(0, 1000, 0.5)"),
+        ((1e-5, 1e3, 0.5), "(1e-05, 1000, 0.5)"),
+        ((0.0, 0.0, 0.0), "(0, 0, 0)"),
+    ],
+)
+def test_rounding_of_normals_is_not_shown(values: tuple[float, ...], said: str) -> None:
+    assert _vector(values) == said

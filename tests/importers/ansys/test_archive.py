@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers.ansys import BEAM, BLADE, CUBE, archive_text, cube
 from scipy.sparse.linalg import eigsh
+from scipy.spatial.transform import Rotation
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.materials import Material
@@ -190,6 +191,16 @@ def test_what_is_approximated_is_warned_of(tmp_path, more, said):
     with pytest.warns(SlipstickWarning) as caught:
         read_model(path)
     assert any(said in str(warning.message) for warning in caught)
+
+
+@pytest.mark.parametrize("angles", [(30.0, 20.0, 10.0), (-70.0, 110.0, 45.0), (0.0, 90.0, 0.0), (0.0, 0.0, -15.0)])
+def test_axes_of_nodes_are_turned_about_z_then_the_new_x_then_the_new_y(tmp_path, angles):
+    """Against scipy's intrinsic rotations."""
+    pytest.importorskip("mapdl_archive")
+    row = "".join(f"{v:21.13E}" for v in CUBE[4]) + "\n"
+    path = cube(tmp_path, old=row, new=row[:-1] + "".join(f"{angle:21.13E}" for angle in angles) + "\n")
+    axes = read_mesh(path).axes[5]
+    np.testing.assert_allclose(axes, Rotation.from_euler("ZXY", angles, degrees=True).as_matrix().T, atol=1e-12)
 
 
 def test_rotated_nodes(tmp_path, shipped):
