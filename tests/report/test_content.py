@@ -25,6 +25,7 @@ def test_outcome_warnings_and_provenance(made: ss.Branch) -> None:
     assert found["warnings"] == ["one thing", "another"]
     assert found["case"] == "title = 'x'"
     about = dict(found["about"])
+    assert all(about.values())  # what is empty is not listed
     assert about["seconds"] == "1.25"
     assert about["slipstick version"] == ss.__version__
     assert about["Newton iterations"] == str(int(data["newton_iterations"].sum()))
