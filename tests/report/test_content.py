@@ -19,7 +19,7 @@ def made() -> ss.Branch:
 
 
 def test_outcome_warnings_and_provenance(made: ss.Branch) -> None:
-    data = made.dataset.assign_attrs(warnings="one thing\nanother", case="title = 'x'", seconds=1.25)
+    data = made.dataset.assign_attrs(note="", warnings="one thing\nanother", case="title = 'x'", seconds=1.25)
     found = content_of(ss.Branch.from_dataset(data), "a", contacts=12, dofs=12)
     assert found["outcome"] == {"name": "COMPLETED", "ok": True, "text": ss.Outcome.COMPLETED.text}
     assert found["warnings"] == ["one thing", "another"]
