@@ -15,12 +15,13 @@ import pytest
 import xarray
 from helpers.results import LAYOUT, opened, point
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, Outcome
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore, save_dataset
+from slipstick.results.branch import Branch
 
 
 def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:
@@ -275,6 +276,22 @@ def test_a_run_that_goes_on_keeps_so_many_points_and_their_journal(
 def test_an_unwritable_place_is_told_on_opening(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         ResultStore(tmp_path / "missing" / "r.nc", LAYOUT)
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("odd"), "odd")],
+)
+def test_why_a_branch_could_not_be_saved_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, reason: str
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(store_module, "write_netcdf", broken)
+    made = Branch(xarray.Dataset({"omega": ("point", [1.0, 2.0])}), Outcome.COMPLETED)
+    with pytest.raises(InputError, match=rf"b.nc: cannot be written \({reason}\); choose another place"):
+        store_module.save_branch(made, tmp_path / "b.nc")
 
 
 def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

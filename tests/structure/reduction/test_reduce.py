@@ -138,6 +138,12 @@ def test_number_of_modes_follows_from_the_accuracy(
         assert made.complete is True
     assert counts[0] < counts[1] < counts[2] < 128
     monkeypatch.setattr(reduction_compute, "MOST_MODES", 40)
+    least = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=1e-2, frequency_range=(0.0, highest))
+    monkeypatch.setattr(reduction_compute, "MOST_MODES", least.structure.omega.size)
+    reached = 1.2 * least.error_estimate  # with all the modes allowed the accuracy itself is enough, not half of it
+    made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=reached, frequency_range=(0.0, highest))
+    assert made.structure.omega.size == least.structure.omega.size
+    monkeypatch.setattr(reduction_compute, "MOST_MODES", 40)
     with pytest.raises(EigenError, match=r"40 modes leave.*ask for less accuracy or a lower highest frequency"):
         reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=1e-15, frequency_range=(0.0, highest))
 
