@@ -3,7 +3,7 @@
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.faults import SMALLEST, number
+from slipstick.faults import LARGEST, SMALLEST, number, numbers
 
 
 @pytest.mark.parametrize("value", [1e-101, -1e-200, 5e-324])
@@ -17,3 +17,21 @@ def test_numbers_whose_products_vanish_are_refused(value: float) -> None:
 def test_zero_and_the_smallest_number_are_numbers() -> None:
     assert number("sin", 0.0) == 0.0
     assert number("sin", -SMALLEST) == -SMALLEST
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ([1.0, 1e200], "finite real numbers, none above 1e+100: check the units"),
+        ([1e200, float("nan")], "finite real numbers"),
+        ([1.0, float("inf")], "finite real numbers"),
+        ([[1.0], [1.0, 2.0]], "finite real numbers"),
+        (["1"], "finite real numbers"),
+    ],
+)
+def test_numbers_that_are_too_large_are_told_from_those_that_are_none(value: object, expected: str) -> None:
+    with pytest.raises(InputError) as raised:
+        numbers("x", value)
+    assert raised.value.faults[0].expected == expected
+    assert numbers("x", [-LARGEST, LARGEST]).tolist() == [-LARGEST, LARGEST]
+    assert numbers("x", []).shape == (0,)

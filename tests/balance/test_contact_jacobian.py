@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.balance import preconditioner
 from slipstick.balance.contact_jacobian import ContactJacobian
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.balance.ports import Balance
@@ -15,12 +16,12 @@ from slipstick.solve.linear.jacobian import Jacobian
 OMEGA = 7.3
 
 
-def structure(n, modes=9, *, loss=0.01, second=True, seed=0):
+def structure(n, modes=9, *, loss=0.01, second=True, seed=0, rest=1.0):
     """Random modes with residuals that a larger model of the same kind would leave."""
     rng = np.random.default_rng(seed)
     omega, shapes = np.sort(rng.uniform(2.0, 60.0, modes)), rng.standard_normal((n, modes))
-    rest = rng.standard_normal((n, n))
-    rest = rest @ rest.T / n
+    root = rng.standard_normal((n, n))
+    rest = rest * root @ root.T / n
     return ss.ModalStructure(
         omega=omega,
         mode_shapes=shapes,
@@ -103,6 +104,42 @@ def test_products_and_solutions(both, transposed):
         np.testing.assert_allclose(
             own.solve(v, transposed=transposed), dense.solve(v, transposed=transposed), rtol=0, atol=1e-6
         )
+
+
+def test_what_stands_for_it_transposed_is_its_transpose(both):
+    """A wrong one would still be solved with, only slower."""
+    _, own = both
+    x, y = np.random.default_rng(7).standard_normal((2, own.size))
+    pulled = own.precondition(y, transposed=True)
+    assert own.precondition(x) @ y == pytest.approx(x @ pulled, rel=1e-9, abs=1e-9 * np.abs(x) @ np.abs(pulled))
+
+
+@pytest.mark.parametrize("pairs", [grid(4), mixture()])
+def test_what_stands_for_it_is_all_of_it_where_every_mode_is_held(pairs, monkeypatch):
+    """Nothing but modes carries from one contact to another: one product, and the sign of the determinant, exactly."""
+    monkeypatch.setattr(preconditioner, "_MATTERS", 0.0)
+    dense, own = jacobians(pairs, rest=0.0, second=False)
+    for v in np.random.default_rng(8).standard_normal((3, own.size)):
+        np.testing.assert_allclose(own.precondition(dense.multiply(v)), v, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(
+            own.precondition(dense.multiply(v, transposed=True), transposed=True), v, rtol=0, atol=1e-8
+        )
+    assert own.preconditioner_sign == dense.sign()
+    own.solve(v)
+    assert own.products <= 2
+
+
+def test_modes_that_are_left_out_cost_products_and_no_digits(monkeypatch):
+    """Of more coefficients than are held exactly, those that carry most are chosen, harmonic 0 counted once."""
+    products = []
+    for most in (0, 20, 264):
+        monkeypatch.setattr(preconditioner, "MOST_APART", most)
+        dense, own = jacobians(grid(4))
+        v = np.random.default_rng(9).standard_normal(own.size)
+        np.testing.assert_allclose(own.solve(v), dense.solve(v), rtol=0, atol=1e-6)
+        assert own._standing_in._size <= most
+        products.append(own.products)
+    assert products[0] > products[1] > products[2]
 
 
 def test_determinants_keep_their_sign(both):

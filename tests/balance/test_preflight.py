@@ -136,3 +136,16 @@ def test_even_multiples_of_what_moves_count() -> None:
     assert problem_warnings(
         ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", harmonic=2, sin=1.0), harmonics=[0, 2, 4, 6])
     ) == []  # fmt: skip
+
+
+@pytest.mark.parametrize(("count", "said"), [(16, True), (17, False)])
+def test_of_many_contacts_proportions_are_looked_at_with_the_curve(count: int, said: bool) -> None:
+    """The static compliance between their ports is not computed for a problem alone, only where it is needed anyway."""
+    structure = ss.MatrixStructure(M=np.eye(1), C=[[0.4]], K=[[40.0]], dofs=["x"])
+    hard = ss.FrictionContact(kt=1e9, mu=0.3, normal_load=1.0)
+    pair = ss.ContactPair(name="c", contact=hard, tangential=["x"] * count, rubbing=ss.RubbingMotion(velocity=10.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        many = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=1.0), harmonics=10)
+    assert any("check the units of both" in sentence for sentence in problem_warnings(many)) == said
+    assert any("check the units of both" in sentence for sentence in problem_warnings(many, (2.0, 3.0)))

@@ -173,3 +173,13 @@ def test_a_surface_cannot_move_along_a_port_that_is_not_there() -> None:
         ss.InputError, match="normal_cos1 moves the surface along a port called 'normal', which its law"
     ):
         ss.Problem(structure, contacts=pair, told=None)
+
+
+@pytest.mark.parametrize("structure", [3, "beam", ss.MatrixStructure])
+def test_what_is_no_structure_is_told_with_what_else_is_wrong(structure: Any) -> None:
+    with pytest.raises(ss.InputError) as raised:
+        ss.Problem(structure, loads=[3], harmonics=[0, 1])
+    first, *others = raised.value.faults
+    assert first.where == ("structure",)
+    assert first.expected == "one such as ss.MatrixStructure(M=..., K=..., dofs=...)"
+    assert [fault.where[0] for fault in others] == ["loads"]

@@ -3,12 +3,14 @@
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from slipstick.fem.box import box
+from slipstick.fem.elements import REDUCED
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
@@ -19,20 +21,23 @@ CCX = shutil.which("ccx")
 needs_ccx = pytest.mark.skipif(CCX is None, reason="CalculiX (Debian: calculix-ccx) is not installed")
 
 
-TYPES = {"hex8": "C3D8", "hex20": "C3D20", "tet10": "C3D10", "wedge15": "C3D15", "wedge6": "C3D6", "tet4": "C3D4"}
+TYPES = {"hex8": "C3D8", "hex20": "C3D20", "hex20r": "C3D20R"}
+TYPES |= {"tet10": "C3D10", "wedge15": "C3D15", "wedge6": "C3D6", "tet4": "C3D4"}
 
 
 STEEL = Material(young=210000.0, poisson=0.3, density=7.8e-9)
 
 
-def skewed(kind: str) -> Mesh:
+def skewed(kind: str, divisions: tuple[int, int, int] = (3, 2, 1)) -> Mesh:
     """A box of one element type, sheared and twisted so that no entry of its matrices vanishes by symmetry."""
-    linear = {"hex20": "hex8", "tet10": "tet4", "wedge15": "wedge6"}.get(kind, kind)
-    mesh = box((40.0, 10.0, 8.0), (3, 2, 1), linear)
+    alike = REDUCED.get(kind, kind)
+    linear = {"hex20": "hex8", "tet10": "tet4", "wedge15": "wedge6"}.get(alike, alike)
+    mesh = box((40.0, 10.0, 8.0), divisions, linear)
     x, y, z = mesh.nodes.T
     nodes = np.stack([x + 0.1 * y, y + 0.02 * x * z / 8, z + 0.1 * x], axis=1)
     moved = Mesh(nodes=nodes, blocks=mesh.blocks, node_sets={"ROOT": mesh.surface("x0").nodes})
-    return quadratic(moved) if kind != linear else moved
+    moved = quadratic(moved) if alike != linear else moved
+    return replace(moved, blocks={kind: moved.blocks[alike]})
 
 
 def write_input(path: Path, mesh: Mesh, *, step: str, label=lambda i: 3 * i + 5) -> None:

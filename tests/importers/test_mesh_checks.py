@@ -1,15 +1,19 @@
 """Suspicions about meshes: the mass against that of the matrices, units by the size of the numbers."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
+from scipy.sparse.linalg import spsolve
 
 from slipstick.errors import InputError
+from slipstick.fem.assembly import assemble
 from slipstick.fem.box import box
 from slipstick.fem.lumped import point_mass
 from slipstick.fem.materials import Material
+from slipstick.fem.mesh import Mesh
 from slipstick.importers.mesh_checks import likely_units, mass_warnings, material_warnings, unit_notes, variant_warnings
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
@@ -97,7 +101,48 @@ def test_a_material_given_is_said_where_it_differs():
 
 
 def test_other_integration_is_said_for_the_elements_that_are_there():
-    variants = {"hex8": {"SOLID45": 8}, "tet4": {"C3D4H": 3}}
-    assert list(variant_warnings(MESH, variants, "m")) == [
-        "m: 8 elements of type SOLID45 are computed as fully integrated hex8"
-    ]
+    (said,) = variant_warnings(MESH, {"hex8": {"SOLID45": 8}, "tet4": {"C3D4H": 3}}, "m")
+    assert said.startswith("m: 8 elements of type SOLID45 are computed as fully integrated hex8: up to ")
+
+
+@pytest.mark.parametrize("length", [1.0, 3.0])
+@pytest.mark.parametrize("across", [1, 2])
+def test_what_is_said_of_bricks_in_bending_is_what_they_do(length, across):
+    """A beam whose ends turn by a unit each: the energy of its bricks over that of beam theory."""
+    mesh = box((8.0 * length, float(across), float(across)), (8, across, across), "hex8")
+    (said,) = variant_warnings(mesh, {"hex8": {"C3D8I": 8}}, "m")
+    number = float(re.search({1: r"up to (\S+) times", 2: r"across, (\S+) with two"}[across], said).group(1))
+    assert bending(mesh) == pytest.approx(number, rel=0.05)  # two digits are said
+
+
+def bending(mesh: Mesh) -> float:
+    x, y, z = (mesh.nodes - [0.0, *(mesh.nodes.max(axis=0)[1:] / 2.0)]).T
+    long, high = np.ptp(x), np.ptp(z)
+    left, right = np.isclose(x, 0.0), np.isclose(x, long)
+    u = np.zeros((mesh.n_nodes, 3))
+    u[:, 0] = np.where(left, -z, np.where(right, z, 0.0))
+    held = np.zeros((mesh.n_nodes, 3), dtype=bool)
+    held[left | right, 0] = True
+    for end in (left, right):
+        held[np.flatnonzero(end)[np.argmin((y + z)[end])], 1:] = True
+    held[np.flatnonzero(left)[np.argmax((y - z)[left])], 2] = True
+    K = assemble(mesh, Material(young=1.0, poisson=0.3, density=1.0)).stiffness
+    free = ~held.ravel()
+    flat = u.ravel()
+    flat[free] = spsolve(K[free][:, free].tocsc(), -(K[free][:, ~free] @ flat[~free]))
+    inertia = high**4 / 12.0
+    return float(flat @ K @ flat) / 2.0 / (0.5 * inertia * (2.0 / long) ** 2 * long)
+
+
+def test_quadratic_ones_differ_by_less_the_more_cubic_they_are():
+    flat, cube = (box((2.0, 2.0, height), (1, 1, 1), "hex20") for height in (1.0, 2.0))
+    said = [next(variant_warnings(m, {"hex20": {"CHEXA of 20 nodes": 1}}, "m")) for m in (flat, cube)]
+    assert [re.search(r"some (\S+) % too high", text).group(1) for text in said] == ["2", "0.6"]
+
+
+def test_bricks_of_one_point_are_refused_with_their_number():
+    with pytest.raises(
+        InputError, match=r"m: 2 elements of type SOLID185 with KEYOPT\(2\) = 1 have one point"
+    ) as raised:
+        list(variant_warnings(MESH, {"hex8": {"SOLID185 with KEYOPT(2) = 1": 2, "C3D8R": 1, "C3D8": 1}}, "m"))
+    assert len(raised.value.sentences) == 2

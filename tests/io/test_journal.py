@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 from pathlib import Path
 
 import pytest
 from helpers.results import LAYOUT, point
 
 from slipstick.errors import InputError
-from slipstick.io.journal import journal_of, read_journal
+from slipstick.io import journal as journal_module
+from slipstick.io.journal import Journal, journal_of, read_journal
 from slipstick.io.store import ResultStore
 
 
@@ -50,4 +53,59 @@ def test_a_torn_or_damaged_record_ends_the_journal(tmp_path: Path) -> None:
 def test_a_foreign_journal_is_refused_with_a_sentence(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "j").write_bytes(content)
     with pytest.raises(InputError, match="not a journal of slipstick"):
+        read_journal(tmp_path / "j")
+
+
+def test_a_system_that_writes_a_few_bytes_at_a_time_loses_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = os.write
+    monkeypatch.setattr(journal_module.os, "write", lambda file, data: whole(file, bytes(data)[:7]))
+    journal = Journal(tmp_path / "j", LAYOUT, {"run": 1})
+    for i in range(3):
+        journal.append(LAYOUT.pack(point(i)), {"note": i})
+    journal.close(remove=False)
+    found = read_journal(tmp_path / "j")
+    assert LAYOUT.unpack(found.rows)["omega"].tolist() == [0.0, 1.0, 2.0]
+    assert len(found.ends) == 4
+    assert found.ends[-1] == (tmp_path / "j").stat().st_size
+    assert found.about == {"run": 1}
+
+
+def test_points_are_brought_to_the_disk_in_a_tenth_of_the_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Clock:
+        now = 0.0
+
+        def perf_counter(self) -> float:
+            return self.now
+
+    clock, synced = Clock(), []
+
+    def fsync(file: int) -> None:
+        clock.now += 1.0
+        synced.append(clock.now)
+
+    journal = Journal(tmp_path / "j", LAYOUT)
+    monkeypatch.setattr(journal_module, "time", clock)
+    monkeypatch.setattr(journal_module.os, "fsync", fsync)
+    journal._when = 0.0
+    for i in range(60):
+        clock.now += 0.5
+        journal.append(LAYOUT.pack(point(i)))
+    assert synced[0] == 1.5  # the first point at once
+    assert all(10.0 < wait < 12.0 for wait in (b - a for a, b in itertools.pairwise(synced)))
+    before = len(synced)
+    journal.close(remove=False)
+    assert len(synced) == before + 1  # and all of them at the end
+    journal.close(remove=True)
+    assert not (tmp_path / "j").exists()
+
+
+def test_what_is_too_large_to_be_a_journal_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    journal = Journal(tmp_path / "j", LAYOUT)
+    journal.append(LAYOUT.pack(point(0)))
+    journal.close(remove=False)
+    size = (tmp_path / "j").stat().st_size
+    monkeypatch.setattr(journal_module, "_LARGEST_FILE", size)
+    assert len(read_journal(tmp_path / "j").rows) == 1
+    monkeypatch.setattr(journal_module, "_LARGEST_FILE", size - 1)
+    with pytest.raises(InputError, match="larger than"):
         read_journal(tmp_path / "j")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from scipy import sparse
 
 import slipstick as ss
 from slipstick.io.netcdf import read_netcdf
+from slipstick.io.problem import describe, fingerprint
 from slipstick.structure.modal import LoadShape
 
 CURVE = ss.FrictionCurve(temperature=[25, 4000], mu=[0.5, 0.4], interpolation="natural")
@@ -225,3 +226,16 @@ def test_where_nothing_can_be_written(tmp_path: Path) -> None:
         saved(oscillator(), tmp_path / "none")
     with pytest.raises(ss.InputError, match="save: found 5; expected the path of a results file"):
         ss.linear_response(oscillator(), omega=3.0).save(5)
+
+
+def test_what_is_code_inside_a_part_is_told_where_it_is() -> None:
+    class Mine(ss.FrictionCurve):
+        """Of one's own."""
+
+    problem = heated()
+    assert problem.thermal is not None
+    other = replace(problem.thermal, curve=Mine(temperature=[0.0, 100.0], mu=[0.3, 0.2]))
+    group = describe(replace(problem, thermal=other))
+    assert group.variables == {}
+    assert list(group.attributes.values()) == ["thermal.curve: a Mine is code and not numbers"]
+    assert fingerprint(replace(problem, thermal=other)) != fingerprint(problem)

@@ -15,12 +15,13 @@ import pytest
 import xarray
 from helpers.results import LAYOUT, opened, point
 
-from slipstick.errors import InputError
+from slipstick.errors import InputError, Outcome
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore, save_dataset
+from slipstick.results.branch import Branch
 
 
 def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:
@@ -167,9 +168,130 @@ def test_a_failing_final_write_keeps_the_older_file_and_the_journal(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["r.nc", "r.nc.journal"]
 
 
+def test_what_could_not_be_written_at_the_end_is_written_when_there_is_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "r.nc"
+    store = ResultStore(path, LAYOUT)
+    store.append(point(0))
+    with monkeypatch.context() as patch:
+        patch.setattr(store_module, "write_netcdf", no_room)
+        with pytest.raises(OSError, match="No space left"):
+            store.close({"outcome": "completed"})
+    store.close()
+    assert opened(path).attrs["outcome"] == "completed"
+    assert [p.name for p in tmp_path.iterdir()] == ["r.nc"]
+
+
+def no_room(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+class Clock:
+    """Time that passes when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+
+def test_after_a_failure_it_is_tried_again_later_each_time_twice_as_late(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, tries = Clock(), []
+    monkeypatch.setattr(store_module, "time", clock)
+    store = ResultStore(tmp_path / "r.nc", LAYOUT)
+
+    def full(*_: object) -> None:
+        tries.append(clock.now)
+        no_room()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store_module, "write_netcdf", full)
+        for i in range(80):  # a point every tenth of a second
+            clock.now += 0.1
+            store.append(point(i))
+    waits = np.diff(tries)
+    assert len(tries) > 2
+    np.testing.assert_allclose(waits, 2.0 ** np.arange(len(waits)), atol=0.11)
+    clock.now += 100.0
+    store.append(point(80))
+    assert opened(tmp_path / "r.nc").sizes["point"] == 81
+    store.close()
+
+
+def test_the_file_is_renewed_in_a_tenth_of_the_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each renewal takes a second of a clock that points take half a second of."""
+    clock, renewed = Clock(), []
+    monkeypatch.setattr(store_module, "time", clock)
+    whole = store_module.write_netcdf
+
+    def slow(*given: object) -> None:
+        whole(*given)  # type: ignore[arg-type]
+        clock.now += 1.0
+        renewed.append(clock.now)
+
+    monkeypatch.setattr(store_module, "write_netcdf", slow)
+    store = ResultStore(tmp_path / "r.nc", LAYOUT)
+    for i in range(100):
+        clock.now += 0.5
+        store.append(point(i))
+    assert 0.05 < len(renewed) / clock.now < 0.11
+    before = len(renewed)
+    store.write()
+    store.write()
+    assert len(renewed) <= before + 1  # what is written already is not written again
+    store.close()
+
+
+def test_a_run_that_goes_on_keeps_so_many_points_and_their_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "r.nc"
+    first = ResultStore(path, LAYOUT, about={"run": "first"})
+    for i in range(4):
+        first.append(point(i))
+    first.close(finished=False)
+    recorded = read_journal(journal_of(path))
+    with monkeypatch.context() as patch:
+        patch.setattr(store_module, "write_netcdf", no_room)
+        with pytest.raises(OSError, match="No space left"):
+            ResultStore(path, LAYOUT, recorded=recorded, keep=4)
+        assert len(read_journal(journal_of(path)).rows) == 4  # what is to be gone on with is not thrown away
+        with pytest.raises(OSError, match="No space left"):
+            ResultStore(tmp_path / "new.nc", LAYOUT)
+        assert not journal_of(tmp_path / "new.nc").exists()
+    second = ResultStore(path, LAYOUT, about={"run": "second"}, recorded=recorded, keep=2)
+    assert len(second) == 2
+    second.append(point(9))
+    found = read_journal(journal_of(path))
+    assert found.about == {"run": "first"}
+    assert [LAYOUT.unpack(found.rows)["omega"][i] for i in range(3)] == [0.0, 1.0, 9.0]
+    second.close()
+    assert opened(path)["omega"].values.tolist() == [0.0, 1.0, 9.0]
+
+
 def test_an_unwritable_place_is_told_on_opening(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         ResultStore(tmp_path / "missing" / "r.nc", LAYOUT)
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("odd"), "odd")],
+)
+def test_why_a_branch_could_not_be_saved_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, reason: str
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(store_module, "write_netcdf", broken)
+    made = Branch(xarray.Dataset({"omega": ("point", [1.0, 2.0])}), Outcome.COMPLETED)
+    with pytest.raises(InputError, match=rf"b.nc: cannot be written \({reason}\); choose another place"):
+        store_module.save_branch(made, tmp_path / "b.nc")
 
 
 def test_save_replaces_only_by_a_complete_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -75,3 +75,18 @@ def test_named_dofs_are_kept_without_a_surface(model):
 def test_what_cannot_be_asked(model, options, said):
     with pytest.raises(InputError, match=said):
         ss.reduced_body(model, **options)
+
+
+@pytest.mark.parametrize("contacts", [np.zeros((2, 2)), np.zeros((2, 3, 1)), np.zeros((0, 3)), [], [1.5]])
+def test_contacts_that_are_neither_labels_nor_positions(model, contacts):
+    with pytest.raises(InputError, match="contacts"):
+        ss.reduced_body(model, surface="y1", contacts=contacts, modes=5)
+
+
+def test_contacts_by_label_and_by_position_are_the_same(model):
+    mesh = model.mesh
+    surface = mesh.surface("y1").nodes[[0, 5, 9]]
+    by_label = ss.reduced_body(model, surface="y1", contacts=mesh.labels[surface].tolist(), modes=5)
+    by_place = ss.reduced_body(model, surface="y1", contacts=mesh.nodes[surface], modes=5)
+    np.testing.assert_allclose(by_label.points.positions, mesh.nodes[surface], atol=1e-12)
+    np.testing.assert_allclose(by_place.points.positions, by_label.points.positions, atol=1e-12)

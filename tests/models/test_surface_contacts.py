@@ -147,3 +147,10 @@ def test_faults_about_an_axis(body: ReducedBody, options: dict[str, object], sai
     with pytest.raises(InputError) as raised:
         ss.surface_contacts(body, **{"contact": LAW, "direction": (1, 0, 0), **options})
     assert said in str(raised.value)
+
+
+def test_a_law_that_is_none_is_told_with_what_was_expected(body):
+    with pytest.raises(InputError) as raised:
+        ss.surface_contacts(body, contact=3, direction=(1, 0, 0))
+    (fault,) = raised.value.faults
+    assert (fault.found, fault.expected) == ("3", "ss.FrictionContact(...), or a law")

@@ -17,6 +17,7 @@ def test_branches_are_compared_by_label() -> None:
     ]  # fmt: skip
     assert bottom.get_xlabel() == "Principal frequency [rad/s]"
     assert title(top) == "Chain (x1)"
+    assert [ax.get_legend() is None for ax in (top, middle, bottom)] == [False, True, True]  # said once
     for k, b in enumerate((branch(), branch(5.0))):
         np.testing.assert_array_equal(drawn(top.lines[k])[1], b.dataset["amplitude"].sel(dof="x1"))
         np.testing.assert_allclose(drawn(bottom.lines[k])[1], b.dataset["dissipated_power"].sum("contact"))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from helpers.figures import drawn, named
 
@@ -28,6 +29,14 @@ def test_damping_over_amplitude():
     own = mode()
     x, y = drawn(ss.plots.damping(own).lines[0])
     assert (x[-1], y[-1]) == pytest.approx((10.0, float(own.dataset.modal_damping[-1])))
+
+
+def test_amplitudes_of_more_than_a_decade_are_drawn_on_a_logarithm():
+    own = mode().dataset
+    size = own.sizes["point"]
+    for last, scale in ((9.9, "linear"), (10.1, "log")):
+        data = own.assign(modal_amplitude=("point", np.linspace(1.0, last, size), own.modal_amplitude.attrs))
+        assert ss.plots.damping(data).get_xscale() == scale
 
 
 def test_other_branches_are_refused():

@@ -46,6 +46,11 @@ def test_the_largest_multiplier_is_drawn_with_the_limit() -> None:
     ax = plots.stability(with_stability())
     assert any((np.asarray(line.get_ydata()) == 1.0).all() for line in ax.lines)
     assert ax.get_ylabel() == "Largest magnitude"
+    (x, solid), (_, dashed) = (drawn(line) for line in ax.lines[:2])
+    np.testing.assert_array_equal(x, with_stability().omega.values)
+    np.testing.assert_array_equal(np.fmax(solid, dashed), with_stability().multiplier_max.values)
+    assert named(ax) == ["fold", "period doubling"]
+    assert named(plots.stability({"a": with_stability(), "b": with_stability()}))[:2] == ["a", "b"]
 
 
 def test_without_stability_curves_are_solid_and_multipliers_are_refused() -> None:

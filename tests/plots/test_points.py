@@ -25,6 +25,16 @@ def test_states_are_wrapped_round_the_period() -> None:
     assert named(ax) == ["stick", "slip+", "slip-", "separation"]
 
 
+@pytest.mark.parametrize(("count", "named"), [(40, 40), (41, 21), (81, 27)])
+def test_of_many_contacts_not_each_is_named(count: int, named: int) -> None:
+    ax = draw_states({f"c{i}": [(0.0, 2 * np.pi, "stick")] for i in range(count)})
+    labels = [text.get_text() for text in ax.get_yticklabels()]
+    assert len(labels) == named
+    assert labels[:2] == ["c0", f"c{-(-count // 40)}"]
+    assert ax.figure.get_figheight() == pytest.approx(1.5 + 0.3 * 40)
+    assert len(ax.patches) == count
+
+
 def test_states_of_a_point() -> None:
     point = branch().at(6.9)
     ax = branch().plot.states(point)

@@ -9,6 +9,7 @@ import pytest
 
 from slipstick import plots
 from slipstick.errors import InputError
+from slipstick.plots import study as study_module
 from slipstick.plots.style import save_figure
 from slipstick.studies.plan import make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
@@ -73,6 +74,72 @@ def test_curves_are_coloured_by_a_parameter(grid: tuple[Any, Any]) -> None:
     np.testing.assert_array_equal(lines[3].get_xdata(), curves["omega"].to_numpy()[own])
     assert lines[3].get_label() == "100"
     assert ax.get_legend().get_title().get_text() == "damper.velocity [length/time]"
+
+
+def test_values_that_are_not_all_positive_are_drawn_on_a_plain_axis(grid: tuple[Any, Any]) -> None:
+    """Also where their sizes are decades apart: a logarithm would leave out the cases at 0 and below."""
+    data, curves = grid
+    for values in ([-100.0, 1.0, 10.0], [0.0, 1.0, 100.0]):
+        other = data.assign_coords({"damper.velocity": values})
+        line = plots.study_map(other, over="damper.velocity")
+        assert line.get_xscale() == "linear"
+        mesh = plots.study_map(other)
+        assert mesh.get_xscale() == "linear"
+        edges = mesh.collections[0].get_coordinates()[0, :, 0]
+        np.testing.assert_allclose((edges[1:-1]), np.array(values[1:]) / 2 + np.array(values[:-1]) / 2)
+        assert edges[0] == pytest.approx(values[0] - (edges[1] - values[0]))
+        coloured = plots.study_curves(curves, other)
+        assert len({line.get_color() for line in coloured.lines[:-1]}) == 3  # so many values of the parameter
+    near = data.assign_coords({"damper.velocity": [1.0, 2.0, 3.0]})
+    assert plots.study_map(near, over="damper.velocity").get_xscale() == "linear"
+    assert plots.study_map(data, over="damper.velocity").get_xscale() == "log"
+
+
+def test_cells_of_a_logarithmic_map_meet_half_way_there(grid: tuple[Any, Any]) -> None:
+    edges = plots.study_map(grid[0]).collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(edges, 10.0 ** np.array([-0.5, 0.5, 1.5, 2.5]))
+
+
+def test_a_map_of_one_value_has_a_cell_around_it() -> None:
+    data, _ = made({"damper.velocity": [10.0], "damper.mu": [0.2, 0.3]})
+    mesh = plots.study_map(data).collections[0]
+    np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], [9.5, 10.5])
+    np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [0.15, 0.25, 0.35])
+
+
+def test_a_line_is_broken_where_a_case_failed_and_the_case_is_crossed(grid: tuple[Any, Any]) -> None:
+    data = grid[0].copy(deep=True)
+    ax = plots.study_map(data.isel({"damper.mu": [1]}), over="damper.velocity")
+    line, cross = ax.lines
+    assert np.isnan(line.get_ydata()).tolist() == [False, True, False]
+    assert cross.get_xdata().tolist() == [10.0]
+    assert ax.get_legend() is not None
+    assert plots.study_map(data.isel({"damper.mu": [0]}), over="damper.velocity").get_legend() is None
+
+
+def test_of_hundreds_of_curves_some_are_drawn_and_that_is_said(
+    grid: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, curves = grid
+    monkeypatch.setattr(study_module, "_FEW", 4)
+    monkeypatch.setattr(study_module, "_MOST", 3)
+    ax = plots.study_curves(curves, data)
+    assert ax.get_title() == "3 of 5 curves"
+    assert ax.get_legend() is None
+    cases = [case for case in range(6) if case != 3]  # in the order of the velocity, evenly
+    for line, case in zip(ax.lines[:-1], [cases[0], cases[2], cases[4]], strict=True):
+        own = curves["case"].to_numpy() == case
+        np.testing.assert_array_equal(line.get_xdata(), curves["omega"].to_numpy()[own])
+    assert ax.get_figure().axes[-1].get_ylabel() == "damper.velocity [length/time]"
+
+
+def test_parts_of_a_curve_are_not_joined(grid: tuple[Any, Any]) -> None:
+    data, curves = grid
+    broken = curves.copy(deep=True)
+    first = np.flatnonzero(curves["case"].to_numpy() == 0)
+    broken["branch_part"][first[5:]] = 2
+    y = plots.study_curves(broken, data).lines[0].get_ydata()
+    assert np.flatnonzero(np.isnan(y)).tolist() == [5]
 
 
 @pytest.mark.parametrize(

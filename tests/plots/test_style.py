@@ -6,10 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
 from helpers.figures import branch, dataset, named, title
 
 from slipstick import plots
-from slipstick.plots.style import COLOURS, DASHES, new_figure, styled, titled
+from slipstick.plots.style import COLOURS, DASHES, legend, new_figure, over_decades, styled, titled
 
 
 def test_long_titles_are_broken_into_lines() -> None:
@@ -35,6 +37,29 @@ def test_long_legends_stand_beside_the_axes_with_names_that_differ() -> None:
     ax.figure.canvas.draw()
     assert ax.get_legend().get_window_extent().x0 > ax.get_window_extent().x1
     assert ax.get_legend().get_window_extent().x1 < ax.figure.bbox.width
+
+
+@pytest.mark.parametrize(
+    ("entries", "beside", "last"), [(7, False, "6"), (8, True, "7"), (20, True, "19"), (21, True, "... (21 in all)")]
+)
+def test_from_how_many_entries_on_a_legend_is_another(entries: int, beside: bool, last: str) -> None:
+    ax = styled(None, "x", "y")
+    for i in range(entries):
+        ax.plot([0, 1], [0, i], label=str(i))
+    legend(ax)
+    made = ax.get_legend()
+    names = [text.get_text() for text in made.get_texts()]
+    assert (len(names), names[-1]) == (min(entries, 20), last)
+    box = made.get_bbox_to_anchor().transformed(ax.transAxes.inverted())
+    assert (box.x0 > 0.99) == beside
+
+
+def test_scales_are_logarithmic_from_two_decades_on() -> None:
+    assert over_decades([np.array([1.0, 100.0])])
+    assert not over_decades([np.array([1.0, 99.0])])
+    assert not over_decades([np.array([0.0, -5.0, 3.0, np.inf, np.nan])])
+    assert not over_decades([])
+    assert over_decades([np.array([2.0]), np.array([[0.0, 300.0]])])
 
 
 def test_every_curve_has_a_look_of_its_own() -> None:

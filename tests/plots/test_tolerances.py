@@ -35,6 +35,11 @@ def test_a_tornado_has_the_largest_on_top():
     assert title(ax).startswith("Chain (")
 
 
+def test_a_tornado_is_as_high_as_its_bars_need():
+    heights = [branch().plot.tornado(most=most).figure.get_figheight() for most in (1, 3, 6)]
+    assert heights[0] == heights[1] < heights[2]
+
+
 def test_by_default_a_tenth_of_everything():
     ax = branch().plot.tornado(most=4)
     assert len(ax.get_yticklabels()) == 4

@@ -19,12 +19,13 @@ def made() -> ss.Branch:
 
 
 def test_outcome_warnings_and_provenance(made: ss.Branch) -> None:
-    data = made.dataset.assign_attrs(warnings="one thing\nanother", case="title = 'x'", seconds=1.25)
+    data = made.dataset.assign_attrs(note="", warnings="one thing\nanother", case="title = 'x'", seconds=1.25)
     found = content_of(ss.Branch.from_dataset(data), "a", contacts=12, dofs=12)
     assert found["outcome"] == {"name": "COMPLETED", "ok": True, "text": ss.Outcome.COMPLETED.text}
     assert found["warnings"] == ["one thing", "another"]
     assert found["case"] == "title = 'x'"
     about = dict(found["about"])
+    assert all(about.values())  # what is empty is not listed
     assert about["seconds"] == "1.25"
     assert about["slipstick version"] == ss.__version__
     assert about["Newton iterations"] == str(int(data["newton_iterations"].sum()))

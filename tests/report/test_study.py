@@ -59,6 +59,10 @@ def test_a_study_leaves_its_report(folder: Path) -> None:
     assert values(content["parameters"][1]["values"], store).tolist() == [0.5, 1.0] * 3
     peaks = study["peak_amplitude"].sel(dof="x").to_numpy().ravel()
     np.testing.assert_array_equal(values(content["dofs"][0]["peak"], store), peaks)
+    at = study["peak_omega"].sel(dof="x").to_numpy().ravel()
+    np.testing.assert_array_equal(values(content["dofs"][0]["at"], store), at)
+    assert [case["seconds"] for case in content["cases"]] == study["seconds"].to_numpy().ravel().tolist()
+    assert [case["points"] for case in content["cases"]] == study["points"].to_numpy().ravel().tolist()
     own = content["curves"][3]
     assert own["case"] == 3
     of_case = curves["case"].to_numpy() == 3

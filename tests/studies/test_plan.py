@@ -43,6 +43,15 @@ def test_samples_fill_their_ranges_and_follow_from_the_seed(problem: ss.Problem,
         assert sorted(np.floor(64 * unit).astype(int).tolist()) == list(range(64))
 
 
+def test_samples_of_a_logarithmic_range_fill_its_logarithm(problem: ss.Problem) -> None:
+    given = {"damper.velocity": {"from": 10.0, "to": 1e4, "spacing": "log"}, "damper.mu": [0.2, 0.4]}
+    plan = make_plan(problem, given, method="latin-hypercube", samples=30, seed=3)
+    velocity, mu = plan.values.T
+    thirds = np.floor((np.log10(velocity) - 1.0) * 10.0)  # one sample in each of thirty equal parts
+    assert sorted(thirds.tolist()) == list(range(30))
+    assert sorted(np.floor((mu - 0.2) * 150.0).tolist()) == list(range(30))
+
+
 def test_sobol_samples_that_do_not_fill_evenly_are_told(problem: ss.Problem) -> None:
     plan = make_plan(problem, {"damper.mu": [0.1, 0.4]}, method="sobol", samples=100)
     assert plan.warnings == (

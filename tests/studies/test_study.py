@@ -57,6 +57,32 @@ def test_a_folder_keeps_it_and_only_what_is_not_there_is_computed(problem: ss.Pr
     assert numbers(load_dataset(tmp_path / "study.nc")).identical(numbers(found))
 
 
+@pytest.mark.parametrize("lost", ["study.nc", "curves.nc"])
+def test_a_file_that_was_lost_is_made_again_from_the_cases(
+    problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str
+) -> None:
+    """A study with a case that failed keeps its journal; nothing is computed twice."""
+    monkeypatch.setattr(
+        workers,
+        "solve",
+        lambda job, plan, case, own=workers.solve: (
+            own(job, plan, case) if case == 0 else workers.CaseSolved.failed(case, "it broke")
+        ),
+    )
+    given = {"damper.velocity": [10.0, 30.0]}
+    first = ss.study(problem, given, omega=(5.0, 7.0), workers=1, folder=tmp_path)
+    kept = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    assert {"study.nc", "curves.nc", "study.journal"} == set(kept)
+    (tmp_path / lost).unlink()
+    heard: list[CaseDone] = []
+    again = ss.study(problem, given, omega=(5.0, 7.0), workers=1, folder=tmp_path, listeners=heard.append)
+    assert heard == []
+    assert again.identical(first)
+    assert (tmp_path / lost).exists()
+    assert first.attrs["outcome"] == "FAILED"
+    assert first["message"].to_numpy().tolist()[1] == "it broke"
+
+
 def test_order_does_not_matter(problem: ss.Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = workers.solutions
     forward = ss.study(problem, GIVEN, omega=(5.0, 7.0), workers=1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,3 +56,14 @@ def test_curves_lie_one_after_another(job: Job) -> None:
     one = curves.isel(point=curves["case"].to_numpy() == 4)
     assert float(one["amplitude"].max()) == found[4].row["peak_amplitude"][0]
     assert curves_dataset(job, {}, {}).sizes["point"] == 0
+
+
+def test_so_many_warnings_are_kept_each_once(job: Job) -> None:
+    plan = make_plan(job.problem, {"damper.mu": [0.2, 0.3]})
+    failed = CaseSolved.failed(0, "it broke")
+    said = [replace(failed, warnings=tuple(f"w{i}" for i in range(k, k + 15))) for k in (0, 10)]
+    attributes = study_attributes(job, plan, dict(enumerate(said)), {})
+    assert attributes["warnings"].splitlines() == [f"w{i}" for i in range(20)]
+    assert "study_seed" not in attributes
+    assert attributes["outcome"] == "FAILED"
+    assert attributes["outcome_text"] == "2 of 2 cases are computed, 2 of them did not complete"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
 
@@ -95,3 +96,102 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
 def test_one_case_here_is_that_of_solve() -> None:
     [found] = in_turn(JOB, PLAN, [3])
     assert same(found, solve(JOB, PLAN, 3))
+
+
+class KilledWorker(Exception):
+    """By this name Dask says that a worker died too often with a task."""
+
+
+class Inline:
+    """A client whose tasks are done at once, or end with what is in ``ends``, call by call."""
+
+    def __init__(self, ends: dict[int, list[Exception]] | None = None) -> None:
+        self.sent: list[int] = []
+        self.released = 0
+        self._ends = ends or {}
+
+    def nthreads(self) -> dict[str, int]:
+        return {"a": 1, "b": 1}
+
+    def submit(self, function: Any, *given: Any, pure: bool) -> Any:
+        assert not pure
+        if function is not workers._solve_shared:
+            return function(*given)
+        case = given[1]
+        self.sent.append(case)
+        ends = self._ends.get(case, [])
+        error = ends.pop(0) if ends else None
+        return Done(self, f"{case}-{len(self.sent)}", case, error)
+
+
+class Done:
+    def __init__(self, client: Inline, key: str, case: int, error: Exception | None) -> None:
+        self.client, self.key, self.case, self.error = client, key, case, error
+
+    def add_done_callback(self, called: Any) -> None:
+        called(self)
+
+    def result(self) -> CaseSolved:
+        if self.error is not None:
+            raise self.error
+        return CaseSolved.failed(self.case, "done")
+
+    def release(self) -> None:
+        self.client.released += 1
+
+
+def test_so_many_cases_are_sent_ahead_and_one_for_each_that_is_done() -> None:
+    client = Inline()
+    cases = workers.on_cluster(client, None, None, range(20))  # type: ignore[arg-type]
+    sent = []
+    for number, solved in enumerate(cases, 1):
+        assert solved.row["case"] == number - 1
+        sent.append(len(client.sent))
+    assert sent == [min(20, 8 + number) for number in range(1, 21)]  # four for each of two processors
+    assert client.released == 20
+
+
+def test_a_client_that_is_there_computes_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(workers, "local_workers", refuse)
+    monkeypatch.setattr(workers, "solve", refuse)
+    client: Any = Inline()
+    assert [c.row["case"] for c in solutions(JOB, PLAN, [2, 0], client=client, workers=7)] == [2, 0]
+    assert client.sent == [2, 0]
+
+
+@pytest.mark.parametrize(("asked", "todo", "started"), [(3, 5, 3), (3, 2, 2), (1, 5, 0), (None, 5, 4), (None, 1, 0)])
+def test_so_many_workers_are_started(
+    monkeypatch: pytest.MonkeyPatch, asked: int | None, todo: int, started: int
+) -> None:
+    """As many as asked for, or as processors, never more than cases; the first case tells whether it is worth it."""
+    counts: list[int] = []
+
+    @contextmanager
+    def local(count: int) -> Iterator[Any]:
+        counts.append(count)
+        yield Inline()
+
+    monkeypatch.setattr(workers, "local_workers", local)
+    monkeypatch.setattr(workers, "cores", lambda: 4)
+    monkeypatch.setattr(workers, "WORTH", 0.0)
+    monkeypatch.setattr(workers, "solve", lambda job, plan, case: CaseSolved.failed(case, "here"))
+    found = list(solutions(JOB, PLAN, range(todo), workers=asked))
+    assert sorted(c.row["case"] for c in found) == list(range(todo))
+    assert counts == ([started] if started else [])
+    here = sum(c.message == "here" for c in found)
+    assert here == (todo if not started else 1 if asked is None else 0)
+
+
+def test_a_case_whose_worker_dies_is_computed_once_more_after_the_others() -> None:
+    died = KilledWorker("task")
+    client = Inline({1: [died], 3: [died, died], 4: [ValueError("odd\nmore")]})
+    found = {c.row["case"]: c for c in workers.on_cluster(client, None, None, range(6))}  # type: ignore[arg-type]
+    assert list(found) == [0, 2, 4, 5, 1, 3]
+    assert client.sent == [0, 1, 2, 3, 4, 5, 1, 3]
+    assert found[1].message == "done"
+    assert found[3].message.startswith("the worker that computed it was killed, or ran out of memory")
+    assert found[4].message == "the worker that computed it failed (ValueError: odd)"
+    assert client.released == 8

@@ -73,6 +73,20 @@ def test_own_table_for_each_parameter() -> None:
     assert mixed.kt(1.5) == pytest.approx(2.75)
 
 
+@pytest.mark.parametrize("name", ["mu", "kt", "kn"])
+def test_each_parameter_has_its_own_value_and_derivative(name: str) -> None:
+    tables = {
+        "mu": [[0.0, 0.4], [100.0, 0.3], [300.0, 0.1]], "kt": [[0.0, 9e6], [200.0, 7e6], [300.0, 2e6]],
+        "kn": [[0.0, 5e7], [150.0, 6e7], [300.0, 4e7]],
+    }  # fmt: skip
+    curve = FrictionCurve(**tables)
+    at, step = np.array([20.0, 120.0, 250.0]), 1e-3
+    value, slope = getattr(curve, name), getattr(curve, f"d{name}")
+    rows = np.array(tables[name])
+    np.testing.assert_allclose(value(rows[:, 0]), rows[:, 1], rtol=1e-12)
+    np.testing.assert_allclose(slope(at), (value(at + step) - value(at - step)) / (2 * step), rtol=1e-6)
+
+
 @pytest.mark.parametrize("wrong", [24.9, 800.1])
 def test_never_extrapolates(wrong: float) -> None:
     with pytest.raises(InputError, match=r"mu: temperature .* lies outside its table, 25 to 800"):

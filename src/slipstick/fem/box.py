@@ -6,7 +6,7 @@ import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import surface_where
-from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC
+from slipstick.fem.elements import ELEMENTS, LINEAR_TO_QUADRATIC, REDUCED
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
 from slipstick.typing import IntArray
@@ -31,7 +31,8 @@ def box(size: tuple[float, float, float], divisions: tuple[int, int, int], kind:
         raise InputError(f"box: element type '{kind}' is not known; known are {', '.join(ELEMENTS)}")
     if min(divisions) < 1 or not min(size) > 0.0:
         raise InputError(f"box: size {size} and divisions {divisions} must be positive")
-    linear = {q: name for name, q in LINEAR_TO_QUADRATIC.items()}.get(kind, kind)
+    alike = REDUCED.get(kind, kind)
+    linear = {q: name for name, q in LINEAR_TO_QUADRATIC.items()}.get(alike, alike)
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, divisions, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     cells = _cells(divisions)
@@ -43,7 +44,8 @@ def box(size: tuple[float, float, float], divisions: tuple[int, int, int], kind:
     else:
         block = np.concatenate([cells[:, list(corners)] for corners in _SPLITS[linear]])
     mesh = Mesh(nodes=nodes, blocks={linear: block})
-    return _with_sides(quadratic(mesh) if kind != linear else mesh, size)
+    mesh = quadratic(mesh) if alike != linear else mesh
+    return _with_sides(Mesh(nodes=mesh.nodes, blocks={kind: mesh.blocks[alike]}), size)
 
 
 def _cells(divisions: tuple[int, int, int]) -> IntArray:

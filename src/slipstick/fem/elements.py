@@ -7,8 +7,11 @@ the bottom runs counter-clockwise seen from the top. Faces are numbered as Calcu
 counter-clockwise seen from outside, so that their normals point outwards.
 
 Integration: full (hex8 2x2x2, hex20 3x3x3, wedge15 9, tet10 4 points); mass with the rule that is exact on
-straight-sided elements (hex20 27, wedge15 21, tet10 15 points). The linear elements lock in bending: use the quadratic
-ones for stress and vibration (``quadratic`` in refine.py turns a linear mesh into a quadratic one).
+straight-sided elements (hex20 27, wedge15 21, tet10 15 points). hex20r is hex20 with 2x2x2 points for the stiffness, as
+C3D20R of Abaqus and SOLID186 of Ansys (Theory Reference 13.186) with their mass of 27 points; alone it has six motions
+without strain at those points besides the rigid ones (``hourglass_warnings`` in geometry.py). The linear elements lock
+in bending: use the quadratic ones for stress and vibration (``quadratic`` in refine.py turns a linear mesh into a
+quadratic one).
 """
 
 from __future__ import annotations
@@ -124,6 +127,7 @@ ELEMENTS: dict[str, Element] = {
     for e in (
         _element("hex8", "hex", 1, (serendipity(3, 1),), (gauss(2, 3), gauss(2, 3))),
         _element("hex20", "hex", 2, (serendipity(3, 2),), (gauss(3, 3), gauss(3, 3))),
+        _element("hex20r", "hex", 2, (serendipity(3, 2),), (gauss(2, 3), gauss(3, 3))),
         _element("tet4", "tet", 1, (total_degree(3, 1),), (tetrahedron(1), tetrahedron(4))),
         _element("tet10", "tet", 2, (total_degree(3, 2),), (tetrahedron(4), tetrahedron(15))),
         _element("wedge6", "wedge", 1, (wedge(1),), (prism(3, 2), prism(3, 2))),
@@ -149,3 +153,6 @@ FACES: dict[str, Element] = {
 
 LINEAR_TO_QUADRATIC = {"hex8": "hex20", "tet4": "tet10", "wedge6": "wedge15", "pyramid5": "pyramid13"}
 """Names of the linear elements and of the quadratic ones with the same corners."""
+
+REDUCED = {"hex20r": "hex20"}
+"""Elements with fewer points for the stiffness, and those they are like in everything else."""

@@ -16,6 +16,7 @@ from slipstick.fem.dof_names import names_dofs
 from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import NodeAxes
+from slipstick.fem.hourglass import hourglass_warnings
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped, with_lumped
 from slipstick.fem.materials import Material
@@ -193,6 +194,7 @@ def assemble_mesh(
             *imported.warnings,
             *refine.linear_warnings(mesh, source),
             *variant_warnings(mesh, imported.variants, source),
+            *hourglass_warnings(mesh, source),
             *material_warnings(imported.materials, material, source),
         ),
     )

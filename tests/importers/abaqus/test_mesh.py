@@ -1,19 +1,24 @@
 """Meshes of input files written here: their matrices against those of CalculiX, their sets, materials, supports."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.abaqus import STEEL, needs_ccx, run, skewed, write_input
+from scipy.sparse.linalg import eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.box import box
+from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.mesh import Mesh
+from slipstick.fem.quadrature import gauss
 from slipstick.importers.mesh_files import read_mesh
 from slipstick.importers.read_model import read_model
 from slipstick.importers.roles import ImportOptions
 
 
 @needs_ccx
-@pytest.mark.parametrize("kind", ["hex20", "tet10", "wedge15", "tet4"])
+@pytest.mark.parametrize("kind", ["hex20", "hex20r", "tet10", "wedge15", "tet4"])
 def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
     """Same elements, same integration of the stiffness: equal to the 14 digits of the file, dof by dof."""
     write_input(tmp_path / "job.inp", skewed(kind), step="*FREQUENCY, SOLVER=MATRIXSTORAGE\n6")
@@ -22,6 +27,33 @@ def test_the_mesh_alone_assembles_to_calculix_matrices(tmp_path, kind):
     assert sorted(ours.dofs) == sorted(theirs.dofs)
     rows = [ours.index(dof) for dof in theirs.dofs]
     assert abs(ours.K[rows][:, rows] - theirs.K).max() < 1e-12 * abs(theirs.K).max()
+
+
+# the first six eigenvalues that CalculiX 2.20 (Debian) prints for the file that `write_input` writes of this mesh
+CALCULIX = np.array([664513600.0, 8963832000.0, 15736210000.0, 19933900000.0, 41661890000.0, 58467390000.0])
+
+
+def test_frequencies_of_reduced_bricks_are_those_of_calculix(tmp_path, monkeypatch):
+    """With its 8 points for the mass to the digits printed; with our 27, as Abaqus has, the first one to 1e-4."""
+    write_input(tmp_path / "m.inp", skewed("hex20r", (3, 2, 2)), step="*FREQUENCY\n6")
+    exact = read_model(tmp_path / "m.inp")
+    assert exact.warnings == ()
+    assert any("the mass of C3D20R is integrated exactly" in note for note in exact.notes)
+    monkeypatch.setitem(ELEMENTS, "hex20r", replace(ELEMENTS["hex20r"], mass_rule=gauss(2, 3)))
+    alike = read_model(tmp_path / "m.inp")
+    squares = [np.sort(eigsh(m.K, 6, m.M, sigma=0.0, return_eigenvectors=False)) for m in (alike, exact)]
+    np.testing.assert_allclose(np.sqrt(squares[0]), np.sqrt(CALCULIX), rtol=3e-7)
+    assert np.sqrt(squares[1][0]) == pytest.approx(np.sqrt(CALCULIX[0]), rel=1e-4)
+    assert np.all(squares[1] < squares[0])  # points that miss mass make it lighter, never heavier
+
+
+def test_bricks_of_one_point_are_refused_unless_they_become_quadratic(tmp_path):
+    write_input(tmp_path / "m.inp", skewed("hex8"), step="*FREQUENCY\n6")
+    text = (tmp_path / "m.inp").read_text()
+    (tmp_path / "m.inp").write_text(text.replace("TYPE=C3D8,", "TYPE=C3D8R,"))
+    with pytest.raises(InputError, match=r"6 elements of type C3D8R have one point each .* times too stiff in bending"):
+        read_model(tmp_path / "m.inp", quiet=True)
+    assert read_model(tmp_path / "m.inp", ImportOptions(quadratic=True)).warnings == ()
 
 
 def test_input_file_sets_surfaces_materials(tmp_path):

@@ -20,7 +20,7 @@ def test_full_holds_the_modes_that_ansys_computed(shipped):
 
     model = read_model(shipped / "file.full")
     mesh = read_mesh(shipped / "HexBeam.cdb").mesh
-    elements = mesh.labels[mesh.blocks["hex20"]]
+    elements = mesh.labels[mesh.blocks["hex20r"]]
     touching = np.unique(elements[np.isin(elements, model.constrained[:, 0]).any(axis=1)])
     inner = ~np.isin(model.dof_nodes, touching)
     result = read_binary(str(shipped / "file.rst"))

@@ -66,6 +66,24 @@ def test_the_same_answers_as_a_dense_one(both, transposed):
         assert not iterative.singular
 
 
+def test_the_preconditioner_with_a_border_is_the_bordered_one(both):
+    """Exact where the inner one is; its transpose is its transpose. A wrong one would only be slower."""
+    J, dense = both
+    rng = np.random.default_rng(2)
+    column, row, x, y = rng.standard_normal(12), rng.standard_normal(13), *rng.standard_normal((2, 13))
+    bordered = J.bordered(column, row)
+    assert bordered.precondition(x) @ y == pytest.approx(x @ bordered.precondition(y, transposed=True), rel=1e-9)
+    J.P = J.A
+    exact = J.bordered(column, row)
+    for transposed in (False, True):
+        right = dense.bordered(column, row).multiply(x, transposed=transposed)
+        np.testing.assert_allclose(exact.precondition(right, transposed=transposed), x, atol=1e-9)
+        before = exact.products
+        exact.solve(right, transposed=transposed)
+        assert exact.products - before <= 2
+    assert exact.preconditioner_sign == dense.bordered(column, row).sign()
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_the_sign_of_the_determinant(seed):
     rng = np.random.default_rng(seed)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from slipstick.errors import InputError
 from slipstick.solve.linear import krylov
@@ -62,3 +62,19 @@ def test_directions_that_vanish_become_random_ones():
 def test_an_indefinite_mass_is_said():
     with pytest.raises(InputError, match="the mass matrix is indefinite"):
         iteration(mass=np.diag(np.linspace(-3.0, 1.0, N)))
+
+
+def test_a_restart_of_a_large_basis_goes_piece_by_piece():
+    """20 000 rows in more than one piece: the basis stays orthonormal and keeps the best Ritz vectors."""
+    n = 20_000
+    stiffness, mass = np.arange(1.0, n + 1.0), np.linspace(1.0, 2.0, n)
+    it = Iteration(lambda B: B / stiffness[:, None], diags_array(mass).tocsr(), 4)
+    for _ in range(8):
+        it.make_room(16, 8)
+        it.step()
+    V = it.V[:, : it.m]
+    np.testing.assert_allclose(V.T @ (mass[:, None] * V), np.eye(it.m), atol=1e-10)
+    theta, Y, _ = it.ritz()
+    np.testing.assert_allclose(theta[:2], np.sort(mass / stiffness)[::-1][:2], rtol=1e-6)
+    first = V @ Y[:, 0]
+    assert abs(first[0]) * np.sqrt(mass[0]) == pytest.approx(1.0, rel=1e-6)

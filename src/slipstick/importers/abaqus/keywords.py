@@ -145,15 +145,18 @@ KEYWORD_PARAMETERS = {
 """Parameters that are understood; the others of these keywords are named."""
 
 _SOLIDS = {4: "tet4", 5: "pyramid5", 6: "wedge6", 8: "hex8", 10: "tet10", 15: "wedge15", 20: "hex20"}
-_SAME = {"C3D4", "C3D10", "C3D15", "C3D20"}
+_REDUCED = {"hex20": "hex20r"}
+_SAME = {"C3D4", "C3D10", "C3D15", "C3D20", "C3D20R"}
 
 
 def solid_type(name: str) -> tuple[str, bool] | None:
     """Our element for an element type, and whether it is the same; None for what is no solid.
 
     >>> solid_type("C3D20"), solid_type("C3D20R"), solid_type("DC3D8"), solid_type("S8R")
-    (('hex20', True), ('hex20', False), ('hex8', False), None)
+    (('hex20', True), ('hex20r', True), ('hex8', False), None)
     """
-    found = re.fullmatch(r"D?C3D(\d+)[A-Z]*", name)
+    found = re.fullmatch(r"D?C3D(\d+)([A-Z]*)", name)
     kind = _SOLIDS.get(int(found.group(1))) if found else None
-    return (kind, name in _SAME) if kind else None
+    if found is None or kind is None:
+        return None
+    return _REDUCED.get(kind, kind) if "R" in found.group(2) else kind, name in _SAME

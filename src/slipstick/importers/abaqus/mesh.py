@@ -68,10 +68,10 @@ def read_input(path: Path) -> MeshModel:
 
 def _mass_note(mesh: Mesh, path: Path) -> tuple[str, ...]:
     """Elements whose mass CalculiX integrates with fewer points."""
-    names = {"tet10": "C3D10", "wedge15": "C3D15"}
+    names = {"tet10": "C3D10", "wedge15": "C3D15", "hex20r": "C3D20R"}
     found = [name for kind, name in names.items() if len(mesh.blocks.get(kind, ()))]
     what = "is integrated exactly; CalculiX takes the points of the stiffness, and its frequencies differ a little"
-    return (f"{path.name}: the mass of {' and '.join(found)} {what}",) if found else ()
+    return (f"{path.name}: the mass of {', '.join(found)} {what}",) if found else ()
 
 
 def touching(content: Content) -> tuple[str, ...]:

@@ -61,7 +61,9 @@ _KINDS = {
 }  # fmt: skip
 _WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
 """Load elements, the targets of contacts, and elements for meshing only."""
-_SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186 with KEYOPT(2) = 1"}
+_SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186", "SOLID186 with KEYOPT(2) = 1"}
+"""Integrated as here; the full SOLID186 with 14 points, exact to the same degree as our 27."""
+_REDUCED = {("SOLID186", "hex20"): "hex20r", ("SOLID95 with KEYOPT(11) = 1", "hex20"): "hex20r"}
 _UNITS = {"SI": "SI (m, kg, s)", "MKS": "m, kg, s", "CGS": "cm, g, s", "BIN": "inch, lbf, s", "BFT": "foot, slug, s"}
 _UNITS |= {"MPA": "mm, tonne, s", "UMKS": "micrometre, kg, s"}
 
@@ -246,8 +248,10 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
         given = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
         name, nodes = _shape(given, int(row[8]), path)
         nodes = with_middles(name, nodes, int(row[8]), made, first, path.name)
+        full = solid[int(row[1])]
+        name = _REDUCED.get((full, name), name)
         parts.setdefault(name, []).append((nodes, int(row[8]), int(row[0])))
-        if (full := solid[int(row[1])]) not in _SAME:
+        if full not in _SAME or name == "pyramid13":
             variants.setdefault(name, {})[full] = variants.get(name, {}).get(full, 0) + 1
     if not parts:
         raise InputError(f"{path.name}: has no solid element (types {sorted(_SOLID)} or MESH200 solids)")
