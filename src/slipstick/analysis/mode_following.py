@@ -98,8 +98,11 @@ class ModePath:
         if amplitude == self.first:
             return y, parameter
         last: Step | None = None
-        for step in self._run(y, parameter, (amplitude, self.first), []):
+        run = self._run(y, parameter, (amplitude, self.first), [])
+        for step in run:
             last = step
+        if run.error is not None:  # a fault, not a mode that cannot be found
+            raise run.error
         if last is None or last.name != _REACHED:
             return None
         exact = self._exact(last, self.first)
