@@ -26,6 +26,22 @@ def test_extremes_next_to_a_time():
     assert (near.h @ U)[0] == pytest.approx(1.4)
 
 
+def test_the_rival_of_an_extreme_is_the_largest_other_one():
+    """Two waves of different heights and what lies between: every extreme of a fine sampling of one period."""
+    h = Harmonics([0, 1, 2, 3])
+    U = np.array([9.0, 1.0, 0.2, 0.9, -0.3, 0.6, 0.1])
+    t = np.linspace(0.0, 2.0 * np.pi, 40000, endpoint=False)
+    size = np.abs(h.H_minus(t)[:, 1:] @ U[1:])
+    tops = np.sort(size[(size > np.roll(size, 1)) & (size > np.roll(size, -1))])[::-1]
+    assert len(tops) > 3
+    largest = Extreme.largest(h, U)
+    rival = largest.rival(U)
+    assert rival is not None
+    assert rival.value == pytest.approx(tops[1], rel=1e-6)
+    assert largest.ahead(U) == pytest.approx(tops[1] / tops[0] - 1.0, rel=1e-5)
+    assert rival.ahead(U) == pytest.approx(tops[0] / tops[1] - 1.0, rel=1e-5)
+
+
 @pytest.mark.parametrize("over", ["omega", "parameter"])
 @pytest.mark.parametrize("dof", ["d0", "d3"])
 def test_the_gradient_of_a_slope_is_that_of_differences(dof, over):

@@ -97,6 +97,17 @@ def test_all_faults_are_told_together(tmp_path):
     assert told(lambda: read_case(case, tmp_path)) == sorted(places, key=str)
 
 
+@pytest.mark.parametrize("stiffness", [40.0, -40.0])
+def test_contacts_on_a_surface_need_one_whether_or_not_the_matrices_are_right(tmp_path, stiffness):
+    case = deepcopy(CASE)
+    put(case, ("structure", "stiffness"), [[stiffness, 0.0], [0.0, 50.0]])
+    case["contact"].append(
+        {"name": "face", "points": "all", "direction": [1.0, 0.0, 0.0], "kt": 1.0, "mu": 0.1, "normal_load": 1.0}
+    )
+    wrong = [("contact", "face", "points")] + ([("structure", "stiffness")] if stiffness < 0 else [])
+    assert told(lambda: read_case(case, tmp_path)) == wrong
+
+
 CONTACT = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0)
 STRUCTURE = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
 WRONG: dict[tuple[str | int, ...], dict[str, Any]] = {

@@ -109,3 +109,15 @@ def test_what_is_too_large_to_be_a_journal_is_not_read(tmp_path: Path, monkeypat
     monkeypatch.setattr(journal_module, "_LARGEST_FILE", size - 1)
     with pytest.raises(InputError, match="larger than"):
         read_journal(tmp_path / "j")
+
+
+def test_a_journal_of_another_version_is_refused(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "j", LAYOUT)
+    journal.append(LAYOUT.pack(point(0)))
+    journal.close(remove=False)
+    data = (tmp_path / "j").read_bytes()
+    magic = journal_module._MAGIC.encode()
+    assert data.count(magic) == 1
+    (tmp_path / "j").write_bytes(data.replace(magic, magic[:-1] + b"1"))
+    with pytest.raises(InputError, match="not a journal of slipstick"):
+        read_journal(tmp_path / "j")

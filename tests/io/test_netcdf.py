@@ -34,6 +34,20 @@ def test_texts_bare_dimensions_and_numbers_survive(tmp_path: Path) -> None:
         assert read.attrs == {"seconds": 1.5, "points": 7, "title": "Größe", "good": 1}
 
 
+def test_attributes_of_other_writers_are_plain_numbers_where_they_are_one(tmp_path: Path) -> None:
+    """netCDF-C writes a number as an array of one."""
+    import h5py
+
+    save_dataset(xarray.Dataset({"x": ("point", [1.0, 2.0])}), tmp_path / "r.nc")
+    with h5py.File(tmp_path / "r.nc", "a") as file:
+        file.attrs["one"] = np.array([3])
+        file.attrs["two"] = np.array([1.5, 2.5])
+    read = load_dataset(tmp_path / "r.nc").attrs
+    assert read["one"] == 3
+    assert isinstance(read["one"], int)
+    assert read["two"].tolist() == [1.5, 2.5]
+
+
 def test_a_claimed_size_is_refused(tmp_path: Path) -> None:
     import h5py
 

@@ -96,3 +96,8 @@ def test_blade_converges_with_the_mesh():
     assert change[1][0] < 2e-3
     assert change[1].max() < 0.03
     assert np.all(change[1] < np.maximum(change[0], 2e-3))
+
+
+def test_modes_are_counted_or_found_by_a_range_not_both():
+    with pytest.raises(InputError, match="blade, modes: both modes and up_to are given; keep one"):
+        reduced_blade("small", modes=3, up_to=5.0)

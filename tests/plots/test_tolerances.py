@@ -5,6 +5,7 @@ import pytest
 from helpers.figures import branch, drawn, named, title
 
 import slipstick as ss
+from slipstick.plots.tolerances import highest
 
 SHARES = {"c0.mu": 0.2, "load.x0.amplitude": 0.05}
 
@@ -38,6 +39,20 @@ def test_a_tornado_has_the_largest_on_top():
 def test_a_tornado_is_as_high_as_its_bars_need():
     heights = [branch().plot.tornado(most=most).figure.get_figheight() for most in (1, 3, 6)]
     assert heights[0] == heights[1] < heights[2]
+
+
+def test_the_highest_point_is_a_located_peak_where_there_is_one():
+    own = branch()
+    size = own.dataset["amplitude"].sel(dof="x0").to_numpy()
+    data = own.dataset.copy(deep=True)
+    data["peak_dof"][:] = -1
+    data["peak_dof"][[3, 5]] = own.dof_index("x0")
+    data["amplitude"].loc[{"dof": "x0"}] = np.where(np.arange(len(size)) == 5, 0.5 * size.max(), 0.1 * size)
+    data["amplitude"].loc[{"dof": "x0"}][0] = 2.0 * size.max()  # larger, at the end of the range
+    assert highest(ss.Branch(data, own.outcome), "x0") == 5
+    data["peak_dof"][:] = -1
+    assert highest(ss.Branch(data, own.outcome), "x0") == 0
+    assert highest(ss.Branch(data.drop_vars("peak_dof"), own.outcome), "x0") == 0
 
 
 def test_by_default_a_tenth_of_everything():

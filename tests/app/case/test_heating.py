@@ -95,6 +95,17 @@ def test_influence_matrix_from_a_file(tmp_path: Path, name: str) -> None:
     np.testing.assert_array_equal(problem.heated.resistance, [[2.0, 0.5], [0.5, 3.0]])
 
 
+def test_of_two_matrices_in_a_file_the_one_by_the_plain_name_counts(tmp_path: Path) -> None:
+    first, second = np.array([[2.0, 0.5], [0.5, 3.0]]), np.eye(2)
+    np.savez(tmp_path / "heat.npz", influence=first, thermal_influence=second)
+    problem = case(
+        '[thermal]\ninfluence = "heat.npz"\nbackground = 25', contact("a", thermal=""), contact("b", thermal=""),
+        folder=tmp_path,
+    ).problem()  # fmt: skip
+    assert problem.heated is not None
+    np.testing.assert_array_equal(problem.heated.resistance, first)
+
+
 BAD = {
     "table without heat": ([contact("a", thermal="")], "mu is a table over temperature, but nothing says how warm"),
     "no resistance": (

@@ -19,6 +19,13 @@ def test_turning_back_never_lowers_the_fraction() -> None:
     assert down.fraction == 0.5
 
 
+def test_a_range_of_one_value_is_at_its_beginning() -> None:
+    position = Position(3.0, 3.0)
+    position.update(3.0)
+    assert position.fraction == 0.0
+    assert position.left is None
+
+
 def test_time_left_is_judged_by_the_pace(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
