@@ -58,6 +58,16 @@ def test_the_same_frequencies_as_an_input_file_that_says_the_same(tmp_path, name
     assert np.abs(ours / plain - 1.0).max() > 1e-4
 
 
+def test_points_from_one_to_another_are_all_between(tmp_path):
+    listed, ranged = (
+        read_model(write(tmp_path, FREE + POINT + card("RBE2", 9, 1001, 123, *points)), quiet=True)
+        for points in ((25, 26, 27, 28, 30), (25, "THRU", 28, 30))
+    )
+    assert sorted(ranged.dependent.tolist()) == sorted(listed.dependent.tolist())
+    assert ranged.dofs == listed.dofs
+    assert abs(ranged.K - listed.K).max() == 0.0
+
+
 def test_a_mass_on_a_mean_point_lies_on_all_that_it_follows(tmp_path):
     """RBE3: mass m at the mean adds m w w' to the mass matrix, and nothing to the stiffness."""
     plain = read_model(write(tmp_path, FREE), quiet=True)
