@@ -112,3 +112,14 @@ def test_no_file_cut_file_wrong_folder(cantilever, tmp_path):
         load_model(path)
     with pytest.raises(InputError, match="cannot be written"):
         save_model(cantilever, tmp_path / "no" / "such" / "folder.h5")
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_one_value_that_is_not_finite_is_enough(cantilever, tmp_path, value):
+    path = save_model(cantilever, tmp_path / "model.h5")
+    with h5py.File(path, "r+") as file:
+        data = file["K/data"][...]
+        data[7] = value
+        file["K/data"][...] = data
+    with pytest.raises(InputError, match="K holds values that are not finite"):
+        load_model(path)
