@@ -104,6 +104,8 @@ def test_the_report_verb_takes_a_study(folder: Path, tmp_path: Path) -> None:
     several = slipstick("report", folder / "study.nc", folder / "study.nc", "-o", tmp_path / "two.html")
     assert several.exit_code == 2
     assert "give a study by itself" in " ".join(several.output.split())
+    mixed = slipstick("report", folder / "curves.nc", folder / "study.nc", "-o", tmp_path / "two.html")
+    assert "give a study by itself" in " ".join(mixed.output.split())
 
 
 def test_no_report_where_none_is_wanted(tmp_path: Path) -> None:

@@ -145,3 +145,8 @@ def test_a_study_tells_stability_of_peaks_and_curves() -> None:
     assert found.peak_stable.values.tolist() == [[1, 1], [0, 0]]
     assert found.unstable_points.values[0] == 0
     assert found.unstable_points.values[1] == found.points.values[1]
+
+
+def test_a_client_that_is_none_is_told(problem: ss.Problem) -> None:
+    with pytest.raises(ss.InputError, match=r"a distributed\.Client, or None"):
+        ss.study(problem, GIVEN, omega=(5.0, 7.0), client=3)

@@ -154,3 +154,12 @@ def test_abaqus_coordinate_format_needs_a_map(tmp_path):
     with pytest.raises(InputError, match=r"both look like the matrix K.*say which is the mass"):
         read_model([files[0], tmp_path / "other.mtx"])
     assert read_model(files[0], ImportOptions(mass=tmp_path / "other.mtx", dof_map=tmp_path / "map.txt")).n_dofs == 2
+
+
+@pytest.mark.parametrize(("line", "count"), [("1 2", 2), ("1,1,1,1", 4), ("1, 2, 3, 4, 5, 6", 6)])
+def test_lines_of_another_length_are_told(tmp_path, line, count):
+    from slipstick.importers.abaqus.calculix import read_abaqus_matrices
+
+    (tmp_path / "k.mtx").write_text(f"** a matrix\n{line}\n{line}\n")
+    with pytest.raises(InputError, match=f"k.mtx: found {count} numbers a line; expected 'node, direction"):
+        read_abaqus_matrices({"K": tmp_path / "k.mtx"})

@@ -197,3 +197,16 @@ def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
     model = read_model(files)
     assert model.warnings == ()  # of an assembly here; the matrices are theirs
     assert any("not the matrices: m.inp, line 24: *DAMPING" in note for note in model.notes)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "*ELEMENT, TYPE=MASS, ELSET=P\n9, 2\n*MASS, ELSET=P\n1e-6\n",
+        "*ELEMENT, TYPE=SPRING1, ELSET=SP\n9, 2\n*SPRING, ELSET=SP\n1\n1e3\n",
+    ],
+)
+def test_masses_and_springs_that_are_read_are_not_called_left_out(tmp_path, more):
+    model = read_model(write(tmp_path, CUBE + HELD + more))
+    assert model.warnings == ()
+    assert not any("left out" in note for note in model.notes)

@@ -193,6 +193,19 @@ def test_what_is_approximated_is_warned_of(tmp_path, more, said):
     assert any(said in str(warning.message) for warning in caught)
 
 
+def test_solids_that_come_after_other_elements_are_read(tmp_path):
+    pytest.importorskip("mapdl_archive")
+    text = archive_text([list(range(1, 9)), list(range(1, 9))], 185, CUBE).replace("ET,1,185", "ET,1,185\nET,2,154")
+    lines = text.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith(f"{1:9d}{1:9d}") and line[90:99] == f"{1:9d}")
+    lines[first] = f"{1:9d}{2:9d}" + lines[first][18:]
+    (tmp_path / "two.cdb").write_text("\n".join(lines) + "\n")
+    found = read_mesh(tmp_path / "two.cdb")
+    assert {kind: len(block) for kind, block in found.mesh.blocks.items()} == {"hex8": 1}
+    assert found.mesh.element_label("hex8", 0) == 2
+    assert any("SURF154" in note for note in found.notes)
+
+
 @pytest.mark.parametrize("angles", [(30.0, 20.0, 10.0), (-70.0, 110.0, 45.0), (0.0, 90.0, 0.0), (0.0, 0.0, -15.0)])
 def test_axes_of_nodes_are_turned_about_z_then_the_new_x_then_the_new_y(tmp_path, angles):
     """Against scipy's intrinsic rotations."""
