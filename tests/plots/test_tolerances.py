@@ -34,6 +34,9 @@ def test_a_tornado_has_the_largest_on_top():
         ax.get_yticklabels()[-1].get_text() == ["c0.mu ±20 %", "load.x0.amplitude ±5 %"][int(np.argmax(abs(changes)))]
     )
     assert title(ax).startswith("Chain (")
+    more, less = ({bar.get_facecolor() for bar in bars} for bars in (ax.patches[:2], ax.patches[2:]))
+    assert len(more) == len(less) == 1
+    assert more != less
 
 
 def test_a_tornado_is_as_high_as_its_bars_need():
