@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.reports import branch
 from helpers.study_case import CASE
 from typer.testing import CliRunner, Result
 
@@ -104,7 +105,9 @@ def test_the_report_verb_takes_a_study(folder: Path, tmp_path: Path) -> None:
     several = slipstick("report", folder / "study.nc", folder / "study.nc", "-o", tmp_path / "two.html")
     assert several.exit_code == 2
     assert "give a study by itself" in " ".join(several.output.split())
-    mixed = slipstick("report", folder / "curves.nc", folder / "study.nc", "-o", tmp_path / "two.html")
+    branch().save(tmp_path / "r.nc")
+    mixed = slipstick("report", tmp_path / "r.nc", folder / "study.nc", "-o", tmp_path / "two.html")
+    assert mixed.exit_code == 2
     assert "give a study by itself" in " ".join(mixed.output.split())
 
 
