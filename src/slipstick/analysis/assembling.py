@@ -62,7 +62,7 @@ def system_of(
     equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
     gap: Array, **contacts: Any,
 ) -> FrictionSystem:  # fmt: skip
-    """The system in the orders that anything moves in; the counter surfaces' motion and loads are (..., L).
+    """The system in the orders that anything moves in; the opposing surfaces' motion and loads are (..., L).
 
     ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu`` and ``kn``, as ``FrictionSystem`` takes them.
     """

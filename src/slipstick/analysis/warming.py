@@ -182,6 +182,8 @@ class WarmContinuation(Iterator[Step]):
                     waiting.append(step)
                     continue
                 self.residual = relative_residual(step)
+                if self.residual > UNSOLVED and step.inserted and step.kind != "requested":
+                    continue  # where next to nothing moves rounding is all there is, but the branch goes on
                 if self.residual > UNSOLVED:
                     outcome = Outcome.STEP_TOO_SMALL
                     message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {self.residual:.0e})"

@@ -76,7 +76,7 @@ class Together:
     @cached_property
     def loads(self) -> Array:
         """Forces of the loads (n, n_loads, L)."""
-        return np.array([one.P for one in self._inputs]).reshape(len(self._x), self._balance.n_loads, -1)
+        return np.array([one.P for one in self._inputs]).reshape(len(self._x), self._balance.n_loads, self._balance.L)
 
     @cached_property
     def forces(self) -> Array:

@@ -53,7 +53,7 @@ class ContactsAtPoint:
     elements
         Numbers (n,) among all contacts.
     motion
-        Total motion, that of the counter surface included.
+        Total motion, that of rubbing included.
     relative
         Motion without it, (n, L) for each port.
     values

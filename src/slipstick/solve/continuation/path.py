@@ -129,6 +129,7 @@ class Continuation(Iterator[Step]):
                 outcome = Outcome.SINGULAR if new is NewtonStop.SINGULAR else Outcome.STEP_TOO_SMALL
                 return self._end(outcome, f"{outcome.text} (at {last.parameter:g}: {new.text})")
             for between in self._between(last, new):
+                between.inserted = True
                 yield between
                 if self._terminal(between):
                     return self._end(Outcome.COMPLETED, f"ended at the event {between.name}")

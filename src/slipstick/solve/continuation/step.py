@@ -38,6 +38,8 @@ class Step:
     apart
         Distance in the middle between the cubic from the point before and the one that predicted this point, over the
         size of the solution, see ``Corrector.apart``.
+    inserted
+        Whether it was put between two points that the continuation stepped to.
     place
         Of an interpolated point: the steps on both sides, the arc between them and the place ``u`` on it; else None.
     smooth
@@ -53,6 +55,7 @@ class Step:
         "apart",
         "arclength",
         "evaluation",
+        "inserted",
         "iterations",
         "jacobian",
         "kind",
@@ -73,7 +76,7 @@ class Step:
         self.jacobian: Jacobian | None = getattr(result, "jacobian", None)
         self.orientation = 0
         self.arclength = 0.0
-        self.apart, self.smooth = inf, False
+        self.apart, self.smooth, self.inserted = inf, False, False
         self.place: tuple[Step, Step, Arc, float] | None = None
 
     @classmethod
