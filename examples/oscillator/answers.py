@@ -12,6 +12,9 @@ import slipstick as ss
 VELOCITIES = (0.0, 1.0, 10.0, 50.0, 100.0)
 CHECKED = (1.0, 4.0, 6.0, 7.0, 9.0, 10.0, 12.0, 14.5, 18.0, 21.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
 LOADED = (100.0, 200.0, 400.0, 700.0, 1000.0)
+DRAWN = tuple(np.geomspace(0.5, 300.0, 50))
+JUMP = 0.1
+"""Change of the frequency from one point to the next, relative, that is a jump to another peak."""
 SMALLEST = {0.0: 2.0, 1.0: 0.1, 10.0: 0.5, 50.0: 2.0, 100.0: 2.0}
 """Amplitudes at which the damper sticks (at rest) or only slides: there the nonlinear mode begins."""
 
@@ -29,10 +32,13 @@ def problem(velocity=0.0):
 
 
 def loci():
-    """Both peaks over the rubbing velocity: the upper one from rest, the lower one from fast rubbing down."""
+    """Both peaks over the rubbing velocity: the upper one from rest, the lower one from fast rubbing down.
+
+    Exact points stand so near to each other that a line through them is the locus on logarithmic axes too.
+    """
     return {
-        "from 0 up": ss.track_peak(problem(), "damper.velocity", (0.0, 300.0), omega=(3.0, 12.0)),
-        "from 100 down": ss.track_peak(problem(), "damper.velocity", (100.0, 0.5), omega=(3.0, 12.0)),
+        label: ss.track_peak(problem(), "damper.velocity", span, omega=(3.0, 12.0), requested=DRAWN)
+        for label, span in {"from 0 up": (0.0, 300.0), "from 100 down": (100.0, 0.5)}.items()
     }
 
 
@@ -64,28 +70,33 @@ def peaks_of_curves(changed, values):
 
 
 def peaks_alone(locus):
-    """Parameter, amplitude and frequency of a locus, broken where one peak ends and another is followed on."""
-    data = locus.dataset.isel(point=locus.dataset.peak_dof.values >= 0)
+    """Parameter, amplitude and frequency of the peaks of a locus, with nan where one ends and another is followed on.
+
+    Points at rest have no place on a logarithmic axis. Minima part two peaks, and so does a jump of the frequency.
+    """
+    data = locus.dataset
     rows = np.column_stack([data.parameter, data.amplitude[:, 0], data.omega])
-    jumps = np.abs(np.diff(rows[:, 2])) > 0.1 * rows[1:, 2]
-    return np.insert(rows, np.flatnonzero(jumps) + 1, np.nan, axis=0).T
+    kept = (data.peak_dof.values >= 0) & (rows[:, 0] > 0.0)
+    parted = np.diff(np.flatnonzero(kept)) > 1
+    rows = rows[kept]
+    jumps = np.abs(np.diff(rows[:, 2])) > JUMP * rows[1:, 2]
+    return np.insert(rows, np.flatnonzero(parted | jumps) + 1, np.nan, axis=0).T
 
 
 def draw_loci(followed, folder):
     """Height and frequency of both peaks; circles are peaks of whole curves."""
     figure = Figure(figsize=(10, 4.2), layout="constrained")
-    heights, places = figure.subplots(1, 2)
-    for (label, locus), style in zip(followed.items(), ("-", "--"), strict=True):
-        at, height, omega = peaks_alone(locus)
-        (line,) = heights.plot(at, height, style, label=label)
-        places.plot(at, omega, style, color=line.get_color())
     checked = peaks_of_curves(problem, CHECKED)
-    heights.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
-    places.plot(checked[:, 0], checked[:, 1], "ko", mfc="none", ms=4)
-    for axes, name in ((heights, "amplitude of the peak"), (places, "frequency of the peak [rad/s]")):
-        axes.set(xscale="log", xlabel="rubbing velocity", ylabel=name, xlim=(0.5, 310.0))
-    heights.set_yscale("log")
-    heights.legend()
+    axes = figure.subplots(1, 2)
+    for ax, column, name in zip(axes, (1, 2), ("amplitude of the peak", "frequency of the peak [rad/s]"), strict=True):
+        for (label, locus), width in zip(followed.items(), (1.5, 4.0), strict=True):
+            rows = peaks_alone(locus)
+            wide = {"linewidth": width, "alpha": 1.0 if width < 2 else 0.4}
+            ax.plot(rows[0], rows[column], "-", label=f"followed {label}", **wide)
+        ax.plot(checked[:, 0], checked[:, 3 - column], "ko", mfc="none", ms=4, label="peaks of whole curves")
+        ax.set(xscale="log", xlabel="rubbing velocity", ylabel=name, xlim=(0.5, 310.0))
+    axes[0].set_yscale("log")
+    axes[0].legend()
     figure.savefig(folder / "answers_velocity.png", dpi=120)
 
 
