@@ -206,7 +206,7 @@ def test_lobed_casing(tmp_path):
     """A blade on an oval casing: twice the speed meets its first mode, and time integration agrees."""
     module = load("lobed_casing/lobed_casing.py")
     branches = module.compute()
-    speed, height = branches["over speed"], branches["over height"]
+    speed, height = branches["versus speed"], branches["versus height"]
     assert speed.outcome.ok
     assert height.outcome.ok
     omega, amplitude = highest(speed, "y")

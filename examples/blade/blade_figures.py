@@ -69,7 +69,7 @@ def show(ax, body, names, low, high, zoom):
 
 
 def limit_lines(ax, linear):
-    for (state, branch), dashes in zip(linear.items(), (":", (0, (5, 2))), strict=True):
+    for (state, branch), dashes in zip(linear.items(), (":", "-."), strict=True):
         label = {"free": "without contacts", "stuck": "fully stuck"}[state]
         ax.plot(hertz(branch), amplitude(branch), color=GREY, linestyle=dashes, linewidth=1.0, label=label, zorder=1)
 
@@ -107,7 +107,7 @@ def loads(blade, branches):
     energy = [1e3 * one_mode_peak(blade, percent) for percent in fine]
     ax.plot(fine, energy, "-", color=COLOURS[0], linewidth=0.9, label="amplitude, energy balance of one mode")
     right = ax.twinx()
-    right.loglog(load, [total_power(b).max() for _, b in still(branches)], "s--", color=COLOURS[1], label="power")
+    right.loglog(load, [total_power(b).max() for _, b in still(branches)], "s-", color=COLOURS[1], label="power")
     right.set_ylabel("Highest dissipated power [W]", color=COLOURS[1])
     right.set_ylim(8e-3, 1)
     ax.yaxis.label.set_color(COLOURS[0])
@@ -153,13 +153,13 @@ def rub(branches, linear):
 
 
 def heat(branches):
-    """Figs. 18 to 21: amplitude, zero harmonic, power, friction coefficient and temperature with and without heat."""
+    """Figs. 18 to 21: amplitude, mean (zero harmonic), power, friction coefficient and temperature with and without heat."""
     figure = Figure(figsize=(9.5, 11), layout="constrained")
     (a, zoom), (zero, power), (mu, temperature) = figure.subplots(3, 2)
     load = next(c.load for c in branches if c.hot)
     velocities = sorted(c.velocity for c in branches if c.hot)
     chosen = {(c.velocity, c.hot): b for c, b in branches.items() if c.load == load and c.velocity in velocities}
-    labels = ("Amplitude [mm]", "Amplitude [mm]", "Zero harmonic [µm]", "Dissipated power [W]",
+    labels = ("Amplitude [mm]", "Amplitude [mm]", "Mean [µm]", "Dissipated power [W]",
               "Friction coefficient", "Contact temperature [°C]")  # fmt: skip
     for ax, label in zip((a, zoom, zero, power, mu, temperature), labels, strict=True):
         styled(ax, "Frequency [Hz]", label)
@@ -167,7 +167,7 @@ def heat(branches):
         for hot in (False, True):
             branch = chosen[velocity, hot]
             data, x = branch.dataset, hertz(branch)
-            look = {"color": colour, "linestyle": "-" if hot else "--", "linewidth": 1.6 if hot else 1.0}
+            look = {"color": colour, "linestyle": "-" if hot else ":", "linewidth": 1.6 if hot else 1.0}
             label = f"{velocity:g} m/s, {'mu(T)' if hot else 'mu constant'}"
             a.plot(x, amplitude(branch), label=label, **look)
             zoom.plot(x, amplitude(branch), **look)

@@ -10,6 +10,7 @@ from blade import blade
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 
 HERTZ = (195.0, 240.0)
 RANGE = (2 * np.pi * HERTZ[0], 2 * np.pi * HERTZ[1])
@@ -43,20 +44,20 @@ def highest(velocity):
 def draw(branch, locus, damped, folder):
     figure = Figure(figsize=(11, 8), layout="constrained")
     (curve, tornado), (moving, damping) = figure.subplots(2, 2)
+    styled(moving, "Rubbing velocity [m/s]", "Highest amplitude of n1y [mm]")
+    styled(damping, "Amplitude of free vibration of n1y [mm]", "Damping ratio, first mode")
     branch.plot.response("n1y", ax=curve, frequency="Hz", log=True)
     curve.set_xlim(208.0, 216.0)
     curve.set_title("100 % normal load, 1 m/s: solid is stable")
     branch.plot.tornado(dict.fromkeys(PARAMETERS, 0.1), dof="n1y", ax=tornado)
-    tornado.set_title("what moves its peak")
+    tornado.set_title("what its peak depends on")
     data = locus.dataset
     moving.plot(data.parameter, 1e3 * data.amplitude.sel(dof="n1y"), label="locus")
     moving.plot(CHECKED, [1e3 * highest(v) for v in CHECKED], "ko", mfc="none", label="whole curves")
-    moving.set(xlabel="rubbing velocity [m/s]", ylabel="highest amplitude of n1y [mm]")
     moving.legend()
     for v, mode in damped.items():
         free = mode.dataset
         damping.loglog(1e3 * free.modal_amplitude, free.modal_damping, label=f"{v:g} m/s")
-    damping.set(xlabel="amplitude of free vibration of n1y [mm]", ylabel="damping ratio, first mode")
     damping.legend()
     figure.savefig(folder / "answers_blade.png", dpi=120)
 

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 
 FRICTION = (0.3, 0.8)
 SHOWN = (0.55, 0.6, 0.7)
@@ -34,10 +35,11 @@ def draw(branch, folder):
     axes = figure.subplots(2, 2)
     branch.plot.response("y", ax=axes[0, 0])
     branch.plot.stability(ax=axes[0, 1])
-    for part, style, name in ((2, "--", "steady sliding"), (1, "-", "limit cycles")):
+    styled(axes[1, 0], "pad.mu", "Free frequency [rad/s]")
+    styled(axes[1, 1], "x", "dx/dt")
+    for part, name in ((2, "steady sliding"), (1, "limit cycles")):
         data = branch.dataset.isel(point=branch.dataset.branch_part.values == part)
-        axes[1, 0].plot(data.parameter, data.omega, style, label=name)
-    axes[1, 0].set(xlabel="pad.mu", ylabel="free frequency [rad/s]")
+        axes[1, 0].plot(data.parameter, data.omega, label=name)
     axes[1, 0].legend()
     tau = np.linspace(0.0, 2.0 * np.pi, 721)
     h = branch.harmonics
@@ -47,7 +49,6 @@ def draw(branch, folder):
         motion, velocity = h.H_minus(tau) @ X, float(data.omega) * (h.H_minus(tau) @ h.derivative(X))
         axes[1, 1].plot(motion, velocity, label=f"mu = {mu:g}")
     axes[1, 1].axhline(-1.0, color="grey", linewidth=0.8, label="velocity of the opposing surface")
-    axes[1, 1].set(xlabel="x", ylabel="dx/dt")
     axes[1, 1].legend()
     figure.savefig(folder / "brake_squeal.png", dpi=120)
 

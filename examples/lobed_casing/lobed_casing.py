@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 
 LENGTH, WIDTH, THICKNESS = 0.12, 0.05, 0.004  # m
 YOUNG, DENSITY = 2.0e11, 7800.0  # Pa, kg/m3
@@ -55,8 +56,8 @@ def problem(height=0.3e-3):
 def compute():
     """Over the speed, as the principal frequency (twice the speed); and over the height of the lobes."""
     return {
-        "over speed": ss.forced_response(problem(), omega=(1250.0, 1650.0), peaks_of="y"),
-        "over height": ss.parameter_response(problem(), "tip.normal_cos1", (0.2e-3, 0.4e-3), omega=LOBES * SPEED),
+        "versus speed": ss.forced_response(problem(), omega=(1250.0, 1650.0), peaks_of="y"),
+        "versus height": ss.parameter_response(problem(), "tip.normal_cos1", (0.2e-3, 0.4e-3), omega=LOBES * SPEED),
     }
 
 
@@ -68,9 +69,8 @@ def draw(branches, folder):
         branch.plot.response("y", ax=column[0])
         column[0].set_title(name)
         data = branch.dataset
+        styled(column[1], column[0].get_xlabel(), "Fraction of the period in contact")
         column[1].plot(data[branch.followed], 1.0 - data.separation_fraction.sel(contact="tip"))
-        column[1].set_xlabel(column[0].get_xlabel())
-        column[1].set_ylabel("part of the period in contact")
     figure.savefig(folder / "lobed_casing.png", dpi=120)
 
 
@@ -78,12 +78,12 @@ if __name__ == "__main__":
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
     folder.mkdir(parents=True, exist_ok=True)
     branches = compute()
-    over_speed = branches["over speed"]
+    over_speed = branches["versus speed"]
     omega, amplitude = max(over_speed.peaks("y"), key=lambda peak: peak[1])
-    print(f"over speed: peak {amplitude:.4e} m at {omega:.1f} rad/s, {omega / LOBES * 30 / np.pi:.0f} turns a minute")
+    print(f"versus speed: peak {amplitude:.4e} m at {omega:.1f} rad/s, {omega / LOBES * 30 / np.pi:.0f} rpm")
     check = over_speed.check_in_time(over_speed.at(omega))
     print(f"in time: {check.amplitude_in_time[0]:.4e} m, difference {check.relative_difference:.1e}")
-    touched = branches["over height"].dataset
+    touched = branches["versus height"].dataset
     first = float(touched.parameter[int(np.argmax(touched.separation_fraction.values[:, 0] < 1.0))])
-    print(f"over height: touches from {first:.4e} m on, clearance {CLEARANCE:g} m")
+    print(f"versus height: touches from {first:.4e} m on, clearance {CLEARANCE:g} m")
     draw(branches, folder)

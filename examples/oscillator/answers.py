@@ -8,11 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 
 VELOCITIES = (0.0, 1.0, 10.0, 50.0, 100.0)
 CHECKED = (1.0, 4.0, 6.0, 7.0, 9.0, 10.0, 12.0, 14.5, 18.0, 21.0, 25.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
 LOADED = (100.0, 200.0, 400.0, 700.0, 1000.0)
-DRAWN = tuple(np.geomspace(0.5, 300.0, 50))
+DRAWN = np.geomspace(0.5, 300.0, 50)
 JUMP = 0.1
 """Change of the frequency from one point to the next, relative, that is a jump to another peak."""
 SMALLEST = {0.0: 2.0, 1.0: 0.1, 10.0: 0.5, 50.0: 2.0, 100.0: 2.0}
@@ -37,7 +38,7 @@ def loci():
     Exact points stand so near to each other that a line through them is the locus on logarithmic axes too.
     """
     return {
-        label: ss.track_peak(problem(), "damper.velocity", span, omega=(3.0, 12.0), requested=DRAWN)
+        label: ss.track_peak(problem(), "damper.velocity", span, omega=(3.0, 12.0), requested=DRAWN[(DRAWN > min(span)) & (DRAWN < max(span))])
         for label, span in {"from 0 up": (0.0, 300.0), "from 100 down": (100.0, 0.5)}.items()
     }
 
@@ -88,13 +89,14 @@ def draw_loci(followed, folder):
     figure = Figure(figsize=(10, 4.2), layout="constrained")
     checked = peaks_of_curves(problem, CHECKED)
     axes = figure.subplots(1, 2)
-    for ax, column, name in zip(axes, (1, 2), ("amplitude of the peak", "frequency of the peak [rad/s]"), strict=True):
+    for ax, column, name in zip(axes, (1, 2), ("Amplitude of the peak", "Frequency of the peak [rad/s]"), strict=True):
+        styled(ax, "Rubbing velocity", name)
         for (label, locus), width in zip(followed.items(), (1.5, 4.0), strict=True):
             rows = peaks_alone(locus)
             wide = {"linewidth": width, "alpha": 1.0 if width < 2 else 0.4}
             ax.plot(rows[0], rows[column], "-", label=f"followed {label}", **wide)
         ax.plot(checked[:, 0], checked[:, 3 - column], "ko", mfc="none", ms=4, label="peaks of whole curves")
-        ax.set(xscale="log", xlabel="rubbing velocity", ylabel=name, xlim=(0.5, 310.0))
+        ax.set(xscale="log", xlim=(0.5, 310.0))
     axes[0].set_yscale("log")
     axes[0].legend()
     figure.savefig(folder / "answers_velocity.png", dpi=120)
@@ -104,13 +106,16 @@ def draw_answers(curves, free, folder):
     """Best load, largest multiplier, damping and frequency over the amplitude."""
     figure = Figure(figsize=(10, 7.5), layout="constrained")
     (load, multipliers), (damping, frequency) = figure.subplots(2, 2)
+    styled(load, "Normal load, v = 0", "Amplitude of the highest peak")
+    styled(damping, "Amplitude of free vibration", "Damping ratio")
+    styled(frequency, "Amplitude of free vibration", "Frequency [rad/s]")
     data = over_load().dataset
     load.plot(data.parameter, data.amplitude[:, 0])
     best = data.isel(point=data.kind.values == "optimum")
     load.plot(best.parameter, best.amplitude[:, 0], "o", label=f"best: {float(best.parameter[0]):.2f}")
     checked = peaks_of_curves(lambda value: problem().with_parameter("damper.normal_load", value), LOADED)
     load.plot(checked[:, 0], checked[:, 2], "ko", mfc="none", ms=4, label="whole curves")
-    load.set(xlabel="normal load, v = 0", ylabel="amplitude of the highest peak", yscale="log")
+    load.set_yscale("log")
     load.legend()
     ss.plots.stability(curves, ax=multipliers)
     multipliers.set_ylim(0.0, 1.05)
@@ -119,8 +124,6 @@ def draw_answers(curves, free, folder):
         data = mode.dataset
         damping.loglog(data.modal_amplitude, data.modal_damping, label=f"v = {v:g}")
         frequency.semilogx(data.modal_amplitude, data.omega, label=f"v = {v:g}")
-    damping.set(xlabel="amplitude of free vibration", ylabel="damping ratio")
-    frequency.set(xlabel="amplitude of free vibration", ylabel="frequency [rad/s]")
     damping.legend()
     figure.savefig(folder / "answers_oscillator.png", dpi=120)
 

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 
 H = ss.Harmonics([0, 1])
 CONTACT = ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
@@ -43,13 +44,13 @@ def draw(folder):
     figure = Figure(figsize=(11, 9), layout="constrained")
     axes = figure.subplots(len(CASES), 2)
     for (name, (A, normal, velocities)), (history, loop) in zip(CASES.items(), axes, strict=True):
+        styled(history, "Cycles", "Friction force").set_title(name)
+        styled(loop, "Vibration x", "Friction force").set_title(name)
         for v in velocities:
             tau, force = starting_force(A, normal, v)
             (line,) = history.plot(tau / (2 * np.pi), force, label=f"v = {v:g}", lw=1.2)
             last = tau >= tau[-1] - 2 * np.pi
             loop.plot(A * np.cos(tau[last]), force[last], color=line.get_color(), lw=1.2)
-        history.set(title=name, xlabel="cycles", ylabel="friction force")
-        loop.set(title=name, xlabel="vibration displacement x", ylabel="friction force")
         history.legend(ncols=2, fontsize="small")
     figure.savefig(folder / "friction_force.png", dpi=120)
 

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
+from slipstick.plots.style import styled
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 
@@ -93,22 +94,22 @@ def compute(fine=False, **options):
 
 
 def draw(branches, folder):
-    """Motion of the corner of the tip while the gap closes, and the part of the period that the tip touches."""
+    """Motion of the corner of the tip while the gap closes, and the fraction of the period in which the tip touches."""
     figure = Figure(figsize=(9, 4), layout="constrained")
     left, right = figure.subplots(1, 2)
+    styled(left, "Gap [mm]", "Amplitude of the corner of the tip [mm]")
+    styled(right, "Gap [mm]", "Fraction of the period in contact")
     for name, branch in branches.items():
         data = branch.dataset
         gap = 1e3 * data.parameter
         (line,) = left.plot(gap, 1e3 * data.amplitude[:, 0], label=f"{name} damping")
         if "stable" in data:
             unstable = np.where(data.stable.values == 0, 1e3 * data.amplitude[:, 0], np.nan)
-            left.plot(gap, unstable, linewidth=5, alpha=0.4, color=line.get_color(), label=f"{name}, unstable")
+            line.set_ydata(np.where(data.stable.values == 0, np.nan, line.get_ydata()))
+            left.plot(gap, unstable, "--", color=line.get_color(), label=f"{name} damping, unstable")
         right.plot(gap, 1.0 - data.separation_fraction.min("contact"), color=line.get_color())
-    left.set_ylabel("amplitude of the corner (mm)")
-    right.set_ylabel("part of the period in contact")
     left.legend()
     for axes in (left, right):
-        axes.set_xlabel("gap (mm)")
         axes.invert_xaxis()
     figure.savefig(folder / "rotor_rub.png", dpi=120)
 

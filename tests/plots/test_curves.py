@@ -26,11 +26,11 @@ def test_a_response_curve_with_its_peak() -> None:
     assert title(ax) == "Two masses (z)"
 
 
-def test_branches_are_overlaid_in_different_colours_and_dashes() -> None:
+def test_branches_are_overlaid_in_different_colours_none_of_them_dashed() -> None:
     ax = plots.response({"v = 0": dataset(), "v = 10": dataset(2.0)}, peaks=False)
     first, second = ax.lines
     assert first.get_color() != second.get_color()
-    assert first.get_linestyle() != second.get_linestyle()
+    assert first.get_linestyle() == second.get_linestyle() == "-"
     assert named(ax) == ["v = 0", "v = 10"]
     np.testing.assert_allclose(drawn(second)[1], 2 * drawn(first)[1])
 

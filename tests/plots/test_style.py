@@ -88,3 +88,15 @@ def test_pyplot_and_matplotlib_stay_out_until_a_figure_is_drawn() -> None:
 def test_titles_name_what_is_alone() -> None:
     assert title(plots.response(branch(), ["x0", "x1"])) == "Chain"
     assert title(plots.response(branch(), "x1")) == "Chain (x1)"
+
+
+def test_small_lengths_are_ticked_in_millimetres_and_stay_metres() -> None:
+    ax = plots.response(dataset(1e-3 / float(dataset()["amplitude"].max())))
+    assert ax.get_ylabel() == "Amplitude [m]"
+    ax.figure.canvas.draw()
+    assert ax.get_ylabel() == "Amplitude [mm]"
+    for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True):
+        assert float(text.get_text().replace("\N{MINUS SIGN}", "-")) == pytest.approx(1e3 * tick)
+    ax.set_ylim(0.0, 2.0)
+    ax.figure.canvas.draw()
+    assert ax.get_ylabel() == "Amplitude [m]"

@@ -89,7 +89,7 @@ def response(
     return ax
 
 
-_THIN = (":", (0, (4, 2)))
+_THIN = (":", "-.")
 
 
 def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[float, float]:

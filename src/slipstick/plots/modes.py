@@ -42,7 +42,7 @@ def backbone(
     ax = curves.draw("amplitude", "dof", name)
     x, y = abscissa(data, curves.abscissa.unit).values(data), values_of(data, "amplitude", "dof", name)
     if forced is not None:
-        ax.plot(x, y, color=GREY, linestyle="--", linewidth=1.3, label="nonlinear mode", zorder=3)
+        ax.plot(x, y, color=GREY, linestyle="-.", linewidth=1.3, label="nonlinear mode", zorder=3)
     at = np.flatnonzero(data["kind"].to_numpy() == "requested")
     if at.size:
         label = "predicted peak" if forced is not None else "load factor"

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 """Okabe and Ito's palette."""
-DASHES = ("-", "--", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)))
-"""One fewer than colours, so that 42 curves have each a pair of their own."""
+DASHES = ("-", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2, 2, 2)), (0, (1, 3)))
+"""The next one begins where colours are used up. Plain dashes mean unstable motion, and nothing else."""
 STATE_COLOURS = {"stick": "#0072B2", "slip+": "#E69F00", "slip-": "#D55E00", "separation": "#BBBBBB"}
 GREY = "#666666"
 PEAK = "peak"
@@ -50,18 +50,24 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     """The given or new axes with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
+    from slipstick.plots.lengths import METRES, Lengths
+
     if ax is not None and not hasattr(ax, "set_xlabel"):
         raise wrong("ax", ax, "matplotlib Axes to draw into, or None")
     ax = new_figure(height=height).add_subplot() if ax is None else ax
     if not ax.lines:
         count = len(COLOURS) * len(DASHES)
         pairs = cycler(color=[COLOURS[i % len(COLOURS)] for i in range(count)])
-        ax.set_prop_cycle(pairs + cycler(linestyle=[DASHES[i % len(DASHES)] for i in range(count)]))
+        ax.set_prop_cycle(pairs + cycler(linestyle=[DASHES[i // len(COLOURS)] for i in range(count)]))
         for axis in (ax.xaxis, ax.yaxis):
             if isinstance(numbers := axis.get_major_formatter(), ScalarFormatter):
                 numbers.set_powerlimits((-3, 5))
-    ax.set_xlabel(x_label, parse_math=False)
-    ax.set_ylabel(y_label, parse_math=False)
+    for axis, label in ((ax.xaxis, x_label), (ax.yaxis, y_label)):
+        axis.set_label_text(label, parse_math=False)
+        if label.endswith(METRES) and isinstance(axis.get_major_formatter(), (ScalarFormatter, Lengths)):
+            axis.set_major_formatter(Lengths(label))
+        elif isinstance(axis.get_major_formatter(), Lengths):
+            axis.set_major_formatter(ScalarFormatter())
     ax.grid(True, color="#DDDDDD", linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):

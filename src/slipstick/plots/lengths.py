@@ -1,0 +1,32 @@
+"""Lengths in metres on an axis: as millimetres or micrometres where they are small."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.ticker import Formatter
+
+METRES = "[m]"
+_SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
+"""Below which largest value on the axis, factor and name of a unit."""
+
+
+class Lengths(Formatter):
+    """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows what is in view."""
+
+    def __init__(self, label: str) -> None:
+        self._label = label
+
+    def _unit(self) -> tuple[float, str]:
+        largest = max(map(abs, self.axis.get_view_interval()))
+        return next(((factor, name) for below, factor, name in _SMALLER if largest < below), (1.0, METRES))
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """As all ticks are about to be drawn."""
+        assert self.axis is not None
+        self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
+        return [self(value) for value in values]
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """One value."""
+        return f"{x * self._unit()[0]:.10g}".replace("-", "\N{MINUS SIGN}")
