@@ -103,9 +103,10 @@ def draw(branches, folder):
         data = branch.dataset
         gap = 1e3 * data.parameter
         (line,) = left.plot(gap, 1e3 * data.amplitude[:, 0], label=f"{name} damping")
-        if "stable" in data:
-            unstable = np.where(data.stable.values == 0, 1e3 * data.amplitude[:, 0], np.nan)
-            line.set_ydata(np.where(data.stable.values == 0, np.nan, line.get_ydata()))
+        off = data.stable.values == 0 if "stable" in data else np.zeros(len(gap), dtype=bool)
+        line.set_ydata(np.where(off, np.nan, line.get_ydata()))
+        if off.any():
+            unstable = np.where(off, 1e3 * data.amplitude[:, 0], np.nan)
             left.plot(gap, unstable, "--", color=line.get_color(), label=f"{name} damping, unstable")
         right.plot(gap, 1.0 - data.separation_fraction.min("contact"), color=line.get_color())
     left.legend()

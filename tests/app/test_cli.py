@@ -57,7 +57,7 @@ def test_figures_are_drawn_that_are_asked_for(tmp_path: Path, monkeypatch: pytes
     result = slipstick("run", path, "-o", out, "--figures", "loop, temperature", "--format", "svg,pdf")
     assert result.exit_code == 0, result.output
     assert files_of(out) == always | {"loop.svg", "loop.pdf"}
-    assert "warning: figures: these results hold nothing to draw of 'temperature'" in told(result)
+    assert "warning: figures: there is nothing in these results to draw of 'temperature'" in told(result)
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, at, **given: at.touch())  # in plots/ they are
     assert slipstick("run", path, "-o", out, "--figures", "all", "--force").exit_code == 0
     drawn = ("response", "phase", "mean", "power", "fractions", "loop", "states", "history", "spectrum")
@@ -72,7 +72,7 @@ def test_figures_are_drawn_that_are_asked_for(tmp_path: Path, monkeypatch: pytes
         (("--figures", "loops"), "--figures: found 'loops'; expected response, mean,"),
         (("--figures", ","), "--figures: found nothing; expected response,"),
         (("--figures", "all", "--format", "jpg"), "--format: found 'jpg'; expected png, svg, pdf"),
-        (("--format", "svg"), "--format: found no figures to draw; say which with --figures"),
+        (("--format", "svg"), "--format: found no figures to draw; choose with --figures"),
         (("--figures", "all", "--no-figures"), "--no-figures: --figures is given too"),
     ],
 )
@@ -528,7 +528,7 @@ def test_verify_prints_a_table_and_fails_when_a_row_does(monkeypatch: pytest.Mon
 
     good = Check(name="A1", what="two is two", compute=lambda: (2.0, 2.0), tolerance=1e-9)
     bad = Check(name="A2", what="two is three", compute=lambda: (3.0, 2.0), tolerance=1e-9)
-    for checks, code, words in (((good,), 0, "1 of 1 checks hold"), ((good, bad), 1, "failed: A2 two is three")):
+    for checks, code, words in (((good,), 0, "1 of 1 checks pass"), ((good, bad), 1, "failed: A2 two is three")):
         monkeypatch.setattr("slipstick.verify.table.all_checks", lambda checks=checks: checks)
         result = slipstick("verify")
         assert result.exit_code == code

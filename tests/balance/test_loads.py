@@ -34,7 +34,7 @@ def test_what_adds_up_is_on_the_same_place():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"dof": "x", "amplitude": 1.0, "cos": 1.0}, "keep one way to say the force"),
+        ({"dof": "x", "amplitude": 1.0, "cos": 1.0}, "keep one form of the force"),
         ({"dof": "x", "phase": 1.0}, "phase is given without amplitude"),
         ({"dof": "x", "cos": np.nan}, "cos"),
         ({"dof": "x", "harmonic": 1.5}, "harmonic"),

@@ -100,3 +100,11 @@ def test_small_lengths_are_ticked_in_millimetres_and_stay_metres() -> None:
     ax.set_ylim(0.0, 2.0)
     ax.figure.canvas.draw()
     assert ax.get_ylabel() == "Amplitude [m]"
+
+
+def test_small_lengths_on_a_logarithmic_axis() -> None:
+    ax = plots.response(dataset(1e-3 / float(dataset()["amplitude"].max())), log=True)
+    ax.figure.canvas.draw()
+    assert ax.get_ylabel() == "Amplitude [mm]"
+    ticks = [float(text.get_text()) / (1e3 * y) for y, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)]
+    assert ticks == pytest.approx(np.ones(len(ticks)))

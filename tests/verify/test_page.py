@@ -52,8 +52,8 @@ def test_noise_is_not_shown() -> None:
         Row("C4", "number", "2.5", "2.50001234", "1.0e-03", "failed"),
     ]
     text = table_page(rows, "1.0")
-    assert text.startswith("# Verification table\n\n2 of 4 checks hold, slipstick 1.0.")
-    assert "## Published claims" in text
+    assert text.startswith("# Verification table\n\n2 of 4 checks pass, slipstick 1.0.")
+    assert "## Reference values for the published cases" in text
     assert "## Closed forms" not in text
     assert r"| C1 | a \| b | 0 | below 1e-09 |  | ok |" in text
     assert "| C2 | zero | 0 | below 1e-06 |" in text

@@ -107,7 +107,7 @@ def resume(
     time_limit: TimeLimit = None,
     as_json: AsJson = False,
 ) -> None:
-    """Go on with a run that was killed, interrupted or out of time: the same points as if nothing had happened."""
+    """Go on with a run that was killed, interrupted or out of time: the same points as without the interruption."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.resume import resume_run
 
@@ -136,7 +136,7 @@ def report(
         list[Path],
         typer.Argument(
             metavar="RESULTS.nc...",
-            help="Results files, laid over each other; or the study.nc of a study.",
+            help="Results files, overlaid; or the study.nc of a study.",
             autocompletion=results_files,
         ),
     ],
@@ -250,7 +250,7 @@ def check(
     case: CasePath,
     in_time: Annotated[
         bool,
-        typer.Option("--in-time", help="Follow the curve too, and hold its highest peaks against time integration."),
+        typer.Option("--in-time", help="Follow the curve too, and check its highest peaks by time integration."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -286,7 +286,7 @@ def init(
 def import_(
     files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Matrices, maps and meshes of one model.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The model to write, such as model.h5.")],
-    mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not tell.")] = None,
+    mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not show it.")] = None,
     damping: Annotated[Path | None, typer.Option(help="The damping matrix.")] = None,
     dof_map: Annotated[Path | None, typer.Option("--map", help="Node and direction of every row.")] = None,
     nodes: Annotated[Path | None, typer.Option(help="Positions: bulk data or a mesh.")] = None,
@@ -297,7 +297,7 @@ def import_(
     density: Annotated[float | None, typer.Option(help="Density.")] = None,
     conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(help="Node set, surface, node (n12) or dof (n12y) to hold; may be repeated.")
+        list[str] | None, typer.Option(help="Node set, surface, node (n12) or dof (n12y) to constrain; may be repeated.")
     ] = None,
     quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
     units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,
@@ -367,7 +367,7 @@ def verify(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Hold this installation, or points of RESULTS, against time integration and what is known."""
+    """Check this installation against closed forms and reference values, or points of RESULTS by time integration."""
     with answering(as_json) as answer:
         if results is None:
             if point or at:

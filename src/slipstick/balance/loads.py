@@ -132,7 +132,7 @@ def place_faults(given: Container[str]) -> Iterator[Fault]:
     """What is acted on is said once; ``given`` are the names of what is given."""
     first, *others = [name for name in ("dof", "shape", "base") if name in given] or [""]
     if not first:
-        yield Fault(statement="nothing says where it acts", remedy="give dof, shape or base, one of them alone")
+        yield Fault(statement="where it acts is missing", remedy="give dof, shape or base, one of them alone")
     for name in others:
         yield Fault(name, f"is given together with {first}", remedy="keep one of them")
 
@@ -143,7 +143,7 @@ def way_faults(given: Container[str]) -> Iterator[Fault]:
         if one in given and other not in given:
             yield Fault(one, f"is given without {other}", remedy="give both for a support that moves")
     if "amplitude" in given and ("cos" in given or "sin" in given):
-        yield Fault("amplitude", "is given together with cos or sin", remedy="keep one way to say the force")
+        yield Fault("amplitude", "is given together with cos or sin", remedy="keep one form of the force")
     if "phase" in given and "amplitude" not in given:
         yield Fault("phase", "is given without amplitude", remedy="give both")
 

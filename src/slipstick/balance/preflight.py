@@ -86,7 +86,7 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
         even = f"even multiples of {base}" if base > 1 else "even harmonics"
         yield (
             f"harmonics {list(orders)}: friction under one-sided rubbing produces {even}, and none but 0 is "
-            "kept; amplitudes can be wrong by a third (36 % on a published oscillator): keep the even ones too"
+            "kept; amplitudes can be wrong by a third (36 % for the oscillator of Petrov 2012): keep the even ones too"
         )
     if acting and driven and max(multiples, default=0) < 3:
         yield (
@@ -176,12 +176,12 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
     meant = natural[(natural >= 2 * pi * low) & (natural <= 2 * pi * high)]
     if meant.size:
         yield (
-            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but the same numbers in Hz hold "
+            f"frequencies from {low:g} to {high:g} rad/s contain no natural frequency, but the same numbers in Hz contain "
             f"{meant[0]:.5g} rad/s = {meant[0] / (2 * pi):.5g} Hz: were they meant in Hz? Multiply them by 2 pi"
         )
     elif np.any((natural * 2 * pi >= low) & (natural * 2 * pi <= high)):
         yield (
-            f"frequencies from {low:g} to {high:g} rad/s hold no natural frequency, but divided by 2 pi they do: "
+            f"frequencies from {low:g} to {high:g} rad/s contain no natural frequency, but divided by 2 pi they do: "
             f"was 2 pi applied twice? The first natural frequency is {natural[0]:.5g} rad/s"
         )
 

@@ -132,7 +132,7 @@ class FirstPoint:
         if speeds.size:
             fast = self.inputs.only(*VELOCITIES).scaled(max(2.0 * self.scales.velocity / float(speeds.min()), 1.0))
             yield (
-                "velocity ramp from permanent sliding",
+                "velocity ramp from full slip",
                 lambda: self._ramp(self.inputs.moved(fast, 1.0), fast.scaled(-1)),
             )
         for name, parameter, fraction in self._law_ramps():

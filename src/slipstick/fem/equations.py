@@ -67,7 +67,7 @@ def dof_name(pair: Pair) -> str:
 def idle_notes(found: Elimination) -> tuple[str, ...]:
     """One sentence for each source of equations that said nothing new or did not apply."""
     return tuple(
-        f"{where}: {count} equation{'s' * (count > 1)} held already, or yielded to a support or another equation"
+        f"{where}: {count} equation{'s' * (count > 1)} constrained already, or yielded to a support or another equation"
         for where, count in found.idle.items()
     )
 

@@ -108,7 +108,7 @@ def _fit(A: Array, W: Array, wanted: Sequence[int], where: str) -> Array:
     lost = vectors[:, ~known]
     if np.abs(lost[wanted]).max(initial=0.0) > 1e-6:
         raise InputError(
-            f"{where}: the nodes do not tell the motion of the reference node (they lie on a line, or too few of "
+            f"{where}: the nodes do not determine the motion of the reference node (they lie on a line, or too few of "
             "their directions count); leave out the rotations, or name more nodes"
         )
     inverse = vectors[:, known] @ (vectors[:, known].T / values[known][:, None])

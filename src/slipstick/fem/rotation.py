@@ -129,7 +129,7 @@ class _Turning:
         try:
             return -_solved(self.model.K, residual)
         except SingularMatrixError:
-            what = "is not held, nothing balances centrifugal forces; fix it"
+            what = "has rigid-body motion, nothing balances centrifugal forces; constrain it"
             raise InputError(f"{self.model.source}: {what}") from None
 
     def followed(self, linear: Array, speed: float, steps: int) -> Centrifugal | None:

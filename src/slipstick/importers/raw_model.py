@@ -199,7 +199,7 @@ def _diagonal_faults(
     full: Mapping[str, csr_array], out: NDArray[np.bool_], nodes: IntArray, components: IntArray, source: str
 ) -> Iterator[str]:
     if np.all(out):
-        yield f"{source}: no degree of freedom is left: all are held or empty"
+        yield f"{source}: no degree of freedom is left: all are constrained or empty"
         return
     for name in ("K", "M"):
         negative = (full[name].diagonal() < 0.0) & ~out
@@ -216,7 +216,7 @@ def _diagonal_faults(
 def support_notes(model: ImportedModel) -> tuple[str, ...]:
     """One sentence for each part which is not held; empty when every part is."""
     return tuple(
-        f"the part with node {part[0]} ({len(part)} nodes) is not held ({count} rigid body motions); fix some nodes"
+        f"the part with node {part[0]} ({len(part)} nodes) is not constrained ({count} rigid body motions); fix some nodes"
         for part, count in floating_parts(model)
     )
 

@@ -97,7 +97,10 @@ def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[
     high = ax.get_ylim()[1]
     if not log:
         return 0.0, high
+    from slipstick.plots.lengths import on_log_axis
+
     ax.set_yscale("log", nonpositive="mask")
+    on_log_axis(ax.yaxis)
     low = min(float(y[y > 0].min(initial=high)) for y in drawn)
     return 0.7 * low, high * (high / low) ** 0.05
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from typing import Any
+
 from matplotlib.ticker import Formatter
 
 METRES = "[m]"
@@ -30,3 +32,21 @@ class Lengths(Formatter):
     def __call__(self, x: float, pos: int | None = None) -> str:
         """One value."""
         return f"{x * self._unit()[0]:.10g}".replace("-", "\N{MINUS SIGN}")
+
+
+class _BetweenDecades(Lengths):
+    """Some ticks between powers of ten, where there are hardly any of these."""
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """Of 2, 3 and 5 times a power of ten."""
+        low, high = self.axis.get_view_interval()
+        texts = super().format_ticks(values)
+        return [text if high < 20.0 * low and f"{x:.0e}"[0] in "235" else "" for x, text in zip(values, texts)]
+
+
+def on_log_axis(axis: Any) -> None:
+    """The same on a logarithmic axis, whose scale has just been set."""
+    label = axis.get_label_text()
+    if label.endswith(METRES):
+        axis.set_major_formatter(Lengths(label))
+        axis.set_minor_formatter(_BetweenDecades(label))

@@ -30,7 +30,7 @@ class Dependent(Enum):
 
     FIRST = "the first one; a dof that is dependent twice, or on itself, is refused"
     ANY = "whichever is left"
-    YIELDING = "the first one; where that is held or dependent already, the equation does not apply"
+    YIELDING = "the first one; where that is constrained or dependent already, the equation does not apply"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -97,7 +97,7 @@ def _separation() -> ExpectedFound:
 
 
 def _hot(mu: NDArray[np.float64], T: NDArray[np.float64]) -> float:
-    """Temperature rise of a vibrating element in permanent slip with mu(T) a cubic table; 20 N, 5 m/s, 8 K/W."""
+    """Temperature rise of a vibrating element in full slip with mu(T) a cubic table; 20 N, 5 m/s, 8 K/W."""
     from slipstick.thermal.equilibrium import equilibrium
     from slipstick.thermal.friction_curve import FrictionCurve
 
@@ -156,13 +156,13 @@ CLOSED_FORM_CHECKS = (
     Check(name="CF3", what="0, 1 or 2 sticks a period: cases right", compute=_regimes),
     Check(name="CF3", what="one stick a period, mean friction force", compute=_one_stick, tolerance=EXACT),
     Check(name="CF4", what="slow rubbing, mean friction force", compute=_slow_rubbing, tolerance=EXACT),
-    Check(name="CF5", what="permanent slip, power", compute=_permanent_slip, tolerance=1e-8),
-    Check(name="CF5", what="permanent slip, dFx/dY = mu kn I", compute=_permanent_slip_tangent, tolerance=1e-10),
+    Check(name="CF5", what="full slip, power", compute=_permanent_slip, tolerance=1e-8),
+    Check(name="CF5", what="full slip, dFx/dY = mu kn I", compute=_permanent_slip_tangent, tolerance=1e-10),
     Check(name="CF6", what="normal vibration alone, velocity without stick", compute=_normal_threshold, tolerance=1e-8),
     Check(name="CF6", what="normal vibration alone, slow rubbing", compute=_normal_vibration_slow, tolerance=EXACT),
     Check(name="CF7", what="separation, cosine of the normal force", compute=_separation, tolerance=EXACT),
-    Check(name="CF8", what="temperature rise in permanent slip (Lambert W)", compute=_hot_exponential, tolerance=1e-5),
-    Check(name="CF8", what="temperature rise in permanent slip (quadratic)", compute=_hot_rational, tolerance=1e-5),
+    Check(name="CF8", what="temperature rise in full slip (Lambert W)", compute=_hot_exponential, tolerance=1e-5),
+    Check(name="CF8", what="temperature rise in full slip (quadratic)", compute=_hot_rational, tolerance=1e-5),
     Check(name="CF9", what="approach to Den Hartog's rigid friction, order in kt", compute=_den_hartog, tolerance=0.02),
-    Check(name="CF10", what="oscillator in permanent slip, power = mu N v", compute=_oscillator_power, tolerance=1e-6),
+    Check(name="CF10", what="oscillator in full slip, power = mu N v", compute=_oscillator_power, tolerance=1e-6),
 )  # fmt: skip

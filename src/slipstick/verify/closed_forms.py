@@ -68,7 +68,7 @@ def slow_rubbing(A: float, kt: float, b: float) -> tuple[float, float]:
 
 
 def slip_power(mu: float, N: float, velocity: float, kn: float, A: float, y1: float, omega: float) -> float:
-    """CF5: power in permanent slip with ``x = A sin tau``, ``y = y1 cos tau``, velocity > 0."""
+    """CF5: power in full slip with ``x = A sin tau``, ``y = y1 cos tau``, velocity > 0."""
     return mu * N * velocity + mu * kn * y1 * A * omega / 2
 
 
@@ -90,13 +90,13 @@ def separation(Y0: float, Yc: float, gap: float, kn: float) -> tuple[float, floa
 
 
 def temperature_rational(R: float, N: float, velocity: float, mu0: float, a: float) -> float:
-    """CF8: temperature rise where ``mu = mu0 / (1 + a rise)``, in permanent slip: a quadratic."""
+    """CF8: temperature rise where ``mu = mu0 / (1 + a rise)``, in full slip: a quadratic."""
     q = R * N * velocity * mu0
     return q if a == 0 else (-1 + np.sqrt(1 + 4 * a * q)) / (2 * a)
 
 
 def temperature_exponential(R: float, N: float, velocity: float, mu0: float, b: float) -> float:
-    """CF8: temperature rise where ``mu = mu0 exp(-b rise)``, in permanent slip: a Lambert W."""
+    """CF8: temperature rise where ``mu = mu0 exp(-b rise)``, in full slip: a Lambert W."""
     return float(lambertw(b * R * N * velocity * mu0).real / b)
 
 

@@ -104,7 +104,7 @@ def _contact_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) 
         remedy = "give temperature per power, or [thermal] influence"
         faults.append(Fault(("thermal", "resistance"), IS_MISSING, remedy=remedy))
     if tables and own is None and not wrong and heated is False:
-        cold = "is a table over temperature, but nothing says how warm the contact gets"
+        cold = "is a table over temperature, but the temperature of the contact is not given"
         remedy = "give [contact.thermal] with background and resistance, or [thermal] with influence"
         faults.append(Fault(tables[0], cold, remedy=remedy))
     return faults

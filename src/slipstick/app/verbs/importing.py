@@ -89,7 +89,7 @@ def import_files(request: ImportRequest) -> None:
     kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
     say(f'wrote {request.output}: name it in a case as [structure] {kinds}, file = "{request.output.name}"')
     if request.units is None and "units: not stated" in " ".join(notes):
-        complain('warning: the units of the model are not stated; say them with --units "N, mm, t, s"')
+        complain('warning: the units of the model are not stated; give them with --units "N, mm, t, s"')
 
 
 def _material(request: ImportRequest) -> tuple[Material | None, list[str | Fault]]:

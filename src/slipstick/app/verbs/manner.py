@@ -32,7 +32,7 @@ def wanted_figures(names: str | None, formats: str | None) -> Wanted:
     everything = names is not None and names.strip() == "all"
     chosen = FIGURES if everything else _chosen("--figures", names, FIGURES, ' or "all"')
     if formats is not None and not chosen:
-        raise InputError("--format: found no figures to draw; say which with --figures, such as --figures response")
+        raise InputError("--format: found no figures to draw; choose with --figures, such as --figures response")
     return Wanted(chosen, _chosen("--format", formats, FORMATS) or ("png",), everything)
 
 

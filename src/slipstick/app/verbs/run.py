@@ -253,7 +253,7 @@ class Run:
 
         try:
             for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.manner.wanted):
-                complain(f"warning: figures: these results hold nothing to draw of '{name}'")
+                complain(f"warning: figures: there is nothing in these results to draw of '{name}'")
         except Exception as error:
             self.failures.append(f"figures: {fault_sentence(error)}")
 

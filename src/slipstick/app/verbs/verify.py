@@ -43,7 +43,7 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
         _write(rows, markdown)
     failed = [row for row in rows if not row.ok]
     answer["checks"] = [{**row._asdict(), "ok": row.ok} for row in rows]
-    say(f"{len(rows) - len(failed)} of {len(rows)} checks hold")
+    say(f"{len(rows) - len(failed)} of {len(rows)} checks pass")
     for row in failed:
         say(f"failed: {row.name} {row.what}: expected {row.expected}, found {row.found} ({row.verdict})")
     return STOPPED if failed else DONE

@@ -301,8 +301,8 @@ def _singular_sentence(error: SingularMatrixError, dofs: Sequence[str] | None) -
         largest = np.argsort(-np.abs(error.null_vector), kind="stable")[:3]
         where = "; it moves most at dofs " + ", ".join(name_of(dofs, int(index)) for index in largest)
     return (
-        "the stiffness matrix is singular: some motion meets no resistance, a mechanism or a body not held"
-        f"{where}; a reduction needs the structure held: constrain it or ground it with weak springs"
+        "the stiffness matrix is singular: some motion meets no resistance, a mechanism or a rigid-body motion"
+        f"{where}; a reduction needs it removed: constrain the structure or ground it with weak springs"
     )
 
 
