@@ -153,7 +153,7 @@ def rub(branches, linear):
 
 
 def heat(branches):
-    """Figs. 18 to 21: amplitude, mean (zero harmonic), power, friction coefficient and temperature with and without heat."""
+    """Figs. 18 to 21: amplitude, mean, power, friction coefficient and temperature with and without heat."""
     figure = Figure(figsize=(9.5, 11), layout="constrained")
     (a, zoom), (zero, power), (mu, temperature) = figure.subplots(3, 2)
     load = next(c.load for c in branches if c.hot)

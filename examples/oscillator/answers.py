@@ -38,7 +38,13 @@ def loci():
     Exact points stand so near to each other that a line through them is the locus on logarithmic axes too.
     """
     return {
-        label: ss.track_peak(problem(), "damper.velocity", span, omega=(3.0, 12.0), requested=DRAWN[(DRAWN > min(span)) & (DRAWN < max(span))])
+        label: ss.track_peak(
+            problem(),
+            "damper.velocity",
+            span,
+            omega=(3.0, 12.0),
+            requested=DRAWN[(min(span) < DRAWN) & (max(span) > DRAWN)],
+        )
         for label, span in {"from 0 up": (0.0, 300.0), "from 100 down": (100.0, 0.5)}.items()
     }
 

@@ -14,9 +14,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipstick as ss
-from slipstick.plots.style import styled
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.plots.style import styled
 
 HUB, TIP = 0.455, 0.637  # m, radii
 CHORD = 0.14  # m

@@ -297,7 +297,8 @@ def import_(
     density: Annotated[float | None, typer.Option(help="Density.")] = None,
     conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(help="Node set, surface, node (n12) or dof (n12y) to constrain; may be repeated.")
+        list[str] | None,
+        typer.Option(help="Node set, surface, node (n12) or dof (n12y) to constrain; may be repeated."),
     ] = None,
     quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
     units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,

@@ -176,8 +176,8 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
     meant = natural[(natural >= 2 * pi * low) & (natural <= 2 * pi * high)]
     if meant.size:
         yield (
-            f"frequencies from {low:g} to {high:g} rad/s contain no natural frequency, but the same numbers in Hz contain "
-            f"{meant[0]:.5g} rad/s = {meant[0] / (2 * pi):.5g} Hz: were they meant in Hz? Multiply them by 2 pi"
+            f"frequencies from {low:g} to {high:g} rad/s contain no natural frequency, but the same numbers in Hz "
+            f"contain {meant[0]:.5g} rad/s = {meant[0] / (2 * pi):.5g} Hz: were they meant in Hz? Multiply them by 2 pi"
         )
     elif np.any((natural * 2 * pi >= low) & (natural * 2 * pi <= high)):
         yield (

@@ -99,7 +99,8 @@ def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
     if worst.kind == "unknown" and highest > worst.last_mode:
         return [
             f"the range goes up to {highest:.5g} {rate}, beyond the modes of the structure, which end at "
-            f"{worst.last_mode:.5g} {rate}, and the error of what was left out is unknown: give static_compliance, or more modes"
+            f"{worst.last_mode:.5g} {rate}, and the error of what was left out is unknown: "
+            "give static_compliance, or more modes"
         ]
     limit = WARNED_REDUCTION if worst.kind == "estimate" else REFUSED
     return [worst.sentence(None, rate)] if worst.value > limit else []

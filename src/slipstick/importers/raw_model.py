@@ -216,7 +216,8 @@ def _diagonal_faults(
 def support_notes(model: ImportedModel) -> tuple[str, ...]:
     """One sentence for each part which is not held; empty when every part is."""
     return tuple(
-        f"the part with node {part[0]} ({len(part)} nodes) is not constrained ({count} rigid body motions); fix some nodes"
+        f"the part with node {part[0]} ({len(part)} nodes) is not constrained ({count} rigid body motions); "
+        "fix some nodes"
         for part, count in floating_parts(model)
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
 from typing import Any
 
 from matplotlib.ticker import Formatter
@@ -16,6 +15,8 @@ _SMALLER = ((1e-4, 1e6, "[µm]"), (0.1, 1e3, "[mm]"))
 class Lengths(Formatter):
     """Ticks of an axis whose ``label`` ends in "[m]"; values stay metres, the label follows what is in view."""
 
+    axis: Any
+
     def __init__(self, label: str) -> None:
         self._label = label
 
@@ -25,7 +26,6 @@ class Lengths(Formatter):
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """As all ticks are about to be drawn."""
-        assert self.axis is not None
         self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
         return [self(value) for value in values]
 
@@ -40,8 +40,8 @@ class _BetweenDecades(Lengths):
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """Of 2, 3 and 5 times a power of ten."""
         low, high = self.axis.get_view_interval()
-        texts = super().format_ticks(values)
-        return [text if high < 20.0 * low and f"{x:.0e}"[0] in "235" else "" for x, text in zip(values, texts)]
+        shown = [high < 20.0 * low and f"{value:.0e}"[0] in "235" for value in values]
+        return [text if seen else "" for text, seen in zip(super().format_ticks(values), shown, strict=True)]
 
 
 def on_log_axis(axis: Any) -> None:

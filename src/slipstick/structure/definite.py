@@ -24,8 +24,8 @@ _NOT_DEFINITE = {
 _FREE = Fault(
     "K",
     "the stiffness matrix is singular, the structure can move without deforming",
-    remedy="a grounded structure is required because harmonic 0 (the mean) needs its static compliance: constrain it, or "
-    "attach weak springs to ground",
+    remedy="a grounded structure is required because harmonic 0 (the mean) needs its static compliance: constrain it, "
+    "or attach weak springs to ground",
 )
 
 

@@ -23,9 +23,10 @@ SECTIONS = {
     ),
     "Reference values for the published cases": (
         ("C",),
-        "The oscillator of Petrov (2012): mass 1, damping 0.4, stiffness 40, load 100, kt 100, mu 0.3, normal load 800.\n"
-        "The paper has statements and figures, no tables: expected are our own reference values for its cases, computed by\n"
-        "independent methods. Frequencies read from a figure are allowed the width of its lines.",
+        "The oscillator of Petrov (2012): mass 1, damping 0.4, stiffness 40, load 100, kt 100, mu 0.3,\n"
+        "normal load 800. The paper has statements and figures, no tables: expected are our own reference values\n"
+        "for its cases, computed by independent methods. Frequencies read from a figure are allowed the width\n"
+        "of its lines.",
     ),
     "The balance": (
         ("exact", "order"),
