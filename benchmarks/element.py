@@ -53,7 +53,7 @@ def regime(states: list[Any]) -> str:
     names = {name for _, _, name in states}
     if len(states) > 1:
         return "opens and closes" if "separation" in names else "sticks and slips"
-    return {"stick": "stuck all period", "separation": "separated for good"}.get(*names, "slips for good")
+    return {"stick": "stuck all period", "separation": "separated all period"}.get(*names, "full slip")
 
 
 class Errors(NamedTuple):
@@ -149,7 +149,7 @@ def by_regime(n: int = 10, repeats: int = 15) -> list[Row]:
     kinds = [regime(s) for s in states]
     parts = {kind: np.array([k == kind for k in kinds]) for kind in Counter(kinds)}
     groups = {kind: {key: value[part][:COUNT] for key, value in state.items()} for kind, part in parts.items()}
-    groups["separated for good"] = apart
+    groups["separated all period"] = apart
     with one_thread():
         times = interleaved([partial(element_forces, h, **group) for group in groups.values()], repeats)
     return [

@@ -104,7 +104,7 @@ def peaks(ax: Axes) -> None:
         for axes in (ax, close):
             axes.plot(data.omega / HERTZ, amplitude, color=colour, linestyle="-", label=f"{velocity:g} m/s")
         dof = list(data.dof.values).index("n1y")
-        for point in (int(amplitude.argmax()), *(curve.at(hertz * HERTZ) for hertz in CHECKED[velocity])):
+        for point in (int(amplitude.argmax("point")), *(curve.at(hertz * HERTZ) for hertz in CHECKED[velocity])):
             check, hertz = curve.check_in_time(point), float(data.omega[point]) / HERTZ
             print(f"{velocity:g} m/s, {hertz:g} Hz: {check.amplitude[dof]:.4e} {check.amplitude_in_time[dof]:.4e} m")
             for axes in (ax, close):
