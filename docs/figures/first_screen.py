@@ -90,7 +90,7 @@ def peaks(ax: Axes) -> None:
     """The blade at rest and rubbed: lines are the balance, dots integration in time."""
     blade = ss.load_case(BLADE)
     styled(ax, "Frequency [Hz]", "Amplitude [mm]")
-    close = styled(ax.inset_axes((0.33, 0.36, 0.36, 0.6)), "", "")
+    close = styled(ax.inset_axes((0.29, 0.36, 0.31, 0.6)), "", "")
     for velocity, colour in zip(CHECKED, COLOURS, strict=False):
         problem = blade.with_parameter("*.velocity", velocity)
         curve = ss.forced_response(
@@ -116,7 +116,7 @@ def peaks(ax: Axes) -> None:
     close.set(xlim=CLOSE, ylim=(0.05, 5.0))
     close.tick_params(labelsize=8)
     ax.indicate_inset_zoom(close, edgecolor="#999999")
-    ax.legend(frameon=False, fontsize=8, loc="center right", bbox_to_anchor=(1.0, 0.66))
+    ax.legend(frameon=False, fontsize=8, loc="upper right", bbox_to_anchor=(1.03, 1.0), handlelength=1.2)
 
 
 def draw() -> Figure:
