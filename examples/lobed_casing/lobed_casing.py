@@ -68,6 +68,7 @@ def draw(branches, folder):
     for column, (name, branch) in zip(axes.T, branches.items(), strict=True):
         branch.plot.response("y", ax=column[0])
         column[0].set_title(name)
+        column[0].xaxis.label.set_visible(False)
         data = branch.dataset
         styled(column[1], column[0].get_xlabel(), "Fraction of the period in contact")
         column[1].plot(data[branch.followed], 1.0 - data.separation_fraction.sel(contact="tip"))

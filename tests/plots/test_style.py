@@ -100,6 +100,11 @@ def test_small_lengths_are_ticked_in_millimetres_and_stay_metres() -> None:
     ax.set_ylim(0.0, 2.0)
     ax.figure.canvas.draw()
     assert ax.get_ylabel() == "Amplitude [m]"
+    ax.set_ylim(0.0, 0.002)
+    ax.set_ylabel("of the tip, m")
+    ax.figure.canvas.draw()
+    assert ax.get_ylabel() == "of the tip, m"
+    assert float(ax.get_yticklabels()[-1].get_text()) == pytest.approx(ax.get_yticks()[-1])
 
 
 def test_small_lengths_on_a_logarithmic_axis() -> None:

@@ -21,12 +21,21 @@ class Lengths(Formatter):
         self._label = label
 
     def _unit(self) -> tuple[float, str]:
+        if not self._labelled:
+            return 1.0, METRES
         largest = max(map(abs, self.axis.get_view_interval()))
         return next(((factor, name) for below, factor, name in _SMALLER if largest < below), (1.0, METRES))
 
+    @property
+    def _labelled(self) -> bool:
+        """Whether the axis still has the label; under one of the user's own ticks are metres."""
+        names = (METRES, *(name for _, _, name in _SMALLER))
+        return self.axis.label.get_text() in [self._label.replace(METRES, name) for name in names]
+
     def format_ticks(self, values: Sequence[float]) -> list[str]:
         """As all ticks are about to be drawn."""
-        self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
+        if self._labelled:
+            self.axis.label.set_text(self._label.replace(METRES, self._unit()[1]))
         return [self(value) for value in values]
 
     def __call__(self, x: float, pos: int | None = None) -> str:
