@@ -107,7 +107,7 @@ def test_of_two_matrices_in_a_file_the_one_by_the_plain_name_counts(tmp_path: Pa
 
 
 BAD = {
-    "table without heat": ([contact("a", thermal="")], "mu is a table over temperature, but the temperature of the contact is not given"),
+    "table without heat": ([contact("a", thermal="")], "mu is a table over temperature, but the temperature"),
     "no resistance": (
         [contact("a", thermal="[contact.thermal]\nbackground = 25\n")],
         "[[contact]] 'a' thermal.resistance is missing",

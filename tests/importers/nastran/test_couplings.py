@@ -139,7 +139,7 @@ def test_sets_of_equations():
         (("RBAR", 1, 1, 2, "123", "456", "", ""), "has independent directions at both ends"),
         (("RBE3", 1, "", 1, "123", "1.", "123456", 2, 3), "takes rotations into the mean"),
         (("RBE3", 1, "", 1, "123", "1.", "123", 2, 3, "UM", 2, 3), "dependent directions of its own"),
-        (("RBE3", 1, "", 1, "123456", "1.", "123", 2), "do not tell the motion"),
+        (("RBE3", 1, "", 1, "123456", "1.", "123", 2), "do not determine the motion"),
         (("MPC", 1, 2, 1, "one", 3, 1, "-1."), "MPC cannot be read"),
         (("MPC", "x", 2, 1, "1.", 3, 1, "-1."), "line 7: MPC cannot be read"),
     ],
