@@ -149,7 +149,7 @@ def test_loads_by_amplitude_and_phase_as_in_a_case_file() -> None:
     assert (by_size.amplitude, by_size.phase) == pytest.approx((3.0, 0.7))
     assert replace(by_size, cos=1.0).cos == 1.0
     for given, words in (
-        ({"amplitude": 1.0, "sin": 2.0}, "keep one way"), ({"phase": 1.0}, "without amplitude"),
+        ({"amplitude": 1.0, "sin": 2.0}, "keep one form"), ({"phase": 1.0}, "without amplitude"),
         ({"amplitude": "a"}, "found 'a'"), ({"sin": 1j}, "expected a finite number"),
         ({"harmonic": 1.5}, "whole number"),
     ):  # fmt: skip
