@@ -75,7 +75,7 @@ def held(seed):
     return float(np.nanmax(found, initial=0.0))
 
 
-@pytest.mark.parametrize("seed", [19, 28])
+@pytest.mark.parametrize("seed", [19, 28, 260])  # 260: steep, where near the branch is far from the point
 def test_points_of_a_few_systems(seed):
     assert held(seed) < PROMISED
 

@@ -47,12 +47,13 @@ class _Seen:
     ) -> None:
         self._corrector, self._readings, self._ends = corrector, readings, ends
         self._sizes = corrector.metric.sizes(*(end.state for end in ends))
-        self.places, self.cubic = places, arc.points(places)
+        self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
         between, off = self._off(self.cubic)
         self.unknowns_bent = corrector.metric.judged(off, self._sizes)
         self.readings_bent = np.zeros(len(off))
         if readings.any:
             self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
+        off = _at_their_parameter(off, self._slopes)
         self.states, self.last = self.cubic - _finite(off), self._size(between, off)
 
     def _off(self, states: Array) -> tuple[Between, Array]:
@@ -75,10 +76,22 @@ class _Seen:
             if not rest.size:
                 break
             between, off = self._off(self.states[rest])
+            off = _at_their_parameter(off, self._slopes[rest])
             before, self.last[rest] = self.last[rest], self._size(between, off)
             self.states[rest] -= _finite(off)
             self.last[rest[self.last[rest] > 0.5 * before]] = np.inf
         return self.states[:count], self.last[:count] <= tolerance
+
+
+def _at_their_parameter(off: Array, slopes: Array) -> Array:
+    """Corrections (n, N + 1) across the branch, with the way along it that leads back to the parameter of each state.
+
+    Where the branch is steep a state near to it may be far from the solution at its own parameter.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
+    found[:, -1] = 0.0
+    return found
 
 
 def _finite(off: Array) -> Array:
