@@ -122,6 +122,15 @@ def test_a_locus_may_begin_at_a_corner():
     assert np.all(np.diff(locus.dataset.amplitude.values[:, 0]) < 0.0)
 
 
+def test_requested_values_are_among_corners():
+    """Steps from corner to corner do not lead past what is asked for."""
+    asked = [9.36, 9.3712, 9.399]
+    locus = ss.track_peak(oscillator(velocity=9.4), "damper.velocity", (9.4, 9.35), omega=(3.0, 6.0), requested=asked)
+    assert locus.outcome is ss.Outcome.COMPLETED
+    assert set(asked) <= set(locus.dataset.parameter.values.tolist())
+    assert not [text for text in locus.warnings if "requested" in text]
+
+
 def test_several_contacts_and_an_output_that_is_no_port():
     problem = random_problem(1)
     curve = ss.forced_response(problem, omega=(4.0, 12.0), peaks_of="d3")

@@ -603,7 +603,7 @@ def jeffcott_rub() -> Iterator[Row]:
         for omega, other in {} if mu else pyharm.items():
             yield Row(f"mu = 0.0: radius at {omega:.6f}, pyHarm", other, at(branch, omega, radius, other), 1e-9)
         turns = sorted(folds(branch))
-        yield Row(f"mu = {mu}: fold where the contact opens", touch, turns[0], 2e-5)
+        yield Row(f"mu = {mu}: fold where the contact opens", touch, turns[0], 2e-10)
         yield Row(f"mu = {mu}: fold where the whirl breaks off", last_contact(mu, turns[1]), turns[1], 1e-9)
         solved = solved_points(branch, 1)
         far = [min(abs(radius[p] - r) for r in whirl(data.omega.values[p], mu)) for p in solved]

@@ -53,3 +53,20 @@ def test_points_near_peaks_are_named():
     (said,) = result_warnings("omega", values, [])
     assert "2.5 rad/s" in said
     assert "near peak" in said
+    values["kind"] = np.array(["start", "near turning point", "end"])
+    (said,) = result_warnings("damper.mu", values, [])
+    assert "2.5 (damper.mu) the branch turns back" in said
+
+
+def test_requested_values_that_are_passed_over_are_named():
+    """Of every part by itself, and where an interpolated point is all there is; what was not reached is not passed."""
+    values = {
+        "omega": np.array([1.0, 2.0, 3.0, 4.0, 3.5, 9.0, 8.0]), "truncation": np.zeros(7),
+        "kind": np.array(["start", "requested", "interpolated", "regular", "end", "start", "end"]),
+        "branch_part": np.array([1, 1, 1, 1, 1, 2, 2]),
+    }  # fmt: skip
+    assert result_warnings("omega", values, [], requested=[1.0, 2.0, 6.0, 9.5]) == []
+    (said,) = result_warnings("omega", values, [], requested=[8.5, 2.0, 3.0, 3.75, 6.0])
+    assert said.startswith("at 3, 3.75, 8.5 rad/s a point was requested, but ")
+    (said,) = result_warnings("p", {"parameter": values["omega"], **values}, [], requested=[3.0])
+    assert said.startswith("at 3 (p) a point was requested")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from slipstick.analysis import nonlinear_modes as modes_module
 from slipstick.analysis import peaks as peaks_module
 from slipstick.analysis import walking
 from slipstick.analysis.stability import subharmonic, verdict
+from slipstick.analysis.tasks import frequency_task
+from slipstick.analysis.walking import collect
 from slipstick.app.cli import app
 from slipstick.results import record
 from slipstick.results.besides import Besides
@@ -124,6 +127,23 @@ def test_peaks_that_cannot_be_sought(sound: ss.Branch, monkeypatch: pytest.Monke
     assert np.interp(10.0, branch.dataset["omega"], branch.dataset["amplitude"][:, 0]) == pytest.approx(
         np.interp(10.0, sound.dataset["omega"], sound.dataset["amplitude"][:, 0]), rel=1e-3
     )
+
+
+def test_largest_amplitudes_that_cannot_be_sought(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of many outputs the largest alone is located: where that fails between two points the curve goes on."""
+    K = 40.0 * (2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
+    structure = ss.MatrixStructure(M=np.eye(3), C=0.01 * K, K=K, dofs=["a", "b", "c"])
+    pair = ss.ContactPair(name="damper", contact=FRICTION, tangential="b")
+    chain = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", sin=100.0), harmonics=range(4))
+    task = replace(frequency_task(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
+    whole = collect(task)
+    monkeypatch.setattr(peaks_module._Slopes, "at", fails)
+    branch, said = told(lambda: collect(task))
+    assert re.search("^the place of the largest amplitudes is not known at .*on purpose", said, re.MULTILINE)
+    assert branch.outcome is ss.Outcome.COMPLETED
+    kinds = [b.dataset["kind"].to_numpy() for b in (branch, whole)]
+    assert kinds[0][-1] == "end"
+    assert np.count_nonzero(kinds[0] == "interpolated") > 0
 
 
 def spring(x: Any, velocity: Any, k: Any) -> Any:

@@ -25,7 +25,7 @@ from slipstick.faults import warn
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import SELF_EXCITED, attributes_of, make_table
+from slipstick.results.schema import SELF_EXCITED, attributes_of, make_table, requested_attribute
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, ContinuationOptions, Step, continuation
 from slipstick.solve.continuation.path import failed
@@ -150,14 +150,17 @@ class SelfExcited:
         recorder, problem = Recorder(self.balance, parameter=self.parameter, stability=True), self.problem
         values = recorder.values(points)
         if points:
-            wrong = partial(result_warnings, self.parameter, values, problem.elements, problem.units.angular)
+            wrong = partial(
+                result_warnings, self.parameter, values, problem.elements, problem.units.angular,
+                requested=self.requested,
+            )  # fmt: skip
             said = recorder.besides.said(wrong)
             warn(said)
             warnings = [*warnings, *said]
         attributes = attributes_of(
             problem, outcome, message, warnings, parameter=self.parameter, vibration=SELF_EXCITED,
             evaluations=work.evaluations, linear_solves=work.solves, rejected_steps=work.rejected,
-            jacobian=self.balance.kind.name, seconds=seconds,
+            jacobian=self.balance.kind.name, seconds=seconds, **requested_attribute(self.requested),
         )  # fmt: skip
         return Branch(make_table(recorder.layout, values, attributes), outcome, problem, message)
 

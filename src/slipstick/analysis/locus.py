@@ -237,7 +237,9 @@ class Locus:
         before, at = self._first, self.span[0]
         if self.last is not None:
             step = self._way * self._length * abs(self.span[1] - self.span[0])
-            before, at = self.last.y, min(max(self._reach + step, min(self.span)), max(self.span))
+            places = (*self.requested, self._reach + step, self.span[1])
+            ahead = [v for v in places if self._way * (v - self._reach) > 0.0]
+            before, at = self.last.y, min(ahead, key=lambda v: self._way * v, default=self._reach)
             self._length = min(2.0 * self._length, _CORNER_STEPS[1])
         over = self.last is not None and self._reach == self.span[1]
         found = None if over else bracketed_peak(self.system, at, before, self._context)
@@ -246,7 +248,8 @@ class Locus:
             return None
         if abs(found.y[-1] - before[-1]) > _JUMP * before[-1]:
             self.notes.append(f"at {at:.6g} the peak at {found.y[-1]:.6g} {self._unit} is followed on")
-        kind = "end" if at == self.span[1] else "regular" if found.slope <= FLAT else CORNER
+        smooth = "requested" if at in self.requested else "regular"
+        kind = "end" if at == self.span[1] else smooth if found.slope <= FLAT else CORNER
         kind = "start" if self.last is None else kind
         self._take(LocusPoint(found.y, at, found.detail, kind, found.residual, found.iterations))
         self._context = found.context

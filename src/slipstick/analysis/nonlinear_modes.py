@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,6 +40,8 @@ MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton"
 """Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of the amplitude's logarithm, and
 frequency and damping between two points to 4e-4 on the line through them."""
 
+_MET = 1e-6
+"""Part of a load factor within which a point stands for it."""
 _LIMIT = 0.01
 """Damping ratio above which the mode tells peaks to a per cent, but no decay."""
 
@@ -290,7 +292,7 @@ class _Followed:
     def _level(self, factor: float, force: ComplexArray) -> BranchEvent:
         """Where the forced response to the loads times a factor peaks."""
         return BranchEvent(
-            name=f"{factor:g}", kind="requested",
+            name=f"{factor:g}", kind="requested", exact=True,
             function=lambda step: peak_forces([step.evaluation.detail], force)[0] - factor,
         )  # fmt: skip
 
@@ -308,12 +310,27 @@ class _Followed:
         table = make_table(mode_layout(recorder.layout, given), values, attributes)
         return Branch(table, outcome, None, message, without=without)
 
+    def _passed_over(self, values: Mapping[str, Any]) -> Iterator[str]:
+        """Load factors that the mode passes without a point."""
+        here, asked = np.asarray(values["load_factor"]), np.asarray(values["kind"]) == "requested"
+        missed = []
+        for factor in sorted(set(self.factors)):
+            off = here - factor
+            met = asked & (np.abs(off) <= _MET * factor)
+            if np.any((off[:-1] * off[1:] < 0.0) & ~met[:-1] & ~met[1:]):
+                missed.append(f"{factor:g}")
+        if missed:
+            yield (
+                f"load_factors: at {', '.join(missed)} a point was requested, but where the mode passes no solution "
+                "was found: try a smaller max_step"
+            )
+
     def _warnings(self, values: Mapping[str, Any]) -> list[str]:
         """Where the mode tells less than it seems to."""
         damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]
         if not damping.size:
             return []
-        found, own = [], self.free.modal
+        found, own = list(self._passed_over(values)), self.free.modal
         if np.nanmax(np.abs(damping)) > _LIMIT:
             found.append(
                 f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "

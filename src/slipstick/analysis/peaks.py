@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slipstick.analysis.keeping_up import kept_up
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
@@ -56,7 +57,8 @@ class Largest:
         self, outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem, besides: Besides
     ) -> None:
         self._slopes, self._besides = _Slopes(Outputs(outputs.balance, tuple(names)), system), besides
-        self.events = tuple(replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
+        events = (replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
+        self.events = tuple(kept_up(besides, _WHAT, events))
 
     def heights(self, step: Any) -> Array:
         """Amplitudes (n,) at a step."""

@@ -30,7 +30,7 @@ from slipstick.interrupts import held
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import attributes_of, make_table
+from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.continuation.path import failed
 from slipstick.typing import Array
@@ -249,13 +249,16 @@ class TrackedPeak:
         ]  # fmt: skip
         values = recorder.values(points)
         if points:
-            wrong = partial(result_warnings, self.parameter, values, problem.elements, problem.units.angular)
+            wrong = partial(
+                result_warnings, self.parameter, values, problem.elements, problem.units.angular,
+                requested=self.requested,
+            )  # fmt: skip
             said = recorder.besides.said(wrong)
             warn(said)
             warnings = [*warnings, *said]
         attributes = attributes_of(
             problem, outcome, message, warnings, parameter=self.parameter, peak_of=self.dof,
-            jacobian=self.balance.kind.name, **work,
+            jacobian=self.balance.kind.name, **requested_attribute(self.requested), **work,
         )  # fmt: skip
         return Branch(make_table(recorder.layout, values, attributes), outcome, problem, message)
 

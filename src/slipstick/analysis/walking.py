@@ -14,12 +14,13 @@ import numpy as np
 
 from slipstick.analysis.course import Course
 from slipstick.analysis.events import Event, Listener, PointFound, Started, Stopped
+from slipstick.analysis.keeping_up import kept_up
 from slipstick.analysis.parts import BROKEN_OFF, Part, joined
 from slipstick.analysis.peaks import Largest, peak_events
 from slipstick.analysis.readings import OutputReadings
 from slipstick.analysis.task import Task, adapted_to
 from slipstick.analysis.threads import undisturbed
-from slipstick.analysis.warming import NO_WORK, WarmContinuation, jumps_text
+from slipstick.analysis.warming import FOLDS, NO_WORK, WarmContinuation, jumps_text
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
@@ -28,15 +29,12 @@ from slipstick.errors import InputError, Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
-from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
-from slipstick.results.schema import attributes_of, make_table
+from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
 from slipstick.solve.continuation import Step
-from slipstick.solve.continuation.arc import ArcPlaces
-from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -88,7 +86,7 @@ def walk(
             parameter=task.parameter, parts=len(course.parts),
             evaluations=done.evaluations, linear_solves=done.solves, rejected_steps=done.rejected, seconds=seconds,
             jacobian=task.balance.kind.name, peaks_of="\n".join(task.peaks_of),
-            largest_of="\n".join(task.largest_of), **_accuracy(task),
+            largest_of="\n".join(task.largest_of), **_accuracy(task), **requested_attribute(task.requested),
         )  # fmt: skip
         _tell(task, Stopped(
             outcome=outcome, message=message or outcome.text, points=course.points, seconds=seconds,
@@ -169,8 +167,8 @@ def _run(
         requested=(*task.requested, *((sought[0],) if sought else ())),
         events=(
             *own,
-            *_kept_up(recorder, "the place of peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
-            *_kept_up(recorder, "where stability changes", special.events if special else ()),
+            *kept_up(recorder.besides, "the place of peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
+            *kept_up(recorder.besides, "where stability changes", special.events if special else ()),
         ),
         readings=OutputReadings(recorder.outputs, task.system),
         watched=Largest(recorder.outputs, task.largest_of, task.system, recorder.besides) if task.largest_of else None,
@@ -179,38 +177,6 @@ def _run(
     if special is not None and run.standing is not None:
         special.take_up(run.standing, places[-1].values[-1])
     return run
-
-
-def _kept_up(recorder: Recorder, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
-    """Events whose functions may fail: there they keep the sign they had, and the branch goes on."""
-    for event in events:
-        yield _LastKnown(recorder.besides, what, event).event
-
-
-class _LastKnown:
-    """An event that is asked with care; its last value is what stands where it fails."""
-
-    def __init__(self, besides: Besides, what: str, event: BranchEvent) -> None:
-        self._besides, self._what, self._asked, self._last = besides, what, event, 1.0
-        place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
-        self.event = replace(event, function=self._value, place=place, along=along, height=height)
-
-    def _value(self, step: Any) -> float:
-        self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
-        return self._last
-
-    def _place(self, first: Any, second: Any, arc: Any) -> float:
-        assert self._asked.place is not None
-        return self._besides.take(self._what, partial(self._asked.place, first, second, arc), 1.0)
-
-    def _height(self, step: Any) -> float:
-        assert self._asked.height is not None
-        return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
-
-    def _along(self, first: Any, second: Any, arc: Any, places: ArcPlaces) -> Array:
-        assert self._asked.along is not None
-        same = np.full(places.u.size, self._last)
-        return self._besides.take(self._what, partial(self._asked.along, first, second, arc, places), same)
 
 
 def _from_other_end(task: Task) -> Task:
@@ -296,7 +262,7 @@ def _reaction(step: Step, before: Step | None) -> Reaction | None:
     if second.jacobian is None:
         return None
     bend = 0.0
-    if step.kind == "turning point":
+    if step.kind in FOLDS:
         bend = inf
     elif first is not None and first.arclength != second.arclength:
         bend = float(second.tangent[-1] - first.tangent[-1]) / abs(second.arclength - first.arclength)
@@ -329,7 +295,7 @@ def collect(task: Task) -> Branch:
     values = {name: np.concatenate([part[name] for part in slices]) for name in recorder.layout.variables}
     problem, followed = task.problem, task.parameter or "omega"
     asked = adapted_to(task.options)
-    wrong = partial(result_warnings, followed, values, problem.elements, problem.units.angular, asked)
+    wrong = partial(result_warnings, followed, values, problem.elements, problem.units.angular, asked, task.requested)
     if sentences := recorder.besides.said(wrong):
         warn(sentences)
         attributes["warnings"] = "\n".join([*task.warnings, *sentences])

@@ -15,6 +15,7 @@ from slipstick.balance.many import evaluated_together
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
+from slipstick.results.schema import NEAR_FOLD
 from slipstick.solve.continuation import Continuation, Place, Step, continuation
 from slipstick.solve.continuation.path import failed
 from slipstick.solve.norm import norm, relative
@@ -24,6 +25,7 @@ from slipstick.typing import Array
 UNSOLVED = 1e-8
 """A point whose relative residual rounding keeps above this is no solution: the branch ends before it."""
 
+FOLDS = ("turning point", NEAR_FOLD)
 _ROUNDING = 1e-11
 _FOLD = 0.5
 _BEYOND = (1e-5, 1e-4, 1e-3)
@@ -197,7 +199,7 @@ class WarmContinuation(Iterator[Step]):
                 yield from self._evaluated(waiting)
                 self.residual, waiting = residual, []
                 yield step
-                over = step.kind == "turning point" and last is not None and self._jump(step, last, turned=True)
+                over = step.kind in FOLDS and last is not None and self._jump(step, last, turned=True)
                 if over:
                     break
                 last = step

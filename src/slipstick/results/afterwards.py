@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from slipstick.results.schema import NEAR_PEAK
+from slipstick.results.schema import NEAR_FOLD, NEAR_PEAK
 from slipstick.results.stability import stability_sentences
 from slipstick.results.truncation import truncation_sentence
 from slipstick.typing import Array
@@ -18,32 +19,62 @@ def result_warnings(
     contacts: Sequence[str],
     unit: str = "rad/s",
     asked: float | None = None,
+    requested: Sequence[float] = (),
 ) -> list[str]:
-    """Contacts that never acted, harmonics that are missing, and stability that is in doubt.
+    """Contacts that never acted, points that are missing or misplaced, missing harmonics, and stability in doubt.
 
     ``followed`` names what ``values["parameter"]``, else ``values["omega"]``, are values of; ``unit`` that of
-    frequencies, ``asked`` the accuracy to which harmonics were adapted.
+    frequencies, ``asked`` the accuracy to which harmonics were adapted, ``requested`` the values at which points are
+    wanted.
     """
     at = values["parameter" if "parameter" in values else "omega"]
     missing = truncation_sentence(followed, at, values["truncation"], unit, asked)
     doubts = stability_sentences(followed, at, values, unit) if "stable" in values else ()
     return [
         *_open(values, contacts),
-        *_near_peaks(followed, at, values, unit),
+        *_near(followed, at, values, unit),
+        *_passed_over(followed, at, values, unit, requested),
         *([missing] if missing else []),
         *doubts,
     ]
 
 
-def _near_peaks(followed: str, at: Array, values: Mapping[str, Array], unit: str) -> Iterator[str]:
-    near = np.flatnonzero(np.asarray(values["kind"]) == NEAR_PEAK) if "kind" in values else np.zeros(0, dtype=int)
-    if near.size:
-        where = ", ".join(f"{at[i]:.6g}" for i in near[:5]) + (" and more" if len(near) > 5 else "")
-        of = f" {unit}" if followed == "omega" else f" ({followed})"
-        yield (
-            f"next to {where}{of} an amplitude is largest, but no solution was found there: points of kind "
-            f'"{NEAR_PEAK}" are the nearest; try a smaller max_step'
+def _near(followed: str, at: Array, values: Mapping[str, Array], unit: str) -> Iterator[str]:
+    kinds = np.asarray(values.get("kind", ()))
+    for kind, what in ((NEAR_PEAK, "an amplitude is largest"), (NEAR_FOLD, "the branch turns back")):
+        if np.any(kinds == kind):
+            yield (
+                f"next to {_listed(at[kinds == kind].tolist(), followed, unit)} {what}, but no solution was found "
+                f'there: points of kind "{kind}" are the nearest; try a smaller max_step'
+            )
+
+
+def _passed_over(
+    followed: str, at: Array, values: Mapping[str, Array], unit: str, requested: Sequence[float]
+) -> Iterator[str]:
+    """Requested values that the branch passes without a point."""
+    if not requested or "kind" not in values:
+        return
+    solved = np.asarray(values["kind"]) != "interpolated"
+    parts = np.asarray(values["branch_part"])[solved] if "branch_part" in values else np.ones(np.count_nonzero(solved))
+    missed = [
+        value
+        for value in sorted(set(requested))
+        if any(
+            part == next_part and (before - value) * (after - value) < 0.0
+            for (before, part), (after, next_part) in pairwise(zip(at[solved].tolist(), parts, strict=True))
         )
+    ]
+    if missed:
+        yield (
+            f"at {_listed(missed, followed, unit)} a point was requested, but where the branch passes no solution was "
+            "found: try a smaller max_step"
+        )
+
+
+def _listed(values: Sequence[float], followed: str, unit: str) -> str:
+    where = ", ".join(f"{value:.6g}" for value in values[:5]) + (" and more" if len(values) > 5 else "")
+    return where + (f" {unit}" if followed == "omega" else f" ({followed})")
 
 
 def _open(values: Mapping[str, Array], contacts: Sequence[str]) -> Iterator[str]:

@@ -31,13 +31,16 @@ if TYPE_CHECKING:
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
 
-NEAR_PEAK = "near peak"
-"""A solution beside a peak that could not be located."""
+NEAR_PEAK, NEAR_FOLD = "near peak", "near turning point"
+"""A solution beside a peak or a turning point that could not be located."""
 
 POINT_KINDS = (
     "start", "regular", "peak", "turning point", "requested", "end", *SPECIAL_KINDS, "optimum", "tie", "corner",
-    NEAR_PEAK, "interpolated",
+    NEAR_PEAK, NEAR_FOLD, "interpolated",
 )  # fmt: skip
+
+REQUESTED = "requested"
+"""Attribute of the values at which points are wanted."""
 
 RELATIVE = "relative to the moving support"
 """Said of the motion of a structure whose support moves."""
@@ -267,6 +270,16 @@ def is_self_excited(data: Any) -> bool:
 def make_table(layout: Layout, values: Mapping[str, AnyArray], attributes: Mapping[str, Any]) -> ResultTable:
     """The table of a branch from the values of its points, (n_points, ...) each."""
     return ResultTable({name: ResultColumn(*parts) for name, parts in layout.tables(values)}, dict(attributes))
+
+
+def requested_attribute(values: Sequence[float]) -> dict[str, str]:
+    """Values of the followed quantity at which points are wanted, as an attribute; none where there are none."""
+    return {REQUESTED: " ".join(repr(float(value)) for value in values)} if values else {}
+
+
+def requested_of(attributes: Mapping[str, Any]) -> tuple[float, ...]:
+    """What ``requested_attribute`` wrote."""
+    return tuple(map(float, str(attributes.get(REQUESTED, "")).split()))
 
 
 def attributes_of(

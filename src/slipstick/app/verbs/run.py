@@ -192,7 +192,9 @@ class Run:
         values = self.store.layout.unpack(self.store.rows())
         problem = self.case.problem()
         asked = self.case.options().adapt_harmonics
-        return result_warnings(self.case.parameter or "omega", values, problem.elements, problem.units.angular, asked)
+        return result_warnings(
+            self.case.parameter or "omega", values, problem.elements, problem.units.angular, asked, self.case.requested
+        )
 
     @cached_property
     def _data(self) -> ResultTable:
@@ -372,6 +374,7 @@ def states_text(record: Mapping[str, Any]) -> str:
 def warnings_of(data: ResultTable) -> list[str]:
     """The warnings that the results of a branch call for."""
     from slipstick.results.afterwards import result_warnings
+    from slipstick.results.schema import requested_of
 
     names = (
         "parameter",
@@ -384,11 +387,12 @@ def warnings_of(data: ResultTable) -> list[str]:
         "kind",
         "multiplier",
         "unstable_multipliers",
+        "branch_part",
     )
     values = {name: data[name].to_numpy() for name in names if name in data}
     contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
-    asked = data.attrs.get("adapt_harmonics")
-    return result_warnings(str(data.attrs.get("parameter", "")) or "omega", values, contacts, unit, asked)
+    asked, followed = data.attrs.get("adapt_harmonics"), str(data.attrs.get("parameter", "")) or "omega"
+    return result_warnings(followed, values, contacts, unit, asked, requested_of(data.attrs))
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from slipstick.solve.continuation.arc import Arc, ArcPlaces
@@ -50,6 +50,9 @@ class BranchEvent:
         -1: only from positive to negative along the branch; +1: only the other way; 0: both.
     terminal
         Whether the continuation ends there.
+    exact
+        Whether no point is better than one that is not located to the tolerance; the caller tells what is missing. Else
+        the nearest solution stands for it.
     place
         For a function that jumps: where on the arc between two steps it does, ``u`` from 0 to 1. It is solved for there
         once, instead of until the jump is known to the tolerance.
@@ -57,8 +60,9 @@ class BranchEvent:
         What the function is expected to be between two neighbouring steps, (n,): of both, of the arc between them, and
         of n places on it. With it sign changes are sought on the whole arc; without, only from end to end.
     height
-        Of a maximum: what is largest there, whose slope along the branch ``function`` is. Where the slope jumps, the
-        maximum is the higher of the two sides. A slope of 0 is a plateau: it goes on as what comes before it.
+        Of a maximum, with ``direction`` -1: what is largest there, whose slope along the branch ``function`` is. Where
+        the slope jumps, the maximum is the higher of the two sides. A slope of 0 is a plateau: it goes on as what comes
+        before it. Of an extreme of either sense, with ``direction`` 0: the same, largest or smallest.
     """
 
     name: str
@@ -66,9 +70,25 @@ class BranchEvent:
     function: Callable[..., float]
     direction: int = 0
     terminal: bool = False
+    exact: bool = False
     place: Callable[[Any, Any, Arc], float] | None = None
     along: Callable[[Any, Any, Arc, ArcPlaces], Array] | None = None
     height: Callable[[Any], float] | None = None
+
+    @property
+    def maximum(self) -> bool:
+        """Whether maxima alone are sought: one may hide between two points whose slopes do not tell of it."""
+        return self.height is not None and self.direction < 0
+
+    def falling(self, before: float) -> BranchEvent:
+        """The same event seen so that its function falls through zero from a value ``before``."""
+        if before > 0.0:
+            return self
+        function, height = self.function, self.height
+        return replace(
+            self, function=lambda step: -function(step), direction=-self.direction,
+            height=None if height is None else lambda step: -height(step),
+        )  # fmt: skip
 
     def crossed(self, before: float, after: float) -> bool:
         """Whether the values at two neighbouring points enclose such a sign change."""
@@ -101,6 +121,7 @@ def turning_points(*, terminal: bool = False) -> BranchEvent:
     return BranchEvent(
         name="turning point", kind="turning point", function=turning_parameter, terminal=terminal,
         along=lambda first, second, arc, places: arc.parameter_rates(places) / arc.length,
+        height=lambda step: step.parameter,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
-from slipstick.solve.continuation.narrowing import Bracket, narrowed
+from slipstick.solve.continuation.narrowing import Bracket, narrowed, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
@@ -66,11 +66,12 @@ class Locator:
         self.values: tuple[float, ...] = ()
         """Largest values so far of what is watched, then event functions at the last point."""
         self._middles: dict[tuple[int, int], tuple[Step, Step, Known | None]] = {}
+        self._orientations: tuple[int, int] = (0, 0)
 
     def begin(self, first: Step) -> None:
         """Take note of the event functions at the first point."""
         values = [(event, float(event.function(first))) for event in self._events]
-        own = (value or _TINY if event.height else value for event, value in values)
+        own = (value or _TINY if event.maximum else value for event, value in values)
         self.values = (*(self._watched.heights(first).tolist() if self._watched else ()), *own)
 
     def between(self, first: Step, second: Step) -> list[Step]:
@@ -82,22 +83,21 @@ class Locator:
         found: list[tuple[float, Step]] = []
         ends = []
         self._middles.clear()
+        self._orientations = first.orientation, second.orientation
         watched = len(self.values) - len(self._events)
         for event, before in zip(self._events, self.values[watched:], strict=True):
             places, values = self._expected(event, before, first, second, arc)
-            if event.height is not None:
+            if event.maximum:
                 values = _carried(values)
             ends.append(values[-1])
             changes = zip(pairwise(places), pairwise(values), strict=True)
             crossed = [(at, of) for at, of in changes if event.crossed(*of)]
             if event.place is not None:
                 located = [self._jump(event, arc, event.place(first, second, arc)) for _ in crossed]
-            elif event.height is not None:
+            elif event.maximum:
                 located = self._maxima(event, arc, crossed, (first, before), (second, values[-1]))
             else:
-                located = [self._change(event, arc, at, of, second.smooth) for at, of in crossed]
-                if not any(located) and event.crossed(before, values[-1]):
-                    located = [self._event(event, arc, (0.0, before), (1.0, values[-1]))]
+                located = self._changes(event, arc, crossed, (first, before), (second, values[-1]))
             found += [step for step in located if step is not None]
         if self._watched is not None:
             largest = self._exceed(self._watched, np.array(self.values[:watched]), found, arc, first, second)
@@ -105,11 +105,18 @@ class Locator:
         else:
             self.values = tuple(ends)
         if self._requested.size:
-            found += self._passages(first, second, sorted(found, key=_place), arc)
-        found.sort(key=_place)
+            found += self._passages(first, second, self._in_order(first, second, found), arc)
+        found = self._in_order(first, second, found)
         for _, step in found:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
         return [step for _, step in found]
+
+    def _in_order(self, first: Step, second: Step, found: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
+        """What was located, in order along the branch: their places tell it only where the arc is near to that."""
+        if len(found) < 2:
+            return found
+        whole = Bracket(first, 1.0, second, -1.0, 0.0, 1.0)
+        return sorted(found, key=lambda located: whole.part(located[1], self._corrector.metric))
 
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
@@ -118,7 +125,7 @@ class Locator:
         if event.along is None:
             return [0.0, 1.0], [before, float(event.function(second))]
         values = [before, *event.along(first, second, arc, _PLACES).tolist()[1:]]
-        parted = event.height is not None and not second.smooth
+        parted = event.maximum and not second.smooth
         if not parted and (min(values) > 0.0 or max(values) < 0.0):
             self._see_to_near_miss(event, arc, values)
         return _AT, values
@@ -227,26 +234,52 @@ class Locator:
     def _top(
         self, event: BranchEvent, places: Both, low: Known | None, high: Known | None
     ) -> tuple[float, Step] | None:
-        """The maximum between two solutions, at ``places`` on the arc, that bracket one."""
+        """The extreme between two solutions, at ``places`` on the arc, that bracket one."""
         if low is None or high is None or not event.crossed(low[1], high[1]):
             return None
-        bracket = narrowed(self._corrector, event, Bracket(low[0], low[1], high[0], high[1], *places), self._tolerance)
-        return bracket.top(event, self._corrector.metric, self._tolerance)
+        return self._narrowed(event, places, low, high).top(
+            event.falling(low[1]), self._corrector.metric, self._tolerance
+        )
 
-    def _change(self, event: BranchEvent, arc: Arc, at: Both, of: Both, smooth: bool) -> tuple[float, Step] | None:
-        """The sign change expected between two places, from the values expected there.
+    def _narrowed(self, event: BranchEvent, places: Both, low: Known, high: Known) -> Bracket:
+        """What two solutions between which an event function changes its sign are narrowed to."""
+        seen = event.falling(low[1])
+        bracket = Bracket(low[0], abs(low[1]), high[0], -abs(high[1]), *places)
+        return narrowed(self._corrector, seen, bracket, self._tolerance)
 
-        On an arc that is not known to be near the branch it is believed once solutions on both sides show it.
+    def _changes(
+        self, event: BranchEvent, arc: Arc, crossed: list[tuple[Both, Both]], first: Known, second: Known
+    ) -> list[tuple[float, Step] | None]:
+        """The sign changes between two neighbours.
+
+        They are expected where the function changes its sign on the arc. Where that is not known to be near the branch
+        they are believed once solutions on both sides show them.
         """
-        margin = at[1] - at[0]
-        room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
-        quick = self._quickly(event, arc, at, of, room) if event.along and smooth else None
-        if quick is not None or margin == 1.0:
-            return quick or self._event(event, arc, (at[0], of[0]), (at[1], of[1]))
-        low, high = (self._solved(event, arc, u, 0.0) for u in room)
+        located: list[tuple[float, Step] | None] = []
+        for at, of in crossed:
+            margin = at[1] - at[0]
+            room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
+            found = self._quickly(event, arc, at, of, room) if event.along and second[0].smooth else None
+            if found is None and margin < 1.0:
+                ends = ({0.0: first, 1.0: second}.get(u) or self._solved(event, arc, u, 0.0) for u in room)
+                found = self._change(event, arc, room, *ends)
+            located.append(found)
+        if not any(located):
+            located = [self._change(event, arc, (0.0, 1.0), first, second)]
+        return located
+
+    def _change(
+        self, event: BranchEvent, arc: Arc, places: Both, low: Known | None, high: Known | None
+    ) -> tuple[float, Step] | None:
+        """The sign change between two solutions, at ``places`` on the arc."""
+        if event.height is not None:
+            return self._top(event, places, low, high)
         if low is None or high is None or not event.crossed(low[1], high[1]):
             return None
-        return self._event(event, arc, (room[0], low[1]), (room[1], high[1]))
+        found = self._event(event, arc, (places[0], low[1]), (places[1], high[1]))
+        if found is None:
+            found = self._narrowed(event, places, low, high).root(event, self._corrector.metric, self._tolerance)
+        return found
 
     def _quickly(self, event: BranchEvent, arc: Arc, at: Both, of: Both, room: Both) -> tuple[float, Step] | None:
         """By secants from where the sign change is expected; None where they lead out of the ``room``."""
@@ -279,6 +312,8 @@ class Locator:
         )
         if step is None or not self._corrector.near(step.state - guess, arc.length):
             return None
+        if all(step.orientation * own < 0 for own in self._orientations):  # of another branch, or the way back of this
+            return None
         return step, float(event.function(step))
 
     def _passages(
@@ -286,39 +321,47 @@ class Locator:
     ) -> list[tuple[float, Step]]:
         """Points at the requested parameter values; turning points in between (already found) part the passages."""
         passages = []
-        nodes = [(0.0, first.parameter), *((u, s.parameter) for u, s in found), (1.0, second.parameter)]
-        for (u0, p0), (u1, p1) in pairwise(nodes):
-            values = self._requested
+        for low, high in pairwise([(0.0, first), *found, (1.0, second)]):
+            values, p0, p1 = self._requested, low[1].parameter, high[1].parameter
             inside = values[(values > p0) & (values <= p1)] if p1 > p0 else values[(values < p0) & (values >= p1)]
             for value in inside.tolist():
                 if second.kind == "end" and value == second.parameter:
                     continue
-                passage = self._passage(value, arc, (u0, p0 - value), (u1, p1 - value))
+                passage = self._passage(value, arc, low, high)
                 if passage is not None:
                     passages.append(passage)
         return passages
 
     def _passage(
-        self, value: float, arc: Arc, low: tuple[float, float], high: tuple[float, float]
+        self, value: float, arc: Arc, low: tuple[float, Step], high: tuple[float, Step]
     ) -> tuple[float, Step] | None:
-        """Solve at the exact parameter; near a turning point first approach along the arc."""
+        """Solve at the exact parameter, from the arc or else from both sides, which solutions between bring nearer."""
         u = arc.where(value, low[0], high[0])
-        step = self._at(value, arc.point(u), arc.derivative(u), arc.length)
+        step = self._at(value, arc.point(u), (low[1], high[1]), arc.length)
         if step is not None:
             return u, step
-        event = BranchEvent(name="", kind="requested", function=lambda point: point.parameter - value)
-        near = self._event(event, arc, low, high)
-        if near is None:
-            return None
-        exact = self._at(value, near[1].state.copy(), near[1].tangent, arc.length)
-        return near[0], exact or near[1]
+        before, after = (end[1].parameter - value for end in (low, high))
+        event = BranchEvent(name="", kind="requested", function=lambda point: point.parameter - value).falling(before)
+        bracket, metric = Bracket(low[1], abs(before), high[1], -abs(after), low[0], high[0]), self._corrector.metric
+        for narrower in narrowing(self._corrector, event, bracket, self._tolerance):
+            ends, room = (narrower.low, narrower.high), narrower.room(metric)
+            for end in sorted(ends, key=lambda end: abs(end.parameter - value)):
+                shift = (value - end.parameter) / (end.tangent_parameter or np.inf)
+                step = self._at(value, end.state + shift * end.tangent, ends, room)
+                if step is not None and all(metric.length(step.state - one.state) <= room for one in ends):
+                    part = metric.length(step.state - narrower.low.state) / room
+                    return narrower.begin + part * (narrower.end - narrower.begin), step
+        return None
 
-    def _at(self, value: float, guess: Array, forward: Array, length: float) -> Step | None:
+    def _at(self, value: float, guess: Array, ends: tuple[Step, Step], length: float) -> Step | None:
+        """The solution at a value of the parameter between two others, if it is the one that is expected."""
         guess[-1] = value
-        step, _ = self._corrector.correct(guess, None, "requested", forward=forward, options=self._corrector.patient)
+        way = np.zeros(guess.size)
+        way[-1] = ends[1].parameter - ends[0].parameter
+        step, _ = self._corrector.correct(guess, None, "requested", forward=way, options=self._corrector.patient)
         if step is None or not self._corrector.near(step.state - guess, length):
             return None
-        return step
+        return None if all(step.orientation * own < 0 for own in self._orientations) else step
 
     def _jump(self, event: BranchEvent, arc: Arc, u: float) -> tuple[float, Step] | None:
         """The solution at a place on the arc."""
@@ -331,7 +374,7 @@ class Locator:
     def _event(
         self, event: BranchEvent, arc: Arc, low: tuple[float, float], high: tuple[float, float]
     ) -> tuple[float, Step] | None:
-        """Solve on the arc until the place of the sign change is known to the tolerance."""
+        """Solve on the arc until the place of the sign change is known to the tolerance; None where that ends."""
         metric = self._corrector.metric
         root = BracketedRoot(*low, *high)
         best: tuple[float, float, Step] | None = None
@@ -339,7 +382,7 @@ class Locator:
             u = root.trial
             solved = self._solved(event, arc, u, 0.0)
             if solved is None:
-                break
+                return None
             step, value = solved
             shift = np.inf if best is None else metric.length(step.state - best[2].state)
             if best is None or abs(value) <= abs(best[1]):
@@ -356,7 +399,3 @@ def _carried(values: list[float]) -> list[float]:
     for value in values[1:]:
         out.append(value or copysign(_TINY, out[-1]))
     return out
-
-
-def _place(located: tuple[float, Step]) -> float:
-    return located[0]

@@ -1,4 +1,4 @@
-"""A maximum between two solved points of a branch: where its slope passes zero, or jumps through it at a corner."""
+"""Extremes and roots between two solved points of a branch, on both sides of a corner where there is one."""
 
 from __future__ import annotations
 
@@ -11,20 +11,24 @@ from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.norm import norm
 from slipstick.typing import Array
 
 _TINY = float(np.finfo(float).tiny)
 _MOST = 100
-_SHORTEN = 4.0
-_SHORTEST = 1e-3
-"""Part of a bracket below which a step from one of its ends is not tried any more."""
+_SHARES = (0.95, 0.5, 0.125, 0.03, 0.008, 0.002)
+"""Parts of the way to a corner, and of a bracket (but the first), by which steps from an end are tried."""
 _KNOWN = 1e-6
 """Part of a height to which it must be known, however narrow the bracket is."""
+_ENOUGH = 100.0
+"""Tolerances to which a turning point must be known where no nearer solution is found."""
+_REVERSED = 1e-12
+"""Square of the sine of an angle below which two tangents are on one line."""
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """Two solutions, the slope positive at the first and not at the second: a maximum is between them.
+    """Two solutions, the event function positive at the first and not at the second: an extreme or a root is between.
 
     ``begin`` and ``end`` are their places on an arc.
     """
@@ -36,68 +40,122 @@ class Bracket:
     begin: float
     end: float
 
-    def with_inside(self, step: Step, slope: float, metric: Metric) -> Bracket:
+    def _scaled(self, metric: Metric) -> tuple[Array, Array, Array]:
+        """Unit tangents at both ends, and the chord."""
+        a, b = self.low.tangent * metric.weights, self.high.tangent * metric.weights
+        return a / norm(a), b / norm(b), (self.high.state - self.low.state) * metric.weights
+
+    def ways(self, metric: Metric) -> tuple[float, float] | None:
+        """Where the branch turns by more than a right angle: ways from both ends to where their tangents meet."""
+        a, b, chord = self._scaled(metric)
+        g, p, q = float(a.dot(b)), float(a.dot(chord)), float(b.dot(chord))
+        if g >= 0.0 or 1.0 - g * g < _REVERSED:
+            return None
+        return abs(p - g * q) / (1.0 - g * g), abs(q - g * p) / (1.0 - g * g)
+
+    def room(self, metric: Metric) -> float:
+        """Length of the branch between them: their distance, or more where it turns back."""
+        return max(metric.length(self.high.state - self.low.state), sum(self.ways(metric) or (0.0,)))
+
+    def part(self, step: Step, metric: Metric) -> float:
+        """How far along the branch a solution between the ends is: larger the further."""
+        w, (a, b, chord), ways = metric.weights, self._scaled(metric), self.ways(metric)
+        after, before = (step.state - self.low.state) * w, (self.high.state - step.state) * w
+        if ways is None:
+            return float(after.dot(chord))
+        tangent = step.tangent * w
+        if tangent.dot(a) > tangent.dot(b):
+            return float(after.dot(a)) - ways[0]
+        return ways[1] - float(before.dot(b))
+
+    def with_inside(self, step: Step, value: float, metric: Metric) -> Bracket:
         """The part of it that a solution between its ends leaves."""
         before, after = metric.length(step.state - self.low.state), metric.length(self.high.state - step.state)
         place = self.begin + (self.end - self.begin) * before / (before + after)
-        if slope > 0.0:
-            return replace(self, low=step, rising=slope, begin=place)
-        return replace(self, high=step, falling=slope, end=place)
+        if value > 0.0:
+            return replace(self, low=step, rising=value, begin=place)
+        return replace(self, high=step, falling=value, end=place)
+
+    def holds(self, step: Step, metric: Metric) -> bool:
+        """Whether a solution lies between its ends, and on this branch."""
+        ends = self.low.orientation, self.high.orientation
+        if all(step.orientation * own < 0 for own in ends):
+            return False
+        room = self.room(metric)
+        return all(0.0 < metric.length(step.state - end.state) < room for end in (self.low, self.high))
 
     def top(self, event: BranchEvent, metric: Metric, tolerance: float) -> tuple[float, Step]:
-        """The place and the solution of its higher end; of kind "near ..." where the maximum may be higher."""
+        """The place and the solution of its higher end; of kind "near ..." where the extreme may be higher."""
         assert event.height is not None
         ends = [(event.height(step), place, step) for step, place in ((self.low, self.begin), (self.high, self.end))]
         height, place, step = max(ends, key=lambda end: end[0])
-        gap = metric.length(self.high.state - self.low.state)
-        known = gap <= tolerance or max(self.rising, -self.falling) * gap <= _KNOWN * height
+        room = self.room(metric)
+        if event.maximum:
+            known = room <= tolerance or max(self.rising, -self.falling) * room <= _KNOWN * height
+        else:
+            known = room <= _ENOUGH * tolerance
         return place, step.named(event.kind if known else f"near {event.kind}", event.name)
+
+    def root(self, event: BranchEvent, metric: Metric, tolerance: float) -> tuple[float, Step] | None:
+        """The place and the solution of the end with the smaller value; None where that is not good enough."""
+        if event.exact and self.room(metric) > tolerance:
+            return None
+        place, step = (self.begin, self.low) if self.rising < -self.falling else (self.end, self.high)
+        return place, step.named(event.kind, event.name)
 
 
 def narrowed(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Bracket:
-    """The bracket around a maximum, narrower than the scaled ``tolerance`` if there are solutions between its ends.
+    """The last of ``narrowing``."""
+    *_, last = narrowing(corrector, event, bracket, tolerance)
+    return last
+
+
+def narrowing(corrector: Corrector, event: BranchEvent, bracket: Bracket, tolerance: float) -> Iterator[Bracket]:
+    """The bracket, then narrower ones, to the scaled ``tolerance`` if there are solutions between the ends.
 
     Every trial lies on a cubic between the present ends: each is nearer to the branch than the one before, on both
     sides of a corner. Where no solution is near it, shorter and shorter steps are taken from the ends.
     """
     metric = corrector.metric
-    gap, before, bisect = metric.length(bracket.high.state - bracket.low.state), float("inf"), False
+    room, before, bisect = bracket.room(metric), float("inf"), False
+    yield bracket
     for _ in range(_MOST):
-        if gap <= tolerance:
-            break
+        if room <= tolerance:
+            return
         share = 0.5 if bisect else bracket.rising / (bracket.rising - bracket.falling)
-        edge = min(0.5, 0.5 * tolerance / gap)
-        inside = _inside(corrector, event, bracket, min(max(share, edge), 1.0 - edge), gap)
+        edge = min(0.5, 0.5 * tolerance / room)
+        inside = _inside(corrector, event, bracket, min(max(share, edge), 1.0 - edge))
         if inside is None:
-            break
+            return
         value = float(event.function(inside)) or _TINY  # a plateau goes on as what comes before
         bracket = bracket.with_inside(inside, value, metric)
-        before, gap = gap, metric.length(bracket.high.state - bracket.low.state)
+        yield bracket
+        before, room = room, bracket.room(metric)
         # secants approach a smooth maximum from one side; a second slow one in a row is a corner
-        bisect = not bisect and gap > 0.5 * before
-    return bracket
+        bisect = not bisect and room > 0.5 * before
 
 
-def _inside(corrector: Corrector, event: BranchEvent, bracket: Bracket, share: float, gap: float) -> Step | None:
-    """A solution between the ends of a bracket that is ``gap`` wide."""
-    length = corrector.metric.length
-    for guess, normal in _guesses(corrector, bracket, share, gap):
+def _inside(corrector: Corrector, event: BranchEvent, bracket: Bracket, share: float) -> Step | None:
+    """A solution between the ends of a bracket."""
+    room = bracket.room(corrector.metric)
+    for guess, normal in _guesses(corrector, bracket, share):
         step, _ = corrector.correct(guess.copy(), normal, event.kind, name=event.name, options=corrector.exact)
-        if step is None or not corrector.near(step.state - guess, gap):
-            continue
-        if 0.0 < length(step.state - bracket.low.state) < gap and 0.0 < length(bracket.high.state - step.state) < gap:
+        near = step is not None and corrector.near(step.state - guess, room)
+        if step is not None and near and bracket.holds(step, corrector.metric):
             return step
     return None
 
 
-def _guesses(corrector: Corrector, bracket: Bracket, share: float, gap: float) -> Iterator[tuple[Array, Array]]:
+def _guesses(corrector: Corrector, bracket: Bracket, share: float) -> Iterator[tuple[Array, Array]]:
     """Where solutions may be, and the direction of the branch there."""
-    low, high = bracket.low, bracket.high
-    arc = corrector.arc(low, high)
+    low, high, metric = bracket.low, bracket.high, corrector.metric
+    arc, ways = corrector.arc(low, high), bracket.ways(metric)
     yield arc.point(share), arc.derivative(share)
-    length = 0.5 * gap
-    while length > _SHORTEST * gap:
-        for end, side in ((low, 1.0), (high, -1.0)):
-            unit = end.tangent / corrector.metric.length(end.tangent)
-            yield end.state + side * length * unit, unit
-        length /= _SHORTEN
+    gap = metric.length(high.state - low.state)
+    ends = [(low, ways[0] if ways else gap), (high, -ways[1] if ways else -gap)]
+    if abs(ends[1][1]) > abs(ends[0][1]):
+        ends.reverse()
+    for part in _SHARES if ways else _SHARES[1:]:
+        for end, way in ends:
+            unit = end.tangent / metric.length(end.tangent)
+            yield end.state + part * way * unit, unit

@@ -237,4 +237,5 @@ class Continuation(Iterator[Step]):
         return new
 
     def _terminal(self, step: Step) -> bool:
-        return any(event.terminal and event.name == step.name and event.kind == step.kind for event in self._events)
+        kinds = {event.name: event.kind for event in self._events if event.terminal}
+        return step.name in kinds and step.kind in (kinds[step.name], f"near {kinds[step.name]}")
