@@ -195,10 +195,7 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
         w, g = omega[first : first + slices], G[first : first + slices]
-        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1)
-        answer = applied(receptance, orders, w, hat).transpose(0, 2, 1)
-        out[first : first + slices, :, 1::2] = -answer.real
-        out[first : first + slices, :, 2::2] = answer.imag
+        out[first : first + slices, :, 1:] = -applied(receptance, orders, w, g)
     return out
 
 

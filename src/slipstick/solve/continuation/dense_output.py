@@ -49,7 +49,8 @@ class _Seen:
         self._sizes = corrector.metric.sizes(*(end.state for end in ends))
         self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
         between, off = self._off(self.cubic)
-        self.unknowns_bent = corrector.metric.judged(off, self._sizes)
+        known = _finite(off)
+        self.unknowns_bent = self.last = corrector.metric.judged(off, self._sizes)
         self.readings_bent = np.zeros(len(off))
         if readings.any:
             self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
