@@ -142,6 +142,9 @@ class Together:
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
         """The receptance of each structure, and the states that have it."""
+        if not any(one.structure for one in self._inputs):
+            yield self._balance.receptance, slice(None)
+            return
         first = 0
         for structure, same in groupby(self._inputs, lambda one: one.structure):
             at = slice(first, first + len(list(same)))

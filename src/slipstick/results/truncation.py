@@ -10,6 +10,7 @@ Loads have none of them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -42,6 +43,7 @@ WARNED_TRUNCATION = 1e-2
 """From here on results are warned of."""
 
 
+@lru_cache(maxsize=16)
 def with_further(harmonics: Harmonics) -> Harmonics:
     """The set with the orders that are looked at besides.
 
@@ -117,7 +119,8 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
-def _columns(wide: Harmonics, own: Harmonics) -> list[int]:
+@lru_cache(maxsize=64)
+def _columns(wide: Harmonics, own: Harmonics) -> Sequence[int]:
     """Places of a set's orders above 0 among the coefficients of a wider one."""
     return [wide.index(m, part) for m in own.orders[1:] for part in ("c", "s")]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from math import ceil
+from math import ceil, isfinite
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,8 @@ class _Seen:
     def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
         """The first states, and which of them are known to the tolerance after further corrections."""
         for _ in range(_CORRECTIONS - 1):
+            if self.last[:count].max() <= tolerance:
+                break
             rest = np.flatnonzero((self.last[:count] > tolerance) & (self.last[:count] < np.inf))
             if not rest.size:
                 break
@@ -97,7 +99,7 @@ def _at_their_parameter(off: Array, slopes: Array) -> Array:
 
 def _finite(off: Array) -> Array:
     """Corrections, none where they are not known."""
-    return np.where(np.isfinite(off), off, 0.0)
+    return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, 0.0)
 
 
 def _or_inf(sizes: Array) -> Array:
