@@ -142,9 +142,6 @@ class Together:
 
     def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
         """The receptance of each structure, and the states that have it."""
-        if not any(one.structure for one in self._inputs):
-            yield self._balance.receptance, slice(None)
-            return
         first = 0
         for structure, same in groupby(self._inputs, lambda one: one.structure):
             at = slice(first, first + len(list(same)))
@@ -165,7 +162,7 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
 
 
 def applied(receptance: Receptance, orders: Array, omega: Array, forces: Array) -> Array:
-    """``A F`` at the orders (k,) of frequencies (n,): (n, n_rows, 2 k) of coefficients ``(c, s)`` (n, n_columns, 2 k)."""
+    """``A F`` at the orders (k,) of frequencies (n,): pairs ``(c, s)`` (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
     if isinstance(receptance, ModalReceptance):
         return receptance.answer(orders, omega, forces)
     out = np.empty((len(forces), receptance.static.shape[0], 2 * orders.size))

@@ -50,8 +50,8 @@ class _Seen:
         self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
         between, off = self._off(self.cubic)
         known = _finite(off)
-        self.unknowns_bent = self.last = corrector.metric.judged(off, self._sizes)
-        self.readings_bent = np.zeros(len(off))
+        self.unknowns_bent = corrector.metric.judged(off, self._sizes)
+        self.readings_bent, self.last = np.zeros(len(off)), self.unknowns_bent.copy()
         if readings.any:
             self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
         off = _at_their_parameter(off, self._slopes)
