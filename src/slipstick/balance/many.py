@@ -162,7 +162,7 @@ def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array
 
 
 def applied(receptance: Receptance, orders: Array, omega: Array, forces: Array) -> Array:
-    """``A F`` at the orders (k,) of frequencies (n,): pairs ``(c, s)`` (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
+    """``A F`` at the orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
     if isinstance(receptance, ModalReceptance):
         return receptance.answer(orders, omega, forces)
     out = np.empty((len(forces), receptance.static.shape[0], 2 * orders.size))

@@ -154,7 +154,7 @@ class ModalReceptance:
         return out
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
-        """``A F`` at the orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
+        """``A F`` at orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
         w = np.multiply.outer(omega, orders)[:, None]
         # c + i s turns the other way round: conjugates
         weight = np.conj(1.0 / (self._stiffness[:, None] + w * (self._damping[:, None] - w)))
