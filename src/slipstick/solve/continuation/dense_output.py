@@ -49,9 +49,8 @@ class _Seen:
         self._sizes = corrector.metric.sizes(*(end.state for end in ends))
         self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
         between, off = self._off(self.cubic)
-        known = _finite(off)
         self.unknowns_bent = corrector.metric.judged(off, self._sizes)
-        self.readings_bent, self.last = np.zeros(len(off)), self.unknowns_bent.copy()
+        self.readings_bent = np.zeros(len(off))
         if readings.any:
             self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
         off = _at_their_parameter(off, self._slopes)
@@ -73,8 +72,6 @@ class _Seen:
     def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
         """The first states, and which of them are known to the tolerance after further corrections."""
         for _ in range(_CORRECTIONS - 1):
-            if self.last[:count].max() <= tolerance:
-                break
             rest = np.flatnonzero((self.last[:count] > tolerance) & (self.last[:count] < np.inf))
             if not rest.size:
                 break
