@@ -149,3 +149,20 @@ def test_no_rows_or_no_columns(store):
         )
         value, slope = seen.at([1], 2.0)
         assert value.shape == slope.shape == (1, rows.shape[1], columns.shape[1])
+
+
+@pytest.mark.parametrize("loss", [(0.1, 0.1), (0.1, 0.2)], ids=["one loss factor", "loss factors"])
+def test_an_answer_is_the_receptance_times_the_forces(loss):
+    random = np.random.default_rng(3)
+    left, right, static, residual, second = (random.normal(size=(2, 2)) for _ in range(5))
+    receptance = ModalReceptance(
+        left=left, right=right, stiffness=np.array([1.0, 2.0]) * (1.0 + 1j * np.array(loss)), damping=[0.1, 0.2],
+        static=static, residual=residual, second=second,
+    )  # fmt: skip
+    orders, omega, F = np.array([1.0, 3.0]), np.array([0.5, 1.0, 2.0]), random.normal(size=(3, 2, 4))
+    A, _ = receptance.at(orders, omega)
+    expected = np.einsum("nkrc,nck->nrk", A, F[:, :, 0::2] - 1j * F[:, :, 1::2])
+    found = receptance.answer(orders, omega, F)
+    assert found[:, :, 0::2] == pytest.approx(expected.real, rel=1e-13, abs=1e-13)
+    assert found[:, :, 1::2] == pytest.approx(-expected.imag, rel=1e-13, abs=1e-13)
+    assert receptance.answer(orders[:0], omega, F[:, :, :0]).shape == (3, 2, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,6 +18,7 @@ from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
+_REMEMBERED = 8
 _NOISE = 1e-11
 """Amplitude over the largest motion of contacts and outputs below which it is rounding."""
 _ROUNDING = 1e-9
@@ -92,6 +94,7 @@ class _Slopes:
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
         self._outputs, self._system = outputs, system
         self._found: tuple[Any, Array] = (None, np.empty(0))
+        self._heights: deque[tuple[Any, Array]] = deque(maxlen=_REMEMBERED)
 
     def at(self, step: Any) -> Array:
         """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
@@ -101,8 +104,13 @@ class _Slopes:
 
     def heights(self, step: Any) -> Array:
         """Amplitudes (n_outputs,) at a step."""
+        for known, found in self._heights:
+            if known is step:
+                return found
         motion, _ = self._outputs.motion_along(step, self._system)
-        return amplitude(self._outputs.balance.harmonics, motion).value
+        found = amplitude(self._outputs.balance.harmonics, motion).value
+        self._heights.append((step, found))
+        return found
 
     def heights_along(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> Array:
         """Amplitudes (n, n_outputs) at n places between two steps, of the cubics through their motions."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -50,11 +51,11 @@ class OutputReadings(Readings):
 
     def between(self, first: Step, second: Step, states: Array) -> Between:
         """The forces at states (n, N + 1)."""
-        placed = [self._system.at(float(p)) for p in states[:, -1]]
+        placed = [self._system.at(p) for p in states[:, -1].tolist()]
         inputs, omega = [one for one, _ in placed], np.array([w for _, w in placed])
         found: Together | _OneByOne
         together = evaluated_together(self._system.balance) and second.evaluation.detail.adapted is None
-        if together and np.all(omega > 0.0) and np.all(np.isfinite(states)):
+        if together and omega.min() > 0.0 and isfinite(states.sum()):
             found = Together(self._system.balance, states[:, :-1], omega, inputs)
         else:
             found = _OneByOne(self._system, states, inputs, context_between(first, second))

@@ -95,6 +95,7 @@ class Stepper:
         while reach**self.degree / factorial(self.degree) > 1e-18:
             self.degree += 1
         self.degree += 4
+        self._exponents = np.arange(self.degree + 1)
         self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
 
     def powers(self, linear: LinearPiece, z: Array) -> Array:
@@ -103,14 +104,15 @@ class Stepper:
         out = np.empty((self.degree + 1, *z.shape))
         out[0] = z
         for k in range(1, self.degree + 1):
-            out[k] = A @ out[k - 1] / k
+            np.dot(A, out[k - 1], out=out[k])
+            out[k] /= k
         return out
 
     def propagate(self, linear: LinearPiece, Z: Array, fraction: float) -> Array:
         """``exp(A step fraction) Z``."""
         if fraction == 1.0:
             return self._propagator(linear) @ Z
-        return np.tensordot(fraction ** np.arange(self.degree + 1), self.powers(linear, Z), 1)
+        return np.tensordot(fraction**self._exponents, self.powers(linear, Z), 1)
 
     def _propagator(self, linear: LinearPiece) -> Array:
         if "propagator" not in linear.cache:
@@ -126,20 +128,20 @@ class Stepper:
             for k in range(1, self.degree + 1):
                 rows.append(rows[-1] @ A / k)
             stacked = np.array(rows)
-            linear.cache["margins"] = (stacked, np.abs(stacked[:2]))
+            linear.cache["margins"] = (stacked.reshape(-1, len(A)), np.abs(stacked[:2]))
         return linear.cache["margins"]  # type: ignore[return-value]
 
     def first_change(self, linear: LinearPiece, z: Array, length: float) -> tuple[float, int] | None:
         """First state change in a step's first ``length`` (a fraction), as (fraction, switch), or None."""
         operator, magnitude = self._margin_operator(linear)
-        c = operator @ z
+        c = (operator @ z).reshape(self.degree + 1, -1)
         scale = np.maximum(magnitude @ np.abs(z), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
         touching = (c[0] == 0.0) & (np.abs(c[1]) < 1e3 * _ROUNDING * np.maximum(scale[1], scale[0] * self.step))
         c[1][touching] = 0.0
-        values = self._vander * length ** np.arange(self.degree + 1) @ c
+        values = self._vander * length**self._exponents @ c
         suspicious = np.flatnonzero((values.min(axis=0) < 0) | (c[0] < 0) | ((c[0] == 0) & (c[1] < 0)))
         changes = ((_first_root(c[:, k], values[:, k], length), int(k)) for k in suspicious)
         return min((change for change in changes if change[0] <= length), default=None)
@@ -176,10 +178,10 @@ class Stepper:
         uses = int(linear.cache.get("uses", 0)) + 1  # type: ignore[call-overload]
         linear.cache["uses"] = uses
         start = self.z
-        if length == 1.0 and uses > _USES_BEFORE_PROPAGATOR:
+        if length == 1.0 and (uses > _USES_BEFORE_PROPAGATOR or "propagator" in linear.cache):
             self.z = self._propagator(linear) @ start
         else:
-            self.z = length ** np.arange(self.degree + 1) @ self.powers(linear, start)
+            self.z = length**self._exponents @ self.powers(linear, start)
         return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start)
 
     def _switch(self, linear: LinearPiece, index: int, tau: float) -> StateChange:
@@ -240,7 +242,14 @@ def _first_root(c: Array, values: Array, length: float) -> float:
     low, high = (0.0 if k == 0 else length * _SAMPLES[k - 1]), length * _SAMPLES[k]
     # divide out a root at the start itself
     order = 0 if c[0] != 0 else (1 if c[1] != 0 else 2)
-    reduced = np.polynomial.Polynomial(c[order:])
+    falling = c[order:][::-1].tolist()
+
+    def reduced(x: float) -> float:
+        value = 0.0
+        for coefficient in falling:
+            value = value * x + coefficient
+        return value
+
     if reduced(low) <= 0:
         return low
     from scipy.optimize import brentq

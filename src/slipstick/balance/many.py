@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from itertools import groupby
 
@@ -17,7 +17,7 @@ from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import Array
 
 
 def evaluated_together(balance: Balance) -> bool:
@@ -41,7 +41,8 @@ def respond(
     X = x.reshape(len(x), balance.n_ports, balance.L)
     moved = []
     for port, Q in zip(batch.ports, given.motion, strict=True):
-        Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
+        if port.size:
+            Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
         moved.append(_in(harmonics or own, own, Q))
     each = np.repeat(omega, batch.count)
     law = batch.law if harmonics is None else traits.widened(batch.law, own, harmonics)
@@ -49,7 +50,9 @@ def respond(
 
 
 def _joined(given: Sequence[Given]) -> Given:
-    """The elements of all in one, in new arrays."""
+    """The elements of all in one, the motion in a new array."""
+    if len(given) == 1:
+        return given[0].changed(motion=given[0].motion.copy())
     surface = {name: np.concatenate([getattr(g, name) for g in given], axis=1) for name in SURFACE}
     values = {name: np.concatenate([g.values[name] for g in given]) for name in given[0].values}
     return Given(values=values, **surface)
@@ -110,7 +113,7 @@ class Together:
 
     def residuals(self) -> Array:
         """``X + A (F - P)``, (n, N)."""
-        return self._x + self._answers(None)[0].reshape(self._x.shape)
+        return self._x + self._answer().reshape(self._x.shape)
 
     def relative_residuals(self) -> Array:
         """Norms (n,) of the residuals, each entry over the sizes of its terms, as in ``balance.residual.terms``."""
@@ -121,53 +124,51 @@ class Together:
             for i, springs in traits.springs(batch.law, response).items():
                 port = batch.ports[i]
                 stiffness[:, port.rows] += springs.reshape(len(x), batch.count)[:, port.members]
-        moved, reach = self._answers(stiffness)
+        reach = np.empty_like(self.forces)
+        for receptance, at in self._receptances():
+            reach[at] = _reach(receptance, balance.orders, self._omega[at], stiffness[at])
         motion = np.array([norm(own) for own in x])
         terms = motion[:, None, None] + reach * (motion + np.sqrt(prescribed))[:, None, None]
-        residual = moved + x.reshape(moved.shape)
+        residual = self.residuals().reshape(terms.shape)
         return np.sqrt(np.sum((residual / np.where(terms > 0, terms, 1.0)) ** 2, axis=(1, 2)))
 
-    def _answers(self, stiffness: Array | None) -> tuple[Array, Array]:
-        """``A (F - P)`` and ``|A|`` times stiffnesses (n, n_ports), both (n, n_ports, L); without these zeros."""
-        balance, G = self._balance, np.concatenate([self.forces, -self.loads], axis=1)
-        moved, reach = np.zeros((2, *self.forces.shape))
+    def _answer(self) -> Array:
+        """``A (F - P)`` (n, n_ports, L)."""
+        G, out = np.concatenate([self.forces, -self.loads], axis=1), np.empty_like(self.forces)
+        for receptance, at in self._receptances():
+            out[at, :, 0] = G[at, :, 0] @ receptance.static.T
+            out[at, :, 1:] = applied(receptance, self._balance.orders, self._omega[at], G[at, :, 1:])
+        return out
+
+    def _receptances(self) -> Iterator[tuple[Receptance, slice]]:
+        """The receptance of each structure, and the states that have it."""
         first = 0
         for structure, same in groupby(self._inputs, lambda one: one.structure):
             at = slice(first, first + len(list(same)))
-            own = None if stiffness is None else stiffness[at]
+            yield adjusted(self._balance.receptance, structure), at
             first = at.stop
-            moved[at], reach[at] = _answer(balance, structure, self._omega[at], G[at], own)
-        return moved, reach
 
 
-def _answer(
-    balance: Balance, structure: Mapping[str, float], omega: Array, G: Array, stiffness: Array | None
-) -> tuple[Array, Array]:
-    """``A G`` and ``|A|`` times the stiffnesses, both (n, n_ports, L), of one structure."""
-    receptance, ports = adjusted(balance.receptance, structure), balance.n_ports
-    moved, reach = np.zeros((2, len(G), ports, balance.L))
-    moved[..., 0] = G[..., 0] @ receptance.static.T
-    if stiffness is not None:
-        reach[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
-    if balance.orders.size:
-        hat = (G[..., 1::2] - 1j * G[..., 2::2]).transpose(0, 2, 1)
-        answer = applied(receptance, balance.orders, omega, hat).transpose(0, 2, 1)
-        moved[..., 1::2], moved[..., 2::2] = answer.real, -answer.imag
-        if stiffness is not None:
-            A, _ = receptance.at(balance.orders, omega)
-            size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
-            reach[..., 1::2] = reach[..., 2::2] = size
-    return moved, reach
-
-
-def applied(receptance: Receptance, orders: Array, omega: Array, forces: ComplexArray) -> ComplexArray:
-    """``A forces`` (n, k, n_rows) of forces (n, k, n_columns) at the orders (k,) of frequencies (n,)."""
-    if not isinstance(receptance, ModalReceptance):
+def _reach(receptance: Receptance, orders: Array, omega: Array, stiffness: Array) -> Array:
+    """``|A|`` times stiffnesses (n, n_ports), for each coefficient (n, n_ports, L)."""
+    n, ports = stiffness.shape
+    out = np.empty((n, ports, 1 + 2 * orders.size))
+    out[..., 0] = stiffness @ np.abs(receptance.static[:, :ports]).T
+    if orders.size:
         A, _ = receptance.at(orders, omega)
-        return np.asarray((A @ forces[..., None])[..., 0])
-    own = receptance.factors(orders, omega)
-    places = (len(forces), len(orders), -1)
-    out = ((forces @ own.right) * own.weight[1:].reshape(places)) @ own.left.T
-    for part, weight in zip(own.parts, own.part_weight, strict=True):
-        out += weight[1:].reshape(places) * (forces @ part.T)
-    return np.asarray(out)
+        size = (np.abs(A[..., :ports]) @ stiffness[:, None, :, None])[..., 0].transpose(0, 2, 1)
+        out[..., 1::2] = out[..., 2::2] = size
+    return out
+
+
+def applied(receptance: Receptance, orders: Array, omega: Array, forces: Array) -> Array:
+    """``A F`` at the orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
+    if isinstance(receptance, ModalReceptance):
+        return receptance.answer(orders, omega, forces)
+    out = np.empty((len(forces), receptance.static.shape[0], 2 * orders.size))
+    if orders.size:
+        A, _ = receptance.at(orders, omega)
+        hat = (forces[:, :, 0::2] - 1j * forces[:, :, 1::2]).transpose(0, 2, 1)
+        answer = (A @ hat[..., None])[..., 0].transpose(0, 2, 1)
+        out[..., 0::2], out[..., 1::2] = answer.real, -answer.imag
+    return out

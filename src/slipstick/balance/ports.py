@@ -171,8 +171,9 @@ class Balance:
                     F = force if port.size == batch.count else force[port.members]
                     G[port.rows, 2:], G[port.rows, 0] = F[:, 1:], F[:, 0]
         if P is not None and len(P):
-            G[self.n_ports :, 2:], G[self.n_ports :, 0] = P[:, 1:], P[:, 0]
-            np.negative(G[self.n_ports :], out=G[self.n_ports :])
+            loads = G[self.n_ports :]
+            np.negative(P[:, 1:], out=loads[:, 2:])
+            np.negative(P[:, 0], out=loads[:, 0])
         return G.view(complex)
 
     def real(self, z: ComplexArray) -> Array:

@@ -315,13 +315,10 @@ class _Answers:
 
     def __init__(self, balance: Balance, points: Sequence[Point], x: Array, omega: Array, besides: Besides) -> None:
         self._count, self.residual = len(points), np.array([p.residual for p in points], dtype=float)
+        self._solved = [i for i, point in enumerate(points) if point.detail.responses]
+        self._each = [points[i].detail.responses for i in self._solved]
         self._known: list[tuple[list[int], Sequence[Response]]] = []
-        others = []
-        for i, point in enumerate(points):
-            if point.detail.responses:
-                self._known.append(([i], point.detail.responses))
-            else:
-                others.append(i)
+        others = [i for i, point in enumerate(points) if not point.detail.responses]
 
         def ask(at: list[int]) -> Array:
             found = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
@@ -336,6 +333,7 @@ class _Answers:
     def of(self, k: int, get: Callable[[Response], Array], shape: tuple[int, ...]) -> Array:
         """Something of the responses of batch ``k``, of ``shape`` each, at all points (n, *shape)."""
         out = np.full((self._count, *shape), np.nan)
+        out[self._solved] = _stack([get(responses[k]) for responses in self._each], shape)
         for at, responses in self._known:
             out[at] = get(responses[k]).reshape(-1, *shape)
         return out

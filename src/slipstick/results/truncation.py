@@ -10,6 +10,7 @@ Loads have none of them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -42,6 +43,7 @@ WARNED_TRUNCATION = 1e-2
 """From here on results are warned of."""
 
 
+@lru_cache(maxsize=16)
 def with_further(harmonics: Harmonics) -> Harmonics:
     """The set with the orders that are looked at besides.
 
@@ -117,7 +119,8 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
     return np.asarray(np.divide(more, largest, out=np.zeros_like(more), where=largest > 0))
 
 
-def _columns(wide: Harmonics, own: Harmonics) -> list[int]:
+@lru_cache(maxsize=64)
+def _columns(wide: Harmonics, own: Harmonics) -> Sequence[int]:
     """Places of a set's orders above 0 among the coefficients of a wider one."""
     return [wide.index(m, part) for m in own.orders[1:] for part in ("c", "s")]
 
@@ -195,10 +198,7 @@ def _moved(receptance: Receptance, orders: Array, G: Array, omega: Array) -> Arr
     slices = max(1, int(4e6 / max(1, n * receptance.static.size)))
     for first in range(0, len(G) if n else 0, slices):
         w, g = omega[first : first + slices], G[first : first + slices]
-        hat = (g[:, :, 0::2] - 1j * g[:, :, 1::2]).transpose(0, 2, 1)
-        answer = applied(receptance, orders, w, hat).transpose(0, 2, 1)
-        out[first : first + slices, :, 1::2] = -answer.real
-        out[first : first + slices, :, 2::2] = answer.imag
+        out[first : first + slices, :, 1:] = -applied(receptance, orders, w, g)
     return out
 
 

@@ -153,6 +153,18 @@ class ModalReceptance:
                 _modal_sums()(own * self._right, row, *given)
         return out
 
+    def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
+        """``A F`` at orders (k,) of frequencies (n,): pairs (c, s) (n, n_rows, 2 k) of those (n, n_columns, 2 k)."""
+        w = np.multiply.outer(omega, orders)[:, None]
+        # c + i s turns the other way round: conjugates
+        weight = np.conj(1.0 / (self._stiffness[:, None] + w * (self._damping[:, None] - w)))
+        out = np.asarray(self._left @ ((self._right.T @ forces).view(complex) * weight).view(float))
+        e = 1.0 if self._e is None else self._e.conjugate()
+        for power, matrix in enumerate(self._left_out):
+            if matrix is not None:
+                out += ((matrix @ forces).view(complex) * (w ** (2 * power) / e ** (power + 1))).view(float)
+        return out
+
     def changed(self, **values: float) -> ModalReceptance:
         """A copy with another ``loss_factor``, the same for all modes, or factor ``damping`` on the viscous damping."""
         if not self._many:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import acos, inf
+from math import acos, inf, isfinite
 from operator import is_
 from typing import Any
 
@@ -133,14 +133,18 @@ class Corrector:
 
         Infinite where that cannot be said.
         """
-        off = np.full((len(residuals), self._size + 1), inf)
-        known = np.all(np.isfinite(residuals), axis=1)
-        if near.jacobian is not None and known.any():
-            right = np.zeros((self._size + 1, np.count_nonzero(known)))
-            right[:-1] = residuals[known].T
-            self.solves += right.shape[1]
-            off[known] = near.jacobian.solve(right).T
-        return np.where(np.isfinite(off), off, inf)
+        if near.jacobian is None:
+            return np.full((len(residuals), self._size + 1), inf)
+        right = np.zeros((self._size + 1, len(residuals)))
+        right[:-1] = residuals.T
+        unknown = None if isfinite(residuals.sum()) else ~np.all(np.isfinite(residuals), axis=1)
+        if unknown is not None:
+            right[:, unknown] = 0.0
+        self.solves += len(residuals)
+        off = near.jacobian.solve(right).T
+        if unknown is not None:
+            off[unknown] = inf
+        return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, inf)
 
     def near(self, off: Array, length: float) -> bool:
         """Whether a solution ``off`` (N + 1,) from where an arc of some ``length`` expects it may be the one meant."""

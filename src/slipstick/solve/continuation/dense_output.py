@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from math import ceil
+from math import ceil, isfinite
 from typing import Any
 
 import numpy as np
@@ -96,7 +96,7 @@ def _at_their_parameter(off: Array, slopes: Array) -> Array:
 
 def _finite(off: Array) -> Array:
     """Corrections, none where they are not known."""
-    return np.where(np.isfinite(off), off, 0.0)
+    return off if isfinite(off.sum()) else np.where(np.isfinite(off), off, 0.0)
 
 
 def _or_inf(sizes: Array) -> Array:

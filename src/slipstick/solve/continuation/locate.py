@@ -137,7 +137,7 @@ class Locator:
         if not size[nearest] < _NEARLY * min(size[0], size[-1]):
             return
         for i in (nearest, max(nearest - 1, 1), min(nearest + 1, len(values) - 2)):
-            solved = self._solved(event, arc, _AT[i], 0.0)
+            solved = self._solved(event, arc, _AT[i], 0.0, exact=False)
             if solved is not None:
                 values[i] = solved[1]
                 if (values[i] > 0.0) != positive:
@@ -198,7 +198,7 @@ class Locator:
                 self._middles[key] = (
                     low[0],
                     high[0],
-                    self._solved(event, self._corrector.arc(low[0], high[0]), 0.5, 0.0),
+                    self._solved(event, self._corrector.arc(low[0], high[0]), 0.5, 0.0, exact=False),
                 )
             middle = self._middles[key][2]
             if middle is not None:
@@ -304,12 +304,15 @@ class Locator:
                 return None
         return None
 
-    def _solved(self, event: BranchEvent, arc: Arc, u: float, off: Array | float) -> tuple[Step, float] | None:
-        """The solution on the plane across the arc at ``u``, expected ``off`` it, and the event function there."""
-        guess = arc.point(u) + off
-        step, _ = self._corrector.correct(
-            guess, arc.derivative(u), event.kind, name=event.name, options=self._corrector.exact
-        )
+    def _solved(
+        self, event: BranchEvent, arc: Arc, u: float, off: Array | float, *, exact: bool = True
+    ) -> tuple[Step, float] | None:
+        """The solution on the plane across the arc at ``u``, expected ``off`` it, and the event function there.
+
+        ``exact``: as exactly as a located point is known, else as every point of the branch.
+        """
+        guess, options = arc.point(u) + off, self._corrector.exact if exact else None
+        step, _ = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name, options=options)
         if step is None or not self._corrector.near(step.state - guess, arc.length):
             return None
         if all(step.orientation * own < 0 for own in self._orientations):  # of another branch, or the way back of this

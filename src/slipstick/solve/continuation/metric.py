@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,6 +80,11 @@ class Metric:
         self._scaling, self._shape = scaling, x.shape
         self._unit = np.broadcast_to(1.0 / np.asarray(1.0 if scaling.x is None else scaling.x, dtype=float), x.shape)
         self._parameter = 1.0 / (scaling.parameter if scaling.parameter is not None else parameter_range)
+        rows = x.size // scaling.rows
+        self._shares = np.ones((rows, 2))
+        """Of the squares of a row in its whole size, and in that of what is judged."""
+        if scaling.judged is not None:
+            self._shares[:, 1] = scaling.judged
         self.weights = self.inverse = np.empty(0)
         self.measure = (1.0 if scaling.adaptive else norm(x) or 1.0, 1.0, 1.0, 0.0)
         if scaling.adaptive:
@@ -113,18 +119,17 @@ class Metric:
 
     def sizes(self, *states: Array) -> Array:
         """Size (rows,) of each row of what is judged, the largest of the states (N + 1,)."""
-        rows = np.array(states)[:, :-1] * self._unit
-        rows = rows.reshape(len(states), self._scaling.rows, -1)
-        whole = np.einsum("srl,srl->sr", rows, rows).max(axis=0)
-        if self._scaling.judged is not None:
-            rows = rows[..., self._scaling.judged]
-        return own_sizes(np.einsum("srl,srl->sr", rows, rows).max(axis=0), whole)
+        x = np.array(states)[:, :-1] * self._unit
+        squares = (x * x).reshape(len(states), self._scaling.rows, -1) @ self._shares
+        whole, judged = squares.max(axis=0).T if len(states) > 1 else squares[0].T
+        return own_sizes(judged, whole)
 
     def judged(self, changes: Array, sizes: Array) -> Array:
         """Changes (n, N + 1) over the ``sizes`` of their rows, the largest of each: (n,)."""
         rows = (changes[:, :-1] * self._unit).reshape(len(changes), sizes.size, -1)
         own = np.sqrt(np.einsum("nrl,nrl->nr", rows, rows)) / sizes
-        return np.asarray(np.maximum(own.max(axis=1), np.abs(changes[:, -1]) * self._parameter))
+        largest = own.max(axis=1) if sizes.size > 1 else own[:, 0]
+        return np.asarray(np.maximum(largest, np.abs(changes[:, -1]) * self._parameter))
 
     def length(self, vector: Array) -> float:
         """Scaled length of a vector (N + 1,)."""
@@ -146,4 +151,5 @@ def own_sizes(square: Array, whole: Array) -> Array:
 
     What is as good as nothing beside the largest is judged by that.
     """
-    return np.asarray(np.maximum(np.sqrt(square), STILL * np.sqrt(whole.max(initial=0.0))) + _TINY)
+    least = STILL * sqrt(whole.max(initial=0.0))
+    return np.asarray(np.maximum(np.sqrt(square), least) + _TINY)
