@@ -23,6 +23,14 @@ FREQUENCIES = {"rad/s": 1.0, "Hz": 2 * pi, "kHz": 2e3 * pi, "rpm": pi / 30}
 ANGULAR = "rad/time"
 """The dimension of a frequency."""
 
+_PREFIXES = {"u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6}
+_JOULES = {
+    f"{force}N {length}m": value * size
+    for force, value in _PREFIXES.items()
+    for length, size in (("", 1.0), ("m", 1e-3), ("u", 1e-6))
+}
+"""What a force times a length is in J, where its name says so."""
+
 _SECONDS = ("s", "sec", "second", "seconds")
 _WORD = re.compile(r"\b(?:length|force|time|temperature)\b")
 _COMPOUND = re.compile(r"[\s/*·^]")
@@ -124,6 +132,28 @@ class Units:
 def after_number(label: str) -> str:
     """A unit of results as it stands after a number; nothing where a word stands for a base unit without a name."""
     return "" if label in ("", "1") or _WORD.search(label) else f" {label}"
+
+
+def energy_unit(label: str) -> str:
+    """The unit of an energy as it is read, "J" for "N m" and "mJ" for "N mm"; any other label stays as it is.
+
+    >>> energy_unit("N mm"), energy_unit("lbf in")
+    ('mJ', 'lbf in')
+    """
+    size = _JOULES.get(label)
+    found = [prefix for prefix, value in _PREFIXES.items() if size is not None and abs(size / value - 1.0) < 1e-9]
+    return f"{found[0]}J" if found else label
+
+
+def power_unit(label: str) -> str:
+    """The unit of a power as it is read, "W" for "N m/s" and "mW" for "N mm/s"; any other label stays as it is.
+
+    >>> power_unit("N m/s"), power_unit("force length/time")
+    ('W', 'force length/time')
+    """
+    energy, _, time = label.partition("/")
+    joules = energy_unit(energy)
+    return f"{joules[:-1]}W" if joules != energy and time in _SECONDS else label
 
 
 def label_faults(value: Any) -> list[Fault]:

@@ -5,12 +5,15 @@ Needs the dependency group ``browser`` and a Chromium; skipped without them.
 
 from __future__ import annotations
 
+import csv
+import functools
 import os
 import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -21,7 +24,8 @@ from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.app.cli import app
-from slipstick.report.writing import write_report
+from slipstick.io.loading import load_dataset
+from slipstick.report.writing import write_report, write_study_report
 
 pytestmark = pytest.mark.verify
 
@@ -169,7 +173,8 @@ def test_the_loop_is_that_of_python(opened: Opened) -> None:
                 [point, name],
             )
             for key, own in plain.loop(point, name).items():
-                np.testing.assert_allclose(found[key], own, rtol=0, atol=1e-9 * np.abs(own).max())
+                seen = found["friction" if key == "force" else key]
+                np.testing.assert_allclose(seen, own, rtol=0, atol=1e-9 * np.abs(own).max())
 
 
 def test_a_body_shows_its_shape(browser: Any, tmp_path: Path) -> None:
@@ -198,7 +203,7 @@ def test_a_body_shows_its_shape(browser: Any, tmp_path: Path) -> None:
     assert found.view()["turn"] == [-10, 30]
     turned = picture()
     assert turned != still
-    found.key("Home")
+    found.key("Home", "Shift+ArrowRight")
     assert picture() != turned
     found.close()
 
@@ -247,12 +252,217 @@ def test_a_study_is_chosen_from_in_map_curves_and_table(browser: Any, tmp_path: 
     found.page.select_option("#cases select", "bad")
     assert rows.count() == failed
     found.page.select_option("#cases select", "")
-    found.page.locator("#cases input").press_sequentially("velocity = 30")
+    found.page.locator("#cases input").press_sequentially("velocity=30")
     assert rows.count() == 2
-    assert found.page.locator("#cases input").input_value() == "velocity = 30"
+    assert found.page.locator("#cases input").input_value() == "velocity=30"
+    assert "slipstick report study.nc --case 4" in found.page.inner_text("#chosen")
     found.page.select_option("#choices select >> nth=2", "")
     assert found.page.locator("#map circle.mark").count() == 3
     found.close()
+
+
+def kinds() -> dict[str, Any]:
+    """Results of every kind that a report shows, by name: branches, or several laid over each other."""
+    oscillator = oscillator_with(0.0)
+    loud = {"omega": (2.0, 15.0)}
+    return {
+        "run": branch(spring=True),
+        "hot": heated(),
+        "contactless": ss.linear_response(oscillator, omega=np.linspace(2.0, 15.0, 60)),
+        "parameter": ss.parameter_response(oscillator, "damper.normal_load", (300.0, 600.0), omega=9.0),
+        "peaks": ss.track_peak(oscillator, "damper.normal_load", (300.0, 900.0), dof="x", **loud),
+        "optimum": ss.optimal(oscillator, "damper.normal_load", dof="x", start=500.0, **loud).branch,
+        "modes": ss.nonlinear_modes(oscillator, amplitude=(1.0, 10.0), load_factors=[1.0]),
+        "cycles": squeal(),
+        "comparison": {
+            f"v = {v:g}": ss.forced_response(oscillator_with(v), stability=True, **loud) for v in (0.0, 10.0)
+        },
+    }
+
+
+def oscillator_with(velocity: float) -> ss.Problem:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
+    units = {"length": "mm", "force": "N", "time": "s"}
+    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6), units=units)
+
+
+def heated() -> ss.Branch:
+    curve = ss.FrictionCurve(temperature=[0.0, 500.0, 5000.0], mu=[0.4, 0.3, 0.25])
+    problem = oscillator_with(10.0)
+    thermal = ss.ThermalModel(curve=curve, background=20.0, resistance=0.05)
+    hot = ss.Problem(
+        problem.structure, contacts=problem.contacts, loads=problem.loads, harmonics=problem.harmonics, thermal=thermal
+    )  # fmt: skip
+    return ss.forced_response(hot, omega=(3.0, 12.0))
+
+
+def squeal() -> ss.Branch:
+    structure = ss.MatrixStructure(
+        M=np.eye(2), C=0.5 * np.eye(2), K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"]
+    )  # fmt: skip
+    contact = ss.FrictionContact(kt=200.0, mu=0.45, kn=40.0, gap=0.0)
+    pair = ss.ContactPair(
+        name="pad", contact=contact, tangential="x", normal="y", rubbing=ss.RubbingMotion(velocity=1.0)
+    )  # fmt: skip
+    problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="y", harmonic=0, cos=50.0)], harmonics=range(6))
+    return ss.limit_cycles(problem, "pad.mu", (0.3, 0.6))
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("width, scheme", [(1400, "light"), (500, "dark")])
+@pytest.mark.parametrize(
+    "kind", ["run", "hot", "contactless", "parameter", "peaks", "optimum", "modes", "cycles", "comparison", "many"]
+)
+def test_every_entry_of_every_control(browser: Any, tmp_path: Path, kind: str, width: int, scheme: str) -> None:
+    shown = {"results": many()} if kind == "many" else kinds_once()[kind]
+    path = write_report(shown, tmp_path / "r.html")
+    branches = list(shown.values()) if isinstance(shown, dict) else [shown]
+    found = Opened(browser, path, color_scheme=scheme)
+    found.page.set_viewport_size({"width": width, "height": 900})
+    found.page.wait_for_timeout(200)
+    assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+    quantities = entries(found, "#curve")
+    overs = entries(found, "#over") or [""]
+    for over in overs:
+        if over:
+            found.page.select_option("#over", over)
+        for quantity in quantities:
+            found.page.select_option("#curve", quantity)
+            assert_drawn(found, branches, quantity)
+            again = Opened(browser, path, found.page.evaluate("location.hash"), color_scheme=scheme)
+            assert again.page.evaluate("slipstick.drawn()") == found.page.evaluate("slipstick.drawn()")
+            again.close()
+    found.page.focus("#curve")
+    for _ in quantities:  # by keyboard
+        found.page.keyboard.press("ArrowUp")
+    for quantity in quantities[1:]:
+        found.page.keyboard.press("ArrowDown")
+        assert found.view()["curve"] == quantity
+        assert_drawn(found, branches, quantity)
+    for at in ("#at-contact", "#at-dof"):
+        for entry in entries(found, at):
+            found.page.select_option(at, entry)
+            assert entry in found.view().values()
+            assert found.page.evaluate("slipstick.drawn().length") > 0
+    buttons = ".tools button:not(.plain), .chip"
+    for i in range(found.page.locator(buttons).count()):
+        found.page.locator(buttons).nth(i).click()
+        assert found.page.evaluate("slipstick.drawn().length") > 0
+    found.close()
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("width, scheme", [(1400, "light"), (500, "dark")])
+@pytest.mark.parametrize("method", ["grid", "list"])
+def test_every_entry_of_every_control_of_a_study(
+    browser: Any, tmp_path: Path, method: str, width: int, scheme: str
+) -> None:
+    """Peaks and curves are those of the study, whatever is chosen, and after the page is opened anew."""
+    values = {"damper.velocity": [0.0, 1.0, 10.0, 250.0], "damper.mu": [0.1, 0.3, 0.5, 0.6]}
+    problem, path = oscillator_with(10.0), tmp_path / "study.html"
+    study = ss.study(problem, values, omega=(4.0, 12.0), method=method, workers=1, folder=tmp_path / "study")
+    curves = load_dataset(tmp_path / "study" / "curves.nc")
+    write_study_report(study, curves, path)
+    flat = study.stack(case_of=[d for d in study["peak_amplitude"].dims if d != "dof"])
+    peaks, at = (flat[name].sel(dof="x").values for name in ("peak_amplitude", "peak_omega"))
+    found = Opened(browser, path, color_scheme=scheme)
+    found.page.set_viewport_size({"width": width, "height": 900})
+    found.page.wait_for_timeout(200)
+    assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+    factors = {"rad/s": 1.0, "Hz": 0.5 / np.pi, "kHz": 0.5e-3 / np.pi, "rpm": 30.0 / np.pi}
+
+    def assert_study() -> None:
+        drawn, view = found.page.evaluate("slipstick.drawn()"), found.view()
+        (head, *rows), cases = drawn["peaks"], [row[0] for row in drawn["peaks"][1:]]
+        assert head[-2] == f"at Frequency [{view['unit']}]"
+        np.testing.assert_allclose([row[-3] for row in rows], peaks[cases], rtol=1e-9)
+        np.testing.assert_allclose([row[-2] for row in rows], at[cases] * factors[view["unit"]], rtol=1e-9)
+        assert found.page.locator("#map .mark").count() == len(cases) > 1
+        assert found.page.locator("#curves path").count() == len(drawn["curves"]) > 1
+        for case, x, (y,) in drawn["curves"]:
+            own = curves.isel(point=(curves["case"] == case).values)
+            np.testing.assert_allclose(np.array(list(x)), own["omega"].values, rtol=1e-9)
+            np.testing.assert_allclose(np.array(list(y)), own["amplitude"].values[:, 0], rtol=1e-9)
+        again = Opened(browser, path, found.page.evaluate("location.hash"), color_scheme=scheme)
+        assert (again.page.evaluate("slipstick.drawn()"), again.view()) == (drawn, view)
+        again.close()
+
+    for i in range(found.page.locator("#choices select").count()):
+        for entry in entries(found, f"#choices label:nth-of-type({i + 1}) select"):
+            found.page.locator("#choices select").nth(i).select_option(entry)
+            assert_study()
+    for unit in factors:
+        found.page.click(f"#choices button:text-is('{unit}')")
+        assert_study()
+    for case in range(found.page.locator("#cases tbody tr").count()):
+        found.page.click(f"#case-{case} a")
+        assert found.view()["case"] == case
+        assert found.page.locator("#map .around").count() == found.page.locator("#curves .chosen-line").count() == 1
+    found.close()
+
+
+def entries(found: Opened, at: str) -> list[str]:
+    """What a list offers."""
+    values: list[str] = found.page.evaluate(f"[...document.querySelectorAll('{at} option')].map((one) => one.value)")
+    return values
+
+
+def assert_drawn(found: Opened, branches: list[ss.Branch], quantity: str) -> None:
+    """The lines of the chosen quantity are there, on a canvas that shows something, and are those of the results."""
+    lines = [line for line in found.page.evaluate("slipstick.drawn()") if line[0] == quantity]
+    assert lines, quantity
+    view = found.view()
+    for _, result, name, x, y in lines:
+        data = branches[result].dataset
+        over = data[view["over"]].values
+        scale = 1.0 if view["over"] != "omega" else over[0] / x[0]
+        np.testing.assert_allclose(np.array(x, float) * scale, over, rtol=1e-9)
+        if quantity != "phase":
+            own = data[quantity]
+            own = own.sel(dof=name) if "dof" in own.dims else own
+            own = (own.sel(contact=name) if name else own.sum("contact")) if "contact" in own.dims else own
+            y_scale = own.values[0] / y[0] if quantity == "omega" else 1.0
+            size = float(np.nanmax(np.abs(data["amplitude"]))) if quantity == "mean" else 0.0
+            np.testing.assert_allclose(
+                np.array(y, float) * y_scale, own.values, rtol=1e-9, atol=1e-9 * size, err_msg=quantity
+            )  # fmt: skip
+    assert found.page.locator("#curves canvas").count() == 1
+
+
+@functools.cache
+def kinds_once() -> dict[str, Any]:
+    return kinds()
+
+
+def test_any_chart_can_be_saved(browser: Any, opened: Opened) -> None:
+    made = branch(spring=True)
+    for at in ("#curves", "#loop", "#states", "#history", "#spectrum"):
+        saved = {}
+        for kind in ("PNG", "SVG", "CSV"):
+            opened.page.wait_for_timeout(150)  # Chromium drops more than ten downloads in a second
+            opened.page.evaluate(f"document.querySelector('{at} .save').open = true")
+            with opened.page.expect_download() as download:
+                opened.page.locator(f"{at} .save button:has-text('{kind}')").click()
+            saved[kind] = Path(download.value.path()).read_bytes()
+        assert saved["PNG"].startswith(b"\x89PNG")
+        assert len(saved["PNG"]) > 2000
+        assert ElementTree.fromstring(saved["SVG"]).tag.endswith("svg")
+        rows = list(csv.reader(saved["CSV"].decode().splitlines()))
+        assert len(rows) > 2
+        if at == "#curves":
+            dof, point = opened.view()["dof"], opened.view()["point"]
+            own = made.dataset["amplitude"].sel(dof=dof).values
+            assert rows[0] == ["curve", "Frequency [rad/s]", "Amplitude [length]"]
+            np.testing.assert_allclose([float(row[2]) for row in rows[1:]], own, rtol=1e-12)
+            assert point == own.argmax()
+
+
+def test_values_are_read_under_the_pointer(opened: Opened) -> None:
+    box = opened.page.locator("#curves .u-over").bounding_box()
+    opened.page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert "rad/s" in opened.page.inner_text("#curves .reading")
 
 
 def test_tolerances_are_drawn_and_said(browser: Any, tmp_path: Path) -> None:

@@ -36,7 +36,9 @@ def content(grid: bool = True) -> dict[str, Any]:
             {"name": "y", "peak": packed(peak, "f8"), "at": packed(10 * peak, "f8")},
             {"name": "x", "peak": packed(peak[::-1], "f8"), "at": packed(peak[::-1], "f8")},
         ],
-        "followed": {"label": "omega", "units": "rad/s"}, "cases": cases, "left_out": "3 of 6 curves are in this page",
+        "followed": {"key": "omega", "label": "Frequency", "units": "rad/s"}, "cases": cases, "file": "study.nc",
+        "frequency": {"unit": "rad/s", "factors": {"rad/s": 1.0, "Hz": 0.5 / np.pi}},
+        "left_out": "3 of 6 curves are in this page",
         "curves": [
             {"case": i, "x": packed(x, "f8"), "y": [packed(x * (i + 1), "f8"), packed(x**2, "f8")],
              "part": packed([0, 0, 1, 1], "u1")}
@@ -53,25 +55,46 @@ def test_scales_ticks_and_cells() -> None:
     found = drawn("""
       const plain = new Scale([0, 10, NaN]), wide = new Scale([1, 1000]), one = new Scale([4]),
         none = new Scale([]), aired = new Scale([0, 1], 0.1), zero = new Scale([0]);
-      const cells = new Scale([1, 2, 4]), made = cells.cells([1, 2, 4]), single = new Scale([3]),
-        alone = single.cells([3]), decades = new Scale([1, 100]), logged = decades.cells([1, 10, 100]);
+      const both = new Scale([-100, -1, 0, 1, 100]), from = new Scale([0, 0.1, 1, 10, 1000]);
+      const cells = new Cells([4, 1, 2, NaN, 2]), alone = new Cells([3]), many = new Cells(Array.from({ length: 25 },
+        (_, i) => i)), far = new Scale([0, 1e-9, 1e3]);
+      const boxes = (own) => own.values.map((v) => [v, own.at(v), own.cell(v)]);
       return { plain: [plain.at(5), plain.ticks()], wide: [wide.log, wide.at(10), wide.ticks()], near: new Scale([1,
-        29]).log, below: new Scale([-1, 100]).log, one: [one.low, one.high, zero.low, zero.high], none: [none.low,
-      none.high],
-        aired: [aired.low, aired.high], cells: [...made], range: [cells.low, cells.high], alone: [...alone],
-          logged: [...logged], few: new Scale([20, 35, 650]).ticks(), steps: [new Scale([0, 1]).ticks(),
-        new Scale([-3, 3]).ticks()] }""")
+        29]).log, one: [one.low, one.high, zero.low, zero.high], none: [none.low, none.high],
+        aired: [aired.low, aired.high], cells: [boxes(cells), cells.ticks()], alone: boxes(alone),
+        many: many.ticks(), far: far.ticks(),
+        both: [both.log, both.ticks(), both.ticks().map((v) => both.at(v)), [-100, -10, 0, 10,
+        100].map((v) => both.at(v))], from: [from.log, from.ticks(), [0, 0.1, 1, 10, 100, 1000].map((v) => from.at(v))],
+        few: new Scale([20, 35, 650]).ticks(), steps: [new Scale([0, 1]).ticks(), new Scale([-3, 3]).ticks()] }""")
     assert found["plain"] == [0.5, [0, 2, 4, 6, 8, 10]]
     assert found["wide"] == [True, pytest.approx(1 / 3), [1, 10, 100, 1000]]
-    assert (found["near"], found["below"]) == (False, False)
+    assert not found["near"]
     assert found["one"] == [2, 6, -0.5, 0.5]
     assert found["none"] == [0, 1]
     assert found["aired"] == pytest.approx([-0.1, 1.1])
-    assert found["range"] == [0.5, 5.0]  # half way between values, as far beyond the ends
-    edges = [(v - 0.5) / 4.5 for v in (0.5, 1.5, 3.0, 5.0)]
-    assert found["cells"] == [[v, pytest.approx(edges[i : i + 2])] for i, v in enumerate((1, 2, 4))]
-    assert found["alone"] == [[3, [0, 1]]]
-    assert found["logged"][1] == [10, pytest.approx([1 / 3, 2 / 3])]
+    third = [[1, 1 / 6, [0, 1 / 3]], [2, 1 / 2, [1 / 3, 2 / 3]], [4, 5 / 6, [2 / 3, 1]]]
+    for own, (value, middle, ends) in zip(found["cells"][0], third, strict=True):
+        assert own == [value, pytest.approx(middle), pytest.approx(ends)]
+    assert found["cells"][1] == [1, 2, 4]
+    assert found["alone"] == [[3, 0.5, [0, 1]]]
+    assert found["many"] == [0, 3, 6, 9, 12, 15, 18, 21, 24]  # no more than can be read
+    log, ticks, places, at = found["both"]
+    assert log
+    assert ticks == sorted(ticks)
+    assert {-100, -10, 0, 10, 100} <= set(ticks)
+    assert min(places) >= -1e-9
+    assert max(places) <= 1 + 1e-9
+    assert at == pytest.approx([1 - v for v in reversed(at)])  # the same both ways
+    assert at[2] == 0.5
+    log, ticks, at = found["from"]
+    assert log
+    assert ticks[0] == 0
+    assert at[0] == 0
+    assert at[-1] == 1
+    least = 0.1
+    assert at == pytest.approx(np.log10(1 + np.array([0, 0.1, 1, 10, 100, 1000]) / least) / np.log10(1 + 1000 / least))
+    assert found["far"][0] == 0
+    assert 3 <= len(found["far"]) <= 8
     assert found["few"] == [100] or found["few"][0] >= 20
     assert found["steps"][0] == pytest.approx([0, 0.2, 0.4, 0.6, 0.8, 1.0])
     assert found["steps"][1] == [-2, 0, 2]
@@ -86,10 +109,10 @@ def test_the_map_of_a_grid_is_tiled_by_its_cases() -> None:
         classed(own, "failed").map(({ attributes: a }) => a.d), tagged(own, "svg")[0].attributes["aria-label"],
           own.textContent]""")
     width, height = WIDE - LEFT - RIGHT, HIGH - TOP - BOTTOM
-    x = LEFT + width * (np.array([0.05, 0.15, 0.3, 0.5]) - 0.05) / 0.45
+    x = LEFT + width * np.arange(4) / 3  # of equal width, however the values lie
     for i, (left, top, w, h) in enumerate(cells):
         column, row = divmod(i, 2)
-        assert [left, w] == pytest.approx([x[column], x[column + 1] - x[column]])
+        assert [left, w] == pytest.approx([x[column], width / 3])
         assert [top, h] == pytest.approx([TOP + (1 - row) * height / 2, height / 2])
     assert labels[0] == "case 0: mu = 0.1, load = 1; peak 4 mm"
     assert labels[4] == "case 4: mu = 0.4, load = 1; nothing there"
@@ -115,7 +138,7 @@ def test_over_one_parameter_the_peaks_of_like_cases_are_joined() -> None:
         "mark").map(({ attributes: a }) => [a.cx, a.cy].map(Number));
       const first = [path(), places(), $("map").textContent, app.shown()];
       app.set({ case: 1 });
-      const second = [path(), app.shown(), classed($("map"), "chosen-mark").length];
+      const second = [path(), app.shown(), classed($("map"), "around").length];
       app.set({ over: "load", by: "mu" }); app.set({ over: "mu" });
       return [first, second, app.view.by, tagged($("choices"), "option").map((o) => o.textContent)]""")
     (path, places, text, shown), (other, chosen, marks), by, options = found
@@ -162,7 +185,7 @@ def test_curves_are_those_of_the_cases_shown() -> None:
       tagged($("curves"), "path").find((path) => path.attributes.class !== "chosen-line").listeners.click();
       return [all, text, other, like, app.view.case]""")
     paths, text, other, like, chosen = found
-    assert "omega [rad/s]" in text
+    assert "Frequency [rad/s]" in text
     assert "amplitude of y [mm]" in text
     assert "3 of 6 curves are in this page" in text
     across = LEFT + (WIDE - LEFT - RIGHT) * np.arange(4) / 3
@@ -201,7 +224,7 @@ def test_the_table_is_sorted_and_filtered() -> None:
         $("case-0").attributes.class];
       return seen""")
     all_ = found["all"]
-    assert all_[0] == ["case", "mu", "load [N]", "peak of y [mm]", "at omega [rad/s]", "time [s]", "outcome"]
+    assert all_[0] == ["case", "mu", "load [N]", "peak of y [mm]", "at frequency [rad/s]", "time [s]", "outcome"]
     assert all_[1] == ["0", "0.1", "1", "4", "40", "0.5", "completed"]
     assert all_[5] == ["4", "0.4", "1", "–", "–", "9", "NO_FIRST_POINT: nothing there"]
     assert all_[6][5:] == ["–", "not computed yet"]
@@ -232,6 +255,8 @@ def test_a_case_is_chosen_and_let_go_in_the_map() -> None:
 
 def test_the_address_is_read_and_what_is_strange_in_it_is_not() -> None:
     script = "return [app.view, (location.hash = '#dof=x&case=3', heard.hashchange(), app.view.case), app.dof.name]"
+    assert drawn("app.set({ by: '' }); return location.hash").count("by=") == 1  # nothing else is a choice too
+    assert drawn("return app.view.by", address="#by=") == ""
     view, case, dof = drawn(script, address="#dof=x&over=load&by=mu&case=2&show=bad&sort=load&down=1&words=a")
     assert view == {
         "dof": "x",
@@ -242,6 +267,7 @@ def test_the_address_is_read_and_what_is_strange_in_it_is_not() -> None:
         "words": "a",
         "sort": "load",
         "down": True,
+        "unit": "rad/s",
     }
     assert (case, dof) == (3, "x")
     start = {
@@ -253,6 +279,7 @@ def test_the_address_is_read_and_what_is_strange_in_it_is_not() -> None:
         "words": "",
         "sort": "number",
         "down": False,
+        "unit": "rad/s",
     }
     for address in ("", "#dof=q&over=q&by=q&case=99&show=q&sort=q&down=0", "#case=-1"):
         assert drawn("return app.view", address=address) == start
@@ -270,6 +297,35 @@ def test_the_head_tells_outcome_method_and_warnings() -> None:
     assert foot.startswith("Written by slipstick 1, now.")
     assert foot.endswith("the address keeps the choice.")
     assert bars[1] == "Colours of peak of y [mm]"
+
+
+def test_conditions_and_words_filter_the_cases() -> None:
+    wanted = {
+        "mu=0.2": [2, 3], "mu = 2e-1": [2, 3], "mu>=0.2": [2, 3, 4, 5], "mu > 0.2": [4, 5], "load<=1": [0, 2, 4],
+        "mu<0.4 load=3": [1, 3], "mu=0.4 nothing": [4], "NO_FIRST": [4], "not computed": [5], "mu=0.3": [],
+        "": [*range(6)],
+        "kn=1": [], "load=0": [], "mu>0.1,load<2": [2, 4],
+    }  # fmt: skip
+    texts = ", ".join(f"'{text}'" for text in wanted)
+    found = drawn(f"return [{texts}].map((text) => [0, 1, 2, 3, 4, 5].filter(app.filter(text)))")
+    assert dict(zip(wanted, found, strict=True)) == wanted
+
+
+def test_frequencies_are_in_the_unit_chosen_and_a_case_says_how_its_loops_are_had() -> None:
+    table_, other, curve, said, none, address = drawn("""
+      const heads = () => table($("cases")).slice(0, 2).map((row) => row[4]), first = heads();
+      click(button($("choices"), "Hz")); app.set({ case: 2 });
+      const seen = [first, heads(), $("curves").textContent, $("chosen").textContent];
+      click(button($("choices"), "none"));
+      return [...seen, $("chosen") === null || app.view.case === null, location.hash]""")
+    assert table_ == ["at frequency [rad/s]", "40"]
+    assert other[0] == "at frequency [Hz]"
+    assert float(other[1]) == pytest.approx(40 / (2 * np.pi), rel=1e-4)
+    assert "Frequency [Hz]" in curve
+    assert "case 2: mu = 0.2, load = 1; peak 3 mm at 4.7746 Hz" in said
+    assert "slipstick report study.nc --case 2" in said
+    assert none
+    assert "unit=Hz" in address
 
 
 def test_a_page_that_becomes_wider_is_drawn_once_it_stays_so() -> None:

@@ -21,18 +21,33 @@ class Place {
     if (last === null || last instanceof Place) return last;
     return { set textContent(text) { this.owner.children[this.owner.children.length - 1] = text; }, owner: this };
   }
+  prepend(...children) { for (const child of children) child.parent = this; this.children.unshift(...children); }
+  remove() { if (this.parent) this.parent.children = this.parent.children.filter((child) => child !== this); }
+  get firstChild() { return this.children[0] ?? null; }
+  get parentNode() { return this.parent; }
+  focus() { document.activeElement = this; }
   get textContent() { return this.children.map((child) => (child instanceof Place ? child.textContent : String(child))).join(""); }
   set textContent(text) { this.children = text === "" ? [] : [text]; }
   get value() { return this.attributes.value; }
   set value(text) { this.attributes.value = String(text); }
   get all() { return [this, ...this.children.flatMap((child) => (child instanceof Place ? child.all : []))]; }
-  querySelector(wanted) {
-    const [first, ...rest] = wanted.split(" ");
-    const found = this.all.find((node) => node !== this && (first[0] === "#" ? node.attributes.id === first.slice(1) : node.tag === first));
-    return rest.length && found ? found.querySelector(rest.join(" ")) : found ?? null;
+  /** Whether this is what a selector of one element, such as "tr.chosen" or "[tabindex]", is of. */
+  is(wanted) {
+    const [, tag, id, name, own] = /^([a-z]*)(?:#([\w-]+))?(?:\.([\w-]+))?(?:\[([\w-]+)\])?$/.exec(wanted);
+    return (!tag || this.tag === tag) && (!id || this.attributes.id === id) && (!own || own in this.attributes)
+      && (!name || (this.attributes.class ?? "").split(" ").includes(name));
   }
-  closest(wanted) { return this.attributes.class?.split(" ").includes(wanted.slice(1)) ? this : this.parent?.closest(wanted) ?? null; }
-  getBoundingClientRect() { return { left: 10, top: 20 }; }
+  /** Elements of a list of selectors: one inside another, or, after ":scope >", a child of this. */
+  querySelectorAll(wanted) {
+    const found = wanted.split(/,\s*/).flatMap((one) => {
+      if (one.startsWith(":scope > ")) return this.children.filter((child) => child instanceof Place && child.is(one.slice(9)));
+      return one.split(" ").reduce((hosts, step) => [...new Set(hosts.flatMap((host) => host.all.filter((node) => node !== host && node.is(step))))], [this]);
+    });
+    return this.all.filter((node) => found.includes(node));
+  }
+  querySelector(wanted) { return this.querySelectorAll(wanted)[0] ?? null; }
+  closest(wanted) { return this.is(wanted) ? this : this.parent?.closest(wanted) ?? null; }
+  getBoundingClientRect() { return { left: 10, top: 20, width: this.clientWidth, height: this.clientHeight }; }
   setPointerCapture(id) { this.captured = id; }
   hasPointerCapture(id) { return this.captured === id; }
   getContext() { return (this.context ??= new Drawing()); }
@@ -52,6 +67,7 @@ class Path2D {
   moveTo(x, y) { this.steps.push(["M", x, y]); }
   lineTo(x, y) { this.steps.push(["L", x, y]); }
   rect(x, y, width, height) { this.steps.push(["R", x, y, width, height]); }
+  closePath() { this.steps.push(["Z"]); }
   arc(x, y, radius) { this.steps.push(["A", x, y, radius]); }
 }
 
@@ -72,6 +88,10 @@ class uPlot {
     const part = log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
     return axis === "x" ? 1000 * part : 500 * (1 - part);
   }
+  posToVal(place, axis) {
+    const { min, max } = this.scales[axis], part = axis === "x" ? place / 1000 : 1 - place / 500;
+    return this.options.scales[axis].distr === 3 ? min * (max / min) ** part : min + part * (max - min);
+  }
   destroy() { this.destroyed = true; }
 }
 
@@ -82,7 +102,7 @@ const IDS = Object.fromEntries(["head", "response", "point", "body", "contacts",
 }));
 const ROOT = new Place("html");
 ROOT.append(...Object.values(IDS));
-const document = { documentElement: ROOT, getElementById: (id) => IDS[id] ?? ROOT.querySelector(`#${id}`), createElement: (tag) => new Place(tag),
+const document = { activeElement: null, documentElement: ROOT, getElementById: (id) => IDS[id] ?? ROOT.querySelector(`#${id}`), createElement: (tag) => new Place(tag),
   createElementNS: (_, tag) => new Place(tag), querySelector: (wanted) => ROOT.querySelector(wanted) };
 let innerWidth = 1000;
 const window = {}, location = { hash: "" }, devicePixelRatio = 1, heard = {};

@@ -34,11 +34,16 @@ def branch(title: str = "two masses", *, spring: bool = False) -> ss.Branch:
     return ss.forced_response(problem, omega=(6.0, 12.0), options={"max_step": 0.1})
 
 
+def unplaned(planes: bytes, width: int) -> bytes:
+    """Numbers of ``width`` bytes from the planes of their first bytes, their second bytes, ..."""
+    return b"".join(planes[i :: len(planes) // width] for i in range(len(planes) // width)) if planes else b""
+
+
 def decoded(packed: dict[str, Any]) -> np.ndarray:
     """The array of ``report.encoding.packed``, read as the page reads it."""
     kinds = {"f8": "<f8", "f4": "<f4", "u2": "<u2", "u1": "u1"}
     shape = packed["shape"]
-    values = np.frombuffer(packed["bytes"], kinds[packed["kind"]])
+    values = np.frombuffer(unplaned(packed["bytes"], int(packed["kind"][1:])), kinds[packed["kind"]])
     rows = values.reshape((1 if packed["once"] else shape[0], *shape[1:]))
     return np.broadcast_to(rows, shape)
 
@@ -47,7 +52,7 @@ def decoded_coefficients(fixed: dict[str, Any]) -> np.ndarray:
     """The array of ``report.encoding.fixed``, likewise."""
     n, m, count = fixed["rest"]["shape"]
     width = int(fixed["rest"]["kind"][1:])
-    own = np.frombuffer(fixed["rest"]["bytes"], np.uint8).reshape(-1, m, count, width)
+    own = np.frombuffer(unplaned(fixed["rest"]["bytes"], width), np.uint8).reshape(-1, m, count, width)
     whole = np.zeros((n, m, count, 8), np.uint8)
     whole[..., :width] = own
     whole[..., width:] = np.where(own[..., -1:] > 127, 255, 0)  # the sign

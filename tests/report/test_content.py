@@ -46,8 +46,14 @@ def test_the_largest_are_kept_in_their_own_order(made: ss.Branch) -> None:
 def test_peaks_are_points_and_places_of_dofs(made: ss.Branch) -> None:
     found = content_of(made, "a", contacts=2, dofs=3)
     of = made.dataset["peak_dof"].values
-    assert found["peaks"] == [[int(p), int(of[p])] for p in np.flatnonzero(of >= 0)]
-    assert found["peaks"]
+    assert found["notes"] == [[int(p), int(of[p]), "peak"] for p in np.flatnonzero(of >= 0)]
+    assert found["notes"]
+
+
+def test_the_dofs_that_were_asked_for(made: ss.Branch) -> None:
+    asked = ss.forced_response(made.problem, omega=(10.0, 11.0), peaks_of="a")
+    assert content_of(asked, "a", contacts=2, dofs=3)["asked"] == [0]  # z moves more
+    assert content_of(made, "a", contacts=2, dofs=3)["asked"] == [0, 1, 2]
 
 
 def test_frequencies_in_the_unit_of_the_results(made: ss.Branch) -> None:

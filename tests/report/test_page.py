@@ -24,9 +24,11 @@ pytestmark = pytest.mark.skipif(node is None, reason="node, which runs the scrip
 
 def run(script: str, given: Any = None) -> Any:
     """What a script prints as JSON, with ``given`` as its input."""
-    own = "\n".join(part(f"{name}.js") for name in ("decode", "law", "model", "view"))
+    own = "\n".join(part(f"{name}.js") for name in ("decode", "law", "model", "view", "charts", "curves"))
     plain, numbers = gathered(given)
-    text = f"""{own}
+    text = f"""globalThis.document = {{}};
+      globalThis.getComputedStyle = () => ({{ getPropertyValue: () => "#000" }});
+      {own}
       const {{ given, numbers }} = JSON.parse(require("fs").readFileSync(0, "utf8"));
       inflated(numbers).then((buffer) => {{ STORE.buffer = buffer; console.log(JSON.stringify({script})); }});"""
     told = json.dumps({"given": plain, "numbers": numbers})
@@ -110,11 +112,70 @@ def test_amplitudes_of_harmonics() -> None:
     assert found == pytest.approx([3.0, 0.0, 5.0, 1.0], abs=1e-12)
 
 
-MODEL = """(() => {
-  const results = given.map((content, i) => new Result(content, i));
-  return { results, dofs: results[0].dofs, contacts: results[0].contacts, curves: results[0].content.curves,
-    frequencies: ["rad/s", "Hz"] };
-})()"""
+MODEL = "modelOf(given)"
+LINES = """given.wanted.map(([curve, over]) => {
+  const model = modelOf(given.results), view = { ...viewFrom("", model), curve, over };
+  const app = { model, view: viewFrom(addressOf(view), model) };
+  const curves = Object.assign(Object.create(Curves.prototype), { app });
+  return curves.linesOf(curves.curve).map(({ result, name, x, y }) => [result.index, name, [...x], [...y]]);
+})"""
+
+
+def assert_every_quantity_is_drawn(branches: list[ss.Branch]) -> set[str]:
+    """Whatever is chosen, and after a reload, lines are drawn, and they are the numbers of the results."""
+    contents = [content_of(made, str(i), contacts=12, dofs=12) for i, made in enumerate(branches)]
+    keys = list(dict.fromkeys(curve["key"] for content in contents for curve in content["curves"]))
+    wanted = [[key, over["key"]] for key in keys for over in contents[0]["abscissae"]]
+    for (key, over), lines in zip(wanted, run(LINES, {"results": contents, "wanted": wanted}), strict=True):
+        assert lines, key
+        for index, name, x, y in lines:
+            assert_line_of(branches[index], key, over, name, x, y)
+    return set(keys)
+
+
+def assert_line_of(made: ss.Branch, key: str, over: str, name: str, x: list[Any], y: list[Any]) -> None:
+    data = made.dataset
+    np.testing.assert_allclose(np.array(x, float), data[over].values, rtol=1e-12)
+    if key == "phase":
+        angle = np.radians(np.array(y, float))
+        X = data["displacement"].sel(dof=name)
+        z = X.sel(coefficient="c1").values - 1j * X.sel(coefficient="s1").values
+        np.testing.assert_allclose(np.exp(1j * angle), z / np.abs(z), atol=1e-9)
+        return
+    own = data[key]
+    if "dof" in own.dims:
+        own = own.sel(dof=name)
+    elif "contact" in own.dims:
+        own = own.sel(contact=name) if name else own.sum("contact")
+    size = float(np.abs(data["amplitude"]).max()) if key == "mean" else 0.0  # a mean of rounding is drawn as zero
+    np.testing.assert_allclose(np.array(y, float), own.values, rtol=1e-9, atol=1e-11 * size, err_msg=f"{key} {name}")
+
+
+def test_every_quantity_is_drawn_as_it_is() -> None:
+    seen = assert_every_quantity_is_drawn([branch(spring=True)])
+    assert {"friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction", "phase"} <= seen
+
+
+def oscillator(velocity: float = 0.0) -> ss.Problem:
+    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
+    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 2, 3])
+
+
+@pytest.mark.filterwarnings("ignore:the damping ratio of the mode")
+def test_every_quantity_of_every_kind_of_result() -> None:
+    problem = oscillator()
+    over = ss.parameter_response(problem, "damper.mu", (0.2, 0.4), omega=9.0)
+    assert_every_quantity_is_drawn([over])
+    peaks = ss.track_peak(problem, "damper.normal_load", (300.0, 600.0), dof="x", omega=(6.0, 12.0))
+    assert "omega" in assert_every_quantity_is_drawn([peaks])
+    mode = ss.nonlinear_modes(problem, amplitude=(2.0, 5.0), load_factors=1.0)
+    assert {"modal_damping", "load_factor"} <= assert_every_quantity_is_drawn([mode])
+    curves = [ss.forced_response(oscillator(v), omega=(8.0, 11.0), stability=v == 0.0) for v in (0.0, 10.0)]
+    assert "multiplier_max" in assert_every_quantity_is_drawn(curves)
+    linear = ss.linear_response(problem, omega=[3.0, 6.0, 9.0])
+    assert assert_every_quantity_is_drawn([linear]) == {"amplitude", "mean", "phase"}
 
 
 def test_the_address_keeps_the_view() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.reports import branch
+from helpers.reports import branch, decoded
 from helpers.study_case import CASE
 from typer.testing import CliRunner, Result
 
@@ -46,8 +46,7 @@ def content_of(path: Path) -> tuple[dict, bytes]:
 
 
 def values(packed: dict, store: bytes) -> np.ndarray:
-    found = np.frombuffer(store[slice(*packed["bytes"])], dtype="<f8" if packed["kind"] == "f8" else "<f4")
-    return np.broadcast_to(found, packed["shape"]) if packed["once"] else found
+    return decoded(packed | {"bytes": store[slice(*packed["bytes"])]})
 
 
 def test_a_study_leaves_its_report(folder: Path) -> None:

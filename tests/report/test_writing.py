@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.reports import branch
@@ -33,6 +34,32 @@ def test_a_branch_from_a_file_gives_the_same_page(made: ss.Branch, tmp_path: Pat
     one, other = (b.report(tmp_path / f"{i}.html").read_text() for i, b in enumerate((made, stored)))
     part = '"results":'
     assert one.partition(part)[2] == other.partition(part)[2]
+
+
+def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path: Path) -> None:
+    """A load of 1.3 N is no frequency: nothing is laid over something else."""
+    units = {"length": "mm", "force": "N", "time": "s"}
+
+    def oscillator(**more: Any) -> ss.Problem:
+        structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+        contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
+        pair = ss.ContactPair(name="damper", contact=contact, tangential="x")
+        return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 3], **more)
+
+    problem = oscillator(units=units)
+    response = ss.forced_response(problem, omega=(5.0, 6.0))
+    load = ss.parameter_response(problem, "damper.normal_load", (300.0, 400.0), omega=6.0)
+    friction = ss.parameter_response(problem, "damper.mu", (0.3, 0.35), omega=6.0)
+    peaks = ss.track_peak(problem, "damper.normal_load", (300.0, 310.0), omega=(2.0, 15.0))
+    plain = ss.forced_response(oscillator(), omega=(5.0, 6.0))
+    for one, other in ((response, load), (load, friction), (load, peaks), (response, plain)):
+        with pytest.raises(ss.InputError, match=r"results with the same axes and units; write a report of each"):
+            write_report({"one": one, "other": other}, tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()
+    free = ss.Problem(problem.structure, loads=problem.loads, harmonics=[0, 1], units=units)
+    for other in (ss.forced_response(problem, omega=(6.0, 7.0)), ss.linear_response(free, omega=[5.0, 6.0])):
+        write_report({"one": response, "other": other}, tmp_path / "r.html")
+    assert "<title>one, other</title>" in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
 def test_another_file_is_not_replaced(made: ss.Branch, tmp_path: Path) -> None:

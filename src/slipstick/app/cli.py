@@ -136,7 +136,7 @@ def report(
         list[Path],
         typer.Argument(
             metavar="RESULTS.nc...",
-            help="Results files, overlaid; or the study.nc of a study.",
+            help="Results files or folders, overlaid; or a study, its study.nc or folder.",
             autocompletion=results_files,
         ),
     ],
@@ -146,13 +146,16 @@ def report(
     title: Annotated[str, typer.Option(help="Title of the page; by default that of the first results.")] = "",
     contacts: Annotated[int, typer.Option(help="How many contacts: those that dissipate most.")] = 12,
     dofs: Annotated[int, typer.Option(help="How many dofs: those that move most.")] = 12,
+    case: Annotated[
+        int | None, typer.Option(min=0, metavar="N", help="Case N of a study, computed again: its loops and states.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write one self-contained page of results, for any browser: curves, loops, states, provenance."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.report import report_results
 
-        answer |= report_results(results, output, title=title, contacts=contacts, dofs=dofs)
+        answer |= report_results(results, output, title=title, contacts=contacts, dofs=dofs, case=case)
 
 
 @app.command()
@@ -206,13 +209,14 @@ def optimal(
     case: CasePath,
     output: Annotated[Path | None, _folder("CASE-optimal")] = None,
     force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
     as_json: AsJson = False,
 ) -> None:
     """Find the value of a parameter, that of its table "optimal", at which the peak is lowest."""
     with answering(as_json) as answer:
         from slipstick.app.verbs.peaks import optimal_case
 
-        raise typer.Exit(optimal_case(case, output, answer, force=force))
+        raise typer.Exit(optimal_case(case, output, answer, force=force, figures=figures))
 
 
 @app.command()

@@ -26,6 +26,7 @@ from slipstick.plots.multipliers import mark_special
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, quantity, values_of
 from slipstick.plots.style import GREY, PEAK, over_decades
+from slipstick.results.measures import phase_of
 from slipstick.results.schema import branch_parts
 from slipstick.typing import Names
 
@@ -132,18 +133,12 @@ def phase(
 
 
 def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
-    names = [str(name) for name in dataset["coefficient"].to_numpy()]
-    if f"c{order}" not in names:
-        raise InputError(f"harmonic: found {order}; the results hold {', '.join(n[1:] for n in names if n[0] == 'c')}")
-    X = dataset["displacement"].isel(dof=[str(n) for n in dataset["dof"].to_numpy()].index(dof)).to_numpy()
-    z = X[:, names.index(f"c{order}")] - 1j * X[:, names.index(f"s{order}")]
-    known = abs(z) > ROUNDING * float(abs(dataset["displacement"]).max())
-    angle = np.where(known, np.angle(z), np.nan)
-    parts = branch_parts(dataset)
-    for part in np.unique(parts):
-        own = known & (parts == part)
-        angle[own] = np.unwrap(angle[own])
-    return np.degrees(angle)
+    orders = [0, *(int(str(name)[1:]) for name in dataset["coefficient"].to_numpy()[1::2])]
+    if order not in orders:
+        raise InputError(f"harmonic: found {order}; the results hold {', '.join(str(m) for m in orders[1:])}")
+    X = dataset["displacement"].to_numpy()
+    own = X[:, [str(n) for n in dataset["dof"].to_numpy()].index(dof)]
+    return phase_of(own, orders.index(order), branch_parts(dataset), ROUNDING * float(np.abs(X).max(initial=0.0)))
 
 
 def mean(

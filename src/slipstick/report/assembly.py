@@ -14,7 +14,7 @@ from slipstick.report.encoding import gathered, safe_json
 
 STYLES = ("uplot/uPlot.min.css", "look.css", "panels.css", "print.css")
 STUDY_STYLES = ("look.css", "study.css", "print.css")
-STUDY_SCRIPTS = ("decode.js", "charts.js", "head.js", "study.js")
+STUDY_SCRIPTS = ("decode.js", "charts.js", "save.js", "head.js", "study.js")
 SCRIPTS = tuple(
     f"{name}.js"
     for name in [
@@ -23,6 +23,7 @@ SCRIPTS = tuple(
         "model",
         "view",
         "charts",
+        "save",
         "curves",
         "strip",
         "shape",

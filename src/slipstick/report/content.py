@@ -10,13 +10,14 @@ import numpy as np
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
-from slipstick.report.curves import curves_of, meaning
+from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
+from slipstick.report.references import references_of
 from slipstick.report.shape import shape_of
 from slipstick.report.tolerances import bands_of, what_matters
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
-from slipstick.results.stability import UNKNOWN
-from slipstick.units import FREQUENCIES, Units, after_number
+from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
+from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
@@ -40,7 +41,7 @@ def content_of(
     _check(dataset, label)
     kept = {"dof": _largest(dataset, "dof", "amplitude", dofs)}
     kept["contact"] = _largest(dataset, "contact", "dissipated_power", contacts)
-    at, toleranced = branch.followed, {}
+    analysis, toleranced = analysis_of(dataset), {}
     provenance = _provenance(branch)
     if tolerances is not None and len(branch):
         toleranced = {"bands": bands_of(branch, kept["dof"], tolerances)}
@@ -52,16 +53,20 @@ def content_of(
         "states": STATES,
         "orders": list(branch.harmonics.orders),
         "points": len(branch),
-        "followed": {"key": at, **meaning(dataset, at), "values": packed(dataset[at].to_numpy(), "f8")},
-        "frequency": _frequency(dataset),
+        "analysis": analysis,
+        "abscissae": abscissae_of(dataset, analysis),
+        "companion": COMPANIONS.get(analysis, ""),
+        "frequency": frequency_of(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
         "dofs": _named(dataset, "dof", kept["dof"]) | {
             **meaning(dataset, "displacement"),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
-        "peaks": _peaks(dataset, kept["dof"]),
-        "curves": curves_of(dataset, kept),
+        "asked": _asked(dataset, kept["dof"]),
+        "notes": _notes(dataset, kept["dof"], analysis),
+        "curves": curves_of(branch, kept, analysis),
+        "references": references_of(branch, kept["dof"]) if analysis == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
     }  # fmt: skip
@@ -88,7 +93,7 @@ def _check(dataset: ResultTable, label: str) -> None:
         raise InputError(f"{label}: 'omega' is not a frequency at every point; compute these results again")
 
 
-def _frequency(dataset: ResultTable) -> dict[str, Any]:
+def frequency_of(dataset: Any) -> dict[str, Any]:
     """The units a frequency can be drawn in, with the factor from the one of the results, and the one to begin with."""
     units = Units.of_results(dataset.attrs)
     others = FREQUENCIES if units.in_seconds else ()
@@ -168,13 +173,39 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
     return marks
 
 
-def _peaks(dataset: ResultTable, kept: Indices) -> list[list[int]]:
-    """Point and place of the dof of each located peak."""
-    if "peak_dof" not in dataset:
+def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
+    """Places of the dofs that were asked for, whose peaks were sought; those whose peaks are there; or none."""
+    names = [str(name) for name in dataset["dof"].to_numpy()]
+    attributes = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of")]
+    told = [names.index(name) for name in next(filter(None, attributes), []) if name in names]
+    if not told and "peak_dof" in dataset:
+        told = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
+    return [place for place, d in enumerate(kept) if d in told]
+
+
+_BIFURCATIONS = tuple(kind for kind in SPECIAL_KINDS if kind != STATE_CHANGE)
+_NOTED = {
+    "response": _BIFURCATIONS,
+    "parameter": _BIFURCATIONS,
+    "peaks": ("optimum", "turning point", "tie", "corner", "requested"),
+    "modes": ("requested", "turning point"),
+    "cycles": (*_BIFURCATIONS, "requested"),
+}
+"""Kinds of points that are listed for each analysis, beside the peaks of a response."""
+
+
+def _notes(dataset: ResultTable, kept: Indices, analysis: str) -> list[list[Any]]:
+    """Point, place of the dof (-1: of none) and kind of each point that is listed: peaks, and what else is of note."""
+    if "kind" not in dataset:
         return []
-    place = {int(d): i for i, d in enumerate(kept)}
-    of = dataset["peak_dof"].to_numpy()
-    return [[int(p), place[int(of[p])]] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+    place, kinds = {int(d): i for i, d in enumerate(kept)}, dataset["kind"].to_numpy()
+    found: list[list[Any]] = [
+        [int(p), -1, str(kinds[p])] for p in np.flatnonzero(np.isin(kinds, np.array(_NOTED[analysis], dtype=str)))
+    ]
+    if "peak_dof" in dataset and analysis in ("response", "parameter"):
+        of = dataset["peak_dof"].to_numpy()
+        found += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+    return found
 
 
 def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
@@ -186,5 +217,5 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
         "friction": friction,
         "series": series_of(dataset, kept, own) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
-        "energy_units": after_number(Units.of_results(dataset.attrs).label("force length")),
+        "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.report.encoding import Indices, packed
+from slipstick.results.measures import phase_of
+from slipstick.results.schema import branch_parts, is_self_excited
 from slipstick.results.stability import between_known
 from slipstick.typing import Array
-from slipstick.units import after_number
+from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
+    from slipstick.results.branch import Branch
     from slipstick.results.table import ResultTable
 
 _ROUNDING = 1e-11
@@ -21,20 +24,80 @@ _FIRST = (
     "dissipated_power", "temperature", "friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction"
 )  # fmt: skip
 _ALWAYS = ("dissipated_power", "friction_coefficient")
+_OVER = {
+    "response": ("omega",),
+    "parameter": ("parameter",),
+    "peaks": ("parameter", "omega"),
+    "modes": ("modal_amplitude", "omega", "load_factor"),
+    "cycles": ("parameter", "omega"),
+}
+"""What the results of each analysis can be drawn over, the first to begin with."""
+_BEGIN = {"modes": "omega"}
+COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega"}
+"""The quantity drawn beside the one that is chosen: the other half of the result."""
 
 
-def curves_of(dataset: ResultTable, kept: Mapping[str, Indices]) -> list[dict[str, Any]]:
-    """All curves of a dataset; ``kept`` are the indices of the dofs and contacts that the report shows."""
-    return [*_of_dofs(dataset, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset)]
+def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> list[dict[str, Any]]:
+    """All curves of a branch, the first the one to begin with; ``kept`` are the dofs and contacts that are shown.
+
+    A quantity without a number, or that says nothing, is left out.
+    """
+    dataset = branch.table
+    if not len(branch):
+        return []
+    found = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
+    first = _BEGIN.get(analysis, "amplitude")
+    return sorted(found, key=lambda curve: curve["key"] != first)
 
 
-def _of_dofs(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]]:
+def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
+    """What curves can be drawn over, the first what the branch is of: the frequency, a parameter, an amplitude."""
+    return [
+        {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
+        for key in _OVER[analysis]
+        if key == _OVER[analysis][0] or (key in dataset and _says_something(dataset[key].to_numpy().astype(float)))
+    ]
+
+
+def analysis_of(dataset: ResultTable) -> str:
+    """What the results are of: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
+    if "modal_damping" in dataset:
+        return "modes"
+    if is_self_excited(dataset):
+        return "cycles"
+    if str(dataset.attrs.get("peak_of", "")):
+        return "peaks"
+    return "parameter" if "parameter" in dataset else "response"
+
+
+def _says_something(values: Array) -> bool:
+    """Whether there are numbers, and not all the same."""
+    known = values[np.isfinite(values)]
+    return known.size > 0 and bool((known != known[0]).any())
+
+
+def _of_dofs(branch: Branch, kept: Indices) -> Iterator[dict[str, Any]]:
+    dataset = branch.table
     for name in ("amplitude", "mean"):
         if name in dataset:
             values = dataset[name].to_numpy()
             if name == "mean":
                 values = without_rounding(values, dataset["amplitude"].to_numpy())
             yield _curve(dataset, name, "dof", values[:, kept])
+    if branch.harmonics.n and len(kept):
+        X, parts = dataset["displacement"].to_numpy(), branch_parts(dataset)
+        least = _ROUNDING * float(np.nanmax(np.abs(X), initial=0.0))
+        values = np.stack([phase_of(X[:, d], 1, parts, least) for d in kept], axis=1)
+        if np.isfinite(values).any():
+            label = f"Phase of harmonic {branch.harmonics.orders[1]}"
+            yield {
+                "key": "phase",
+                "over": "dof",
+                "label": label,
+                "units": "deg",
+                "after": " deg",
+                "values": packed(values),
+            }
 
 
 def without_rounding(mean: Array, amplitude: Array) -> Array:
@@ -57,11 +120,15 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
         yield _curve(dataset, name, "contact", values[:, kept]) | total
 
 
-def _of_points(dataset: ResultTable) -> Iterator[dict[str, Any]]:
-    for name in ("multiplier_max", "truncation", "newton_iterations"):
-        if name in dataset and dataset[name].dims == ("point",):
-            values = dataset[name].to_numpy().astype(float)
-            yield _curve(dataset, name, "", between_known(values) if name == "multiplier_max" else values)
+def _of_points(dataset: ResultTable, analysis: str) -> Iterator[dict[str, Any]]:
+    for name in ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max", "truncation",
+                 "newton_iterations"):  # fmt: skip
+        if name == _OVER[analysis][0] or name not in dataset or dataset[name].dims != ("point",):
+            continue
+        values = dataset[name].to_numpy().astype(float)
+        values = between_known(values) if name == "multiplier_max" else values
+        if np.isfinite(values).any() and (name != "omega" or _says_something(values)):
+            yield _curve(dataset, name, "", values)
 
 
 def _curve(dataset: ResultTable, name: str, over: str, values: Array) -> dict[str, Any]:
@@ -74,5 +141,7 @@ def meaning(dataset: ResultTable, name: str) -> dict[str, str]:
     label = str(attributes.get("long_name", name.replace("_", " ")))
     if name != "parameter":  # that is the user's own name
         label = label[:1].upper() + label[1:]
-    units = str(attributes.get("units", ""))
+    if name == "omega":
+        label = "Frequency"
+    units = power_unit(str(attributes.get("units", "")))
     return {"label": label, "units": "" if units == "1" else units, "after": after_number(units)}

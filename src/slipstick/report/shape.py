@@ -24,8 +24,8 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
     found = deflection_of(branch, small=UNSEEN)
     size = float(np.abs(found.fields).max()) or 1.0
     return {
-        "nodes": packed(found.skin.nodes),
+        "nodes": packed(found.skin.nodes, "f4"),
         "triangles": packed(found.skin.triangles, "u2"),
-        "fields": packed(found.fields.T / size),
+        "fields": packed(found.fields.T / size, "f4"),
         "coefficients": fixed(found.coefficients * size, 3),
     }

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.report.content import provenance
+from slipstick.report.content import frequency_of, provenance
 from slipstick.report.encoding import packed
-from slipstick.units import after_number
+from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
     import xarray
@@ -51,6 +51,8 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "units": units,
         "after": after_number(units),
         "followed": place,
+        "frequency": frequency_of(study) if "peak_omega" in study else {"unit": "", "factors": {}},
+        "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
         **_curves(curves, kept),
     }  # fmt: skip
@@ -64,13 +66,13 @@ def _largest(peaks: Any) -> Any:
 def _followed(study: xarray.Dataset, dims: Any) -> tuple[dict[str, str], Any]:
     """What the curves are over, and where the peaks are (n_cases, n_dofs)."""
     name = "peak_parameter" if "peak_parameter" in study else "peak_omega"
-    label = str(study.attrs.get("parameter", "")) or "omega"
+    label = str(study.attrs.get("parameter", "")) or "Frequency"
     found = study[name].transpose(*dims, "dof").to_numpy().reshape(study["case"].size, -1)
-    return {"label": label, "units": _units(study[name].attrs)}, found
+    return {"key": name.removeprefix("peak_"), "label": label, "units": _units(study[name].attrs)}, found
 
 
 def _units(attrs: Mapping[str, Any]) -> str:
-    units = str(attrs.get("units", ""))
+    units = power_unit(str(attrs.get("units", "")))
     return "" if units == "1" else units
 
 
@@ -106,7 +108,7 @@ def _curves(data: xarray.Dataset | None, kept: Any) -> dict[str, Any]:
         own = np.flatnonzero(case == number)
         thin = np.arange(own.size) % -(-own.size // MOST_POINTS) == 0
         at = own[thin | (peaks[own] >= 0)]
-        y = [packed(amplitude[at, d]) for d in range(amplitude.shape[1])]
+        y = [packed(amplitude[at, d], "f8") for d in range(amplitude.shape[1])]
         found.append({"case": int(number), "x": packed(x[at], "f8"), "y": y, "part": packed(part[at], "u1")})
     less = f"{some.size} of {present.size} curves are in this page" if some.size < present.size else ""
     return {"curves": found, "left_out": less}

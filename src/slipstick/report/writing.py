@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from slipstick import __version__
-from slipstick.errors import InputError
+from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
@@ -52,7 +52,8 @@ def write_report(
     Raises
     ------
     InputError
-        If the file cannot be written, or there is one that is no report; if there is nothing to report.
+        If the file cannot be written, or there is one that is no report; if there is nothing to report, or several
+        results have other axes or units.
     """
     from slipstick.report.assembly import page
     from slipstick.report.content import content_of
@@ -62,7 +63,8 @@ def write_report(
     most: dict[str, Any] = {"contacts": whole("report contacts", contacts, 0), "dofs": whole("report dofs", dofs, 1)}
     most["tolerances"] = tolerances
     results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
-    title = title or results[0]["title"] or results[0]["label"] or "Results"
+    _check_together(results)
+    title = title or results[0]["title"] or ", ".join(filter(None, (own["label"] for own in results[:3]))) or "Results"
     content = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
     _write(target, page(title, content | {"results": results}))
     return target
@@ -84,6 +86,38 @@ def write_study_report(
     made = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
     _write(target, study_page(title, content | made))
     return target
+
+
+def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
+    """InputError where results have not the same axes: over what they are, of what, and in which units."""
+    first = results[0]
+    for other in results[1:]:
+        for of, words in ((_over, "over"), (_motion, "with motion in"), (_force, "with forces in")):
+            one, another = of(first), of(other)
+            if one != another and one and another:  # results without contacts have no forces
+                raise InputError(
+                    Fault(
+                        "report",
+                        found=f"'{first['label']}' {words} {one} and '{other['label']}' {words} {another}",
+                        expected="results with the same axes and units",
+                        remedy="write a report of each",
+                    )
+                )
+
+
+def _over(content: Mapping[str, Any]) -> str:
+    """What results are of, and over what, with its unit."""
+    over = content["abscissae"][0]
+    of = {"peaks": "peaks ", "modes": "a nonlinear mode ", "cycles": "self-excited vibration "}
+    return f"{of.get(content['analysis'], '')}{over['label']} [{over['units'] or '1'}]"
+
+
+def _motion(content: Mapping[str, Any]) -> str:
+    return str(content["dofs"]["units"])
+
+
+def _force(content: Mapping[str, Any]) -> str:
+    return str(content["contacts"]["force_units"])
 
 
 def labelled(branches: Any) -> list[tuple[str, Branch]]:

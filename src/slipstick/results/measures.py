@@ -101,3 +101,26 @@ def amplitude_with_slope(harmonics: Harmonics, X: Array, dX: Array) -> tuple[Arr
     else:
         value, change = known[0], (harmonics.H_minus(known[1])[:, 1:] * dX[:, 1:]).sum(axis=1)
     return np.abs(value).reshape(shape), np.copysign(change, value * change).reshape(shape)
+
+
+def phase_of(X: Array, harmonic: int, parts: ArrayLike, least: float) -> Array:
+    """Phase of a harmonic along a branch, degrees: of ``amplitude * cos(m tau + phase)``, as loads are given.
+
+    Parameters
+    ----------
+    X
+        Coefficients (n, L) of one dof.
+    harmonic
+        Place of the harmonic in the set, from 1.
+    parts
+        Part of the branch that each point belongs to, (n,): the phase goes on without jumps within each.
+    least
+        An amplitude of the harmonic up to this one is rounding and has no phase (nan).
+    """
+    z = X[:, 2 * harmonic - 1] - 1j * X[:, 2 * harmonic]
+    known, parts = np.abs(z) > least, np.asarray(parts)
+    angle = np.where(known, np.angle(z), np.nan)
+    for part in np.unique(parts):
+        own = known & (parts == part)
+        angle[own] = np.unwrap(angle[own])
+    return np.degrees(angle)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.cases import oscillator
 from typer.testing import CliRunner
@@ -77,7 +78,14 @@ def test_optimal_says_the_value(tmp_path):
     answer = json.loads(slipstick("optimal", case, "-o", tmp_path / "other", "--json").stdout)
     found = ss.optimal(Case.from_file(case).problem(), "damper.normal_load", omega=(6.0, 12.0), start=500.0)
     assert answer["value"] == pytest.approx(found.value, rel=1e-8)
-    assert (answer["kind"], answer["outcome"], answer["points"]) == ("lowest", "COMPLETED", 1)
+    assert (answer["kind"], answer["outcome"]) == ("lowest", "COMPLETED")
+    peaks = ss.load(tmp_path / "out" / "results.nc").dataset  # among the peaks of other values, marked
+    least = int(np.flatnonzero(peaks["kind"].values == "optimum")[0])
+    assert peaks["parameter"].values[least] == pytest.approx(found.value, rel=1e-6)
+    assert peaks["omega"].values[least] == pytest.approx(found.omega, rel=1e-6)
+    assert peaks["amplitude"].values.min() == pytest.approx(found.amplitude, rel=1e-9)
+    assert peaks["parameter"].values[[0, -1]] == pytest.approx([found.value / 4, found.value * 4])
+    assert (tmp_path / "out" / "response.png").exists()
 
 
 def test_modes_leave_a_folder(tmp_path):

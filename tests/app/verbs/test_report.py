@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import slipstick as ss
+import slipstick.report.content
 import slipstick.report.writing
 from slipstick.app.cli import app
 from slipstick.app.verbs.report import labels
 from slipstick.errors import InputError
+from slipstick.io.loading import load_dataset
 
 CASE = """
 format = 1
@@ -55,7 +59,7 @@ def test_a_run_leaves_a_report_in_its_units(case: Path, tmp_path: Path) -> None:
     assert command("run", case, "-o", tmp_path / "out", "-q", "--no-figures")[0] == 0
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "<title>oscillator &lt;b&gt;rubbed&lt;/b&gt;</title>" in text
-    assert '"units":"N mm/s","after":" N mm/s"' in text
+    assert '"units":"mW","after":" mW"' in text
     assert '"frequency":{"unit":"Hz"' in text
     assert "normal_load = 800.0" in text  # the case, as it was
 
@@ -91,6 +95,57 @@ def test_results_are_laid_over_each_other(case: Path, tmp_path: Path) -> None:
     assert '"label":"v10"' in text
     assert command("report", files[0])[0] == 0
     assert (tmp_path / "v0" / "report.html").exists()
+
+
+def test_a_folder_stands_for_its_results(case: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert command("run", case, "-o", out, "-q", "--no-figures", "--no-report")[0] == 0
+    assert command("report", out)[0] == 0
+    assert (out / "report.html").exists()
+    assert command("report", out, out / "results.nc", "-o", tmp_path / "both.html")[0] == 0
+    (tmp_path / "empty").mkdir()
+    code, said = command("report", tmp_path / "empty")
+    assert code == 2
+    assert "empty: found a folder without results.nc or study.nc" in said
+
+
+STUDY = CASE + '[study]\n"damper.velocity" = [5, 10, 20]\n'
+
+
+def test_one_case_of_a_study_is_computed_again(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its report is of the curve that the case alone has."""
+    shown: list[ss.Branch] = []
+    content_of = slipstick.report.content.content_of
+    monkeypatch.setattr(
+        slipstick.report.content,
+        "content_of",
+        lambda branch, *a, **k: shown.append(branch) or content_of(branch, *a, **k),
+    )
+    case.write_text(STUDY)
+    out = tmp_path / "out"
+    assert command("study", case, "-o", out, "--workers", "1", "--no-figures")[0] == 0
+    code, said = command("report", out, "--case", "2")
+    assert code == 0, said
+    text = (out / "case-2.html").read_text(encoding="utf-8")
+    assert "damper.velocity = 20" in text
+    alone = ss.Case.from_text(STUDY.partition("[study]")[0].replace("velocity = 10.0", "velocity = 20.0")).run()
+    (found,) = shown
+    for name in ("omega", "amplitude", "dissipated_power"):
+        np.testing.assert_allclose(found.dataset[name].values, alone.dataset[name].values, rtol=1e-9, atol=1e-12)
+    assert len(found.states(0)["damper"]) == len(alone.states(0)["damper"])  # which a study does not keep
+    for words, why in {
+        (out, "--case", 3): "found 3; expected a case of the study, from 0 to 2",
+        (out, out, "--case", 1): "--case is a case of a study",
+    }.items():
+        code, said = command("report", *words)
+        assert code == 2
+        assert why in said
+    study = load_dataset(out / "study.nc")
+    study.attrs["case"] = ""  # as one made in Python
+    study.to_netcdf(tmp_path / "python.nc")
+    code, said = command("report", tmp_path / "python.nc", "--case", 0)
+    assert code == 2
+    assert "the study was made in Python" in said
 
 
 def test_faults_are_sentences(case: Path, tmp_path: Path) -> None:

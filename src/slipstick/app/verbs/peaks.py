@@ -9,9 +9,11 @@ from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say
 from slipstick.app.verbs.one_table import case_with, folder_of, quietly, written
+from slipstick.errors import InputError
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.analysis.optimum import Optimum
     from slipstick.results.branch import Branch
 
 
@@ -47,7 +49,7 @@ def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
         return written(case, branch, folder, answer, figures=drawn)
 
 
-def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False) -> int:
+def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:
     """Find the optimum of ``[optimal]``, into a folder, by default ``CASE-optimal``; the exit code.
 
     Raises
@@ -68,7 +70,35 @@ def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool
             unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
             where = _peak(case, found.branch, found.amplitude, found.omega)
             say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
-        return written(case, found.branch, folder, answer, figures={})
+        branch = _among_peaks(case, table, found)
+        drawn = {"response": lambda branch: branch.plot.response(found.dof)} if figures and len(branch) > 1 else {}
+        return written(case, branch, folder, answer, figures=drawn)
+
+
+_BESIDE = 4.0
+"""The peak is shown from this part of the optimal value to as many times it."""
+
+
+def _among_peaks(case: Case, table: Any, found: Optimum) -> Branch:
+    """The peak over values round the optimal one, which is marked; the optimum alone where it is not met again."""
+    from slipstick.analysis.tracking import track_peak
+
+    if not found.kind or found.value == 0.0:
+        return found.branch
+    span = (found.value / _BESIDE, found.value * _BESIDE)
+    try:
+        peaks = quietly(
+            track_peak, case.problem(), table.parameter, span, omega=_range(case, table), dof=found.dof
+        )  # fmt: skip
+    except InputError:  # a parameter that cannot have such values
+        return found.branch
+    data = peaks.table
+    met = data["parameter"].to_numpy()[data["kind"].to_numpy() == "optimum"]
+    near = abs(met - found.value) <= _SAME * abs(found.value)
+    return peaks if peaks.outcome.ok and near.any() else found.branch
+
+
+_SAME = 1e-6
 
 
 def modes_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:

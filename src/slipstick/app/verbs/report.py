@@ -7,25 +7,43 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipstick.app.terminal.answers import Answer
-from slipstick.app.terminal.guard import say
-from slipstick.app.verbs.output import REPORT
+from slipstick.app.terminal.guard import complain, say
+from slipstick.app.verbs.output import REPORT, RESULTS
 from slipstick.errors import InputError
+from slipstick.studies.folder import STUDY_FILE
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
 
-def report_results(paths: Sequence[Path], output: Path | None, *, title: str = "", contacts: int, dofs: int) -> Answer:
+def report_results(
+    paths: Sequence[Path],
+    output: Path | None,
+    *,
+    title: str = "",
+    contacts: int,
+    dofs: int,
+    case: int | None = None,
+) -> Answer:
     """Write one report of results files, by default ``report.html`` beside the first one; what a program is told.
+
+    A folder stands for the results in it. Of a study, ``case`` is computed again, and its own report written.
 
     Raises
     ------
     InputError
-        If a results file cannot be read or the report cannot be written.
+        If a results file cannot be read or the report cannot be written; for a case that the study does not have.
     """
     from slipstick.io.loading import load
     from slipstick.report.writing import write_report
 
+    paths = [_results_in(path) for path in paths]
+    if case is not None:
+        if len(paths) > 1 or not _is_study(paths[0]):
+            raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
+        target = output if output is not None else paths[0].parent / f"case-{case}.html"
+        made = {f"case {case}": _case_of(paths[0], case)}
+        return _told(write_report(made, target, title=title, contacts=contacts, dofs=dofs))
     target = output if output is not None else paths[0].parent / REPORT
     if any(map(_is_study, paths)):
         if len(paths) > 1:
@@ -46,6 +64,43 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     beside = path.parent / CURVES_FILE
     curves = load_dataset(beside) if beside.exists() else None
     return write_study_report(load_dataset(path), curves, target, title=title, dofs=dofs)
+
+
+def _results_in(path: Path) -> Path:
+    """The results in a folder; a file is itself. Raises InputError where a folder holds none."""
+    if not path.is_dir():
+        return path
+    held = [path / name for name in (RESULTS, STUDY_FILE) if (path / name).is_file()]
+    if not held:
+        raise InputError(
+            f"{path}: found a folder without {RESULTS} or {STUDY_FILE}; give a results file, or its folder"
+        )
+    return held[0]
+
+
+def _case_of(path: Path, number: int) -> Branch:
+    """One case of a study, computed again with all that a report shows."""
+    from slipstick.analysis.walking import collect
+    from slipstick.app.case.case import Case
+    from slipstick.app.verbs.one_table import quietly
+    from slipstick.app.verbs.prepare import prepare_kernel
+    from slipstick.io.loading import load_dataset
+
+    told = load_dataset(path).attrs
+    text, name = str(told.get("case", "")), str(told.get("case_file", "") or "case.toml")
+    if not text:
+        raise InputError(f"{path}: the study was made in Python; compute the case there, and report its branch")
+    beside = [folder / name for folder in (path.parent, path.resolve().parent.parent) if (folder / name).is_file()]
+    case = Case.from_text(text, next(iter(beside), path.parent / name))
+    assert case.plan is not None
+    if not 0 <= number < len(case.plan):
+        raise InputError(f"--case: found {number}; expected a case of the study, from 0 to {len(case.plan) - 1}")
+    prepare_kernel(complain)
+    job = case.study_job()
+    branch: Branch = quietly(collect, job.task(case.plan.problem(job.problem, number)))
+    values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
+    branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
+    return branch
 
 
 def _is_study(path: Path) -> bool:

@@ -14,13 +14,24 @@ function element(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** New children in place of the old ones; null stands for none. */
+const CONTROLS = "button, select, input, [tabindex]";
+
+/** New children in place of the old ones; null stands for none. The control that has the focus keeps it. */
 function fill(host, ...children) {
+  const at = [...host.querySelectorAll(CONTROLS)].indexOf(document.activeElement);
   host.replaceChildren(...children.filter((child) => child !== null && child !== undefined));
+  if (at >= 0) host.querySelectorAll(CONTROLS)[at]?.focus({ preventScroll: true });
 }
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-const curveColour = (i) => colour(`curve-${i % 7}`);
+const COLOURS = 12;
+const curveColour = (i) => colour(`curve-${i % COLOURS}`);
+
+/** The colour of a dof or contact of a result, the same wherever it is drawn; the empty name is that of all together. */
+function colourOf(model, over, name, result) {
+  const place = name === "" ? 0 : Math.max(0, model[`${over}s`].indexOf(name));
+  return curveColour(place * model.results.length + result.index);
+}
 
 /** A number to so many digits, as short as it can be said. */
 function short(value, digits = 5) {
@@ -35,7 +46,7 @@ function short(value, digits = 5) {
 
 const raised = (exponent) => String(exponent).replace(/./g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]));
 const withUnits = (label, units) => (units ? `${label} [${units}]` : label);
-const quantityOf = (curve) => curve.label.split(" (")[0];
+const quantityOf = (curve) => curve.label.split(/ \(|: /)[0];
 
 /** Range of values with some air; of positive ones on a logarithmic axis. */
 function rangeOf(arrays, { log = false, air = 0.05, zero = false } = {}) {
@@ -57,17 +68,38 @@ function powerOf([low, high]) {
   return exponent < -2 || exponent > 3 ? 3 * Math.floor(exponent / 3) : 0;
 }
 
-function axisOf({ label, units, log, ticks }, range, vertical) {
+/** Label of an axis, and how its ticks are written. */
+function axisWords({ label, units, log }, range) {
   const power = log ? 0 : powerOf(range);
-  const scaled = power ? `${label} [10${raised(power)}${units ? ` ${units}` : ""}]` : withUnits(label, units);
-  const plain = (_, splits, axis, space, step) => splits.map((v) => (v / 10 ** power).toFixed(placesOf(step / 10 ** power)));
+  return { power, said: power ? `${label} [10${raised(power)}${units ? ` ${units}` : ""}]` : withUnits(label, units) };
+}
+
+/** Ticks of an axis from low to high as [value, text], about `most` of them. */
+function ticksOf(axis, range, low, high, most) {
+  if (axis.ticks) return axis.ticks[0].map((v, i) => [v, axis.ticks[1][i]]);
+  if (axis.log) return logTicks(low, high).map((v) => [v, decimal(v)]);
+  const { power } = axisWords(axis, range), rough = (high - low) / Math.max(1, most), size = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 2.5, 5, 10].map((m) => m * size).find((m) => m >= rough * (1 - 1e-9)), found = [];
+  if (!(step > 0)) return found;
+  const first = Math.ceil(low / step - 1e-9), places = placesOf(step / 10 ** power);
+  for (let k = first; k * step <= high + 1e-9 * step && found.length < 100; k++) found.push([k * step, ((k * step) / 10 ** power).toFixed(places)]);
+  return found;
+}
+
+function axisOf(axis, range, vertical) {
+  const { said } = axisWords(axis, range), { ticks, log } = axis;
+  const own = (u, low, high) => ticksOf(axis, range, low, high, Math.max(2, Math.floor((vertical ? u.height - 60 : u.width - 80) / (vertical ? 38 : 76))));
   return {
-    scale: vertical ? "y" : "x", label: scaled, labelSize: 20, labelGap: 2, gap: 5, space: vertical ? 34 : 56,
+    scale: vertical ? "y" : "x", label: said, labelSize: 20, labelGap: 2, gap: 5, space: vertical ? 34 : 56,
     font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", stroke: colour("text-soft"),
     grid: { stroke: colour("grid"), width: 1 }, ticks: { stroke: colour("grid"), width: 1, size: 4 },
-    values: ticks ? (_, splits) => splits.map((v) => ticks[1][ticks[0].indexOf(v)] ?? "") : log ? (_, splits) => splits.map(decimal) : plain,
-    size: vertical ? (u, values) => 14 + 7 * Math.max(2, ...(values ?? []).map((v) => v.length)) : 30,
-    ...(ticks ? { splits: () => ticks[0] } : log ? { splits: (_, axis, low, high) => logTicks(low, high) } : {}),
+    splits: (u, _, low, high) => own(u, low, high).map(([value]) => value),
+    values: (u, splits) => {
+      const { min, max } = u.scales[vertical ? "y" : "x"], texts = new Map(own(u, min, max));
+      return splits.map((value) => texts.get(value) ?? "");
+    },
+    size: vertical ? (u, values) => 14 + 7 * Math.max(axis.letters ?? 2, ...(values ?? []).map((v) => v.length)) : 30,
+    ...(ticks || log ? { filter: (u, splits) => splits } : {}),
   };
 }
 
@@ -110,9 +142,35 @@ function linePath(line) {
       if (drawn) path[down && line.pen?.[i] !== 0 ? "lineTo" : "moveTo"](u.valToPos(x, "x", true), u.valToPos(y, "y", true));
       down = drawn;
     }
-    return { stroke: path, fill: null, flags: 0 };
+    const heads = new Path2D();
+    for (const [tip, ...others] of arrowHeads(line, (v, axis) => u.valToPos(v, axis, true), devicePixelRatio)) {
+      heads.moveTo(...tip);
+      for (const corner of others) heads.lineTo(...corner);
+      heads.closePath();
+    }
+    return { stroke: path, fill: line.arrows ? heads : null, flags: 0 };
   };
 }
+
+/** Heads of arrows along a line that has some: three corners each, in the order in which the points are passed. */
+function arrowHeads(line, place, ratio) {
+  if (!line.arrows) return [];
+  const at = Array.from(line.x, (x, i) => [place(x, "x"), place(line.y[i], "y")]), size = 5 * ratio, found = [];
+  let since = 0.5 * ARROWS * ratio;
+  for (let i = 1; i < at.length; i++) {
+    const [dx, dy] = [at[i][0] - at[i - 1][0], at[i][1] - at[i - 1][1]], length = Math.hypot(dx, dy);
+    if (!Number.isFinite(length)) { since = 0.5 * ARROWS * ratio; continue; }
+    since += length;
+    if (since < ARROWS * ratio || length === 0) continue;
+    since = 0;
+    const [ux, uy] = [dx / length, dy / length], [x, y] = at[i];
+    found.push([[x + size * ux, y + size * uy], [x - size * ux - 0.8 * size * uy, y - size * uy + 0.8 * size * ux], [x - size * ux + 0.8 * size * uy, y - size * uy - 0.8 * size * ux]]);
+  }
+  return found;
+}
+
+/** Arrows are so many pixels apart. */
+const ARROWS = 110;
 
 function barPath(bars) {
   return (u) => {
@@ -143,24 +201,44 @@ function ringPath(rings) {
 
 const PATHS = { line: linePath, bars: barPath, rings: ringPath };
 
-/** Draw into a host: `x`, `y` { label, units, range, log, ticks } and `lines` { x, y, kind, stroke, fill, width, dash }. */
-function chart(host, { x, y, lines, height, zoom = false, hooks = {}, marks = null }) {
+/** Draw into a host: `x`, `y` { label, units, range, log, ticks } and `lines` { x, y, kind, name, stroke, fill, width, dash }. */
+function chart(host, { x, y, lines, height, name, zoom = false, hooks = {}, marks = null }) {
   host.uplot?.destroy();
   const scale = (axis) => ({ time: false, range: axis.range, distr: axis.log ? 3 : 1 });
   const size = { width: Math.max(host.clientWidth, 220), height };
+  const reading = element("div", { class: "reading", hidden: true });
   const plot = new uPlot({
     ...size, mode: 2, legend: { show: false }, padding: [10, 14, 0, 0],
-    cursor: { x: zoom, y: zoom, points: { show: false }, drag: { x: zoom, y: zoom, setScale: zoom, dist: 8 }, bind: { dblclick: () => null } },
+    cursor: { x: true, y: true, points: { show: false }, drag: { x: zoom, y: zoom, setScale: zoom, dist: 8 }, bind: { dblclick: () => null } },
     scales: { x: scale(x), y: scale(y) },
     axes: [axisOf(x, x.range, false), axisOf(y, y.range, true)],
     series: [null, ...lines.map((line) => ({
-      paths: PATHS[line.kind ?? "line"](line), stroke: line.stroke, fill: line.fill, width: line.width ?? 1.8, dash: line.dash,
+      paths: PATHS[line.kind ?? "line"](line), stroke: line.stroke, fill: line.arrows ? line.stroke : line.fill, width: line.width ?? 1.8, dash: line.dash,
       cap: line.dash ? "butt" : "round", points: { show: false }, auto: false,
     }))],
-    hooks: { ...hooks, drawAxes: marks ? [marks] : [] },
+    hooks: { ...hooks, drawAxes: marks ? [marks] : [], setCursor: [(u) => read(u, reading, x, y)] },
   }, [null, ...lines.map((line) => [line.x, line.y])], host);
+  plot.over.append(reading);
   host.uplot = plot;
+  const drawing = () => svgOfChart(plot, { x: { said: axisWords(x, x.range).said }, y: { said: axisWords(y, y.range).said }, lines },
+    [[x, "x", plot.width / 76], [y, "y", plot.height / 38]].map(([axis, key, most]) => ticksOf(axis, axis.range, plot.scales[key].min, plot.scales[key].max, most)));
+  saver(host, () => name, { PNG: () => pngOfCanvas(plot.ctx.canvas), SVG: drawing, CSV: () => csvOf(rowsOf({ x, y, lines })) });
   return plot;
+}
+
+/** Every number of a chart: name of the line, x, y. */
+function rowsOf({ x, y, lines }) {
+  const own = lines.filter((line) => line.kind !== "rings" && !line.repeated);
+  return [["curve", withUnits(x.label, x.units), withUnits(y.label, y.units)], ...own.flatMap((line) => Array.from(line.x, (v, i) => [line.name ?? "", v, line.y[i]]))];
+}
+
+/** The place of the pointer in the units of the axes. */
+function read(u, reading, x, y) {
+  const { left, top } = u.cursor;
+  reading.hidden = !(left >= 0 && top >= 0);
+  if (reading.hidden) return;
+  const said = (axis, key, at) => (axis.ticks ? "" : `${short(u.posToVal(at, key), 4)}${axis.units ? ` ${axis.units}` : ""}`);
+  reading.textContent = [said(x, "x", left), said(y, "y", top)].filter(Boolean).join(", ");
 }
 
 /** A thin line at zero. */

@@ -1,101 +1,136 @@
-// The response curves with their cursor: moved by click, by arrow keys, or by the list of peaks.
+// The curves of a branch with their cursor: moved by click, by arrow keys, or by the list of points of note.
 
 class Curves {
   constructor(host, app) {
     Object.assign(this, { host, app });
     this.plotHost = element("div", { class: "plot", id: "curves", tabindex: 0, role: "slider", "aria-label": "Cursor along the curve",
-      "aria-valuemin": 0, onkeydown: (event) => this.key(event), onclick: (event) => this.click(event) });
+      "aria-valuemin": 0, onkeydown: (event) => this.key(event), onclick: (event) => this.click(event, this.plotHost) });
+    this.otherHost = element("div", { class: "plot", id: "companion", onclick: (event) => this.click(event, this.otherHost) });
     this.tools = element("div", { class: "tools" });
     this.legend = element("div", { class: "legend" });
-    this.side = element("aside", { class: "peaks", "aria-label": "Peaks" });
+    this.side = element("aside", { class: "peaks", "aria-label": "Points of note" });
     this.readout = element("p", { class: "readout", "aria-live": "polite" });
-    host.append(this.tools, element("div", { class: "with-side" }, element("div", { class: "card" }, this.plotHost, this.legend, this.readout), this.side));
-    this.dot = element("div", { class: "cursor-dot" });
-    this.rule = element("div", { class: "cursor-rule" });
+    this.whole = element("div", { class: "with-side" }, element("div", { class: "card" }, this.plotHost, this.otherHost, this.legend, this.readout), this.side);
+    this.cursors = [this.plotHost, this.otherHost].map((plotHost) => ({ plotHost, dot: element("div", { class: "cursor-dot" }), rule: element("div", { class: "cursor-rule" }) }));
+    host.append(this.tools, this.whole);
   }
 
   get curve() { return this.app.model.curves.find((curve) => curve.key === this.app.view.curve); }
 
-  /** Every curve shown: result, name, colour. */
-  shown() {
-    const { model, view } = this.app, over = this.curve?.over;
-    const names = over === "dof" ? view.dofs : over === "contact" ? view.contacts : [""];
-    const found = [];
-    for (const name of names) {
-      for (const result of model.results) {
-        const values = result.points ? result.values(view.curve, name) : null;
-        if (values?.some(Number.isFinite)) found.push({ result, name, values, stroke: curveColour(found.length) });
+  /** The quantity drawn below: the other half of the result of a tracked peak, a mode, a limit cycle. */
+  get companion() {
+    const { model, view } = this.app, wanted = model.results[0].content.companion;
+    const key = wanted === view.over ? "" : wanted === view.curve ? "amplitude" : wanted;
+    return key && key !== view.curve ? model.curves.find((curve) => curve.key === key) : null;
+  }
+
+  /** Names of the curves that are drawn: of dofs, of contacts, or of none where there is one for the whole branch. */
+  names(curve) {
+    const { model, view } = this.app, { over, total } = curve;
+    if (over === "") return [""];
+    // what has no sum over all contacts shows the contact at the cursor in its place
+    const chosen = over === "dof" ? view.dofs : [...new Set(view.contacts.map((name) => name || (total ? "" : view.contact)))];
+    const known = (name) => model.results.some((result) => result.known(curve.key, name));
+    return chosen.some(known) ? chosen : model[`${over}s`].filter(known);
+  }
+
+  /** What is drawn, in one word: the same word, the same curves. */
+  drawn() {
+    return JSON.stringify([this.curve, this.companion].map((curve) => (curve ? this.names(curve) : [])));
+  }
+
+  /** Every line of a quantity: result, name, places and values, colour. */
+  linesOf(curve) {
+    const { model, view } = this.app, found = [];
+    for (const name of this.names(curve)) {
+      for (const result of model.results.filter((own) => own.known(curve.key, name))) {
+        const [x, y] = [this.scaled(result.abscissa(view.over), result.at(view.over), result), this.scaled(curve, result.values(curve.key, name), result)];
+        found.push({ result, name, x, y, stroke: colourOf(model, curve.over, name, result) });
       }
     }
     return found;
   }
 
-  /** The curve under the cursor. */
-  current() {
-    const { view } = this.app, name = this.curve?.over === "dof" ? view.dof : view.contact;
-    const own = this.lines.filter((line) => line.result.index === view.result);
+  scaled(own, values, result) {
+    const [factor] = result.unitsOf(own, this.app.view.unit);
+    return factor === 1 ? values : Float64Array.from(values, (value) => value * factor);
+  }
+
+  /** The line under the cursor. */
+  current(lines = this.lines, over = this.curve?.over) {
+    const { view } = this.app, name = over === "dof" ? view.dof : view.contact;
+    const own = lines.filter((line) => line.result.index === view.result);
     return own.find((line) => line.name === name) ?? own.find((line) => line.name === "") ?? own[0] ?? null;
   }
 
-  unitsOf(result) {
-    const { followed, frequency } = result.content, { unit } = this.app.view;
-    return followed.key === "omega" && unit in frequency.factors ? [frequency.factors[unit], unit] : [1, followed.units];
-  }
-
-  abscissa(result) {
-    const [factor] = this.unitsOf(result);
-    return factor === 1 ? result.at : result.at.map((value) => value * factor);
-  }
-
   draw() {
-    const { view, model } = this.app, log = view.log;
-    this.lines = this.curve ? this.shown().map((line) => ({ ...line, x: this.abscissa(line.result), y: line.values })) : [];
-    if (!this.lines.length) {
+    const { model } = this.app;
+    this.lines = this.curve ? this.linesOf(this.curve) : [];
+    if (!this.lines.length) { // a quantity without a number is not offered, so there is none at all
       fill(this.host, element("h2", { id: "response-title" }, "Response"), element("p", { class: "card" }, "No point was found, so there is no curve."));
       return;
     }
-    const drawn = this.lines.flatMap((line) => [...this.banded(line, log), ...this.styled(line, log)]);
-    const rings = this.rings(log);
-    const first = (this.lines[0]?.result ?? model.results[0]), followed = first.content.followed;
-    const label = followed.key === "omega" ? "Frequency" : followed.label;
-    const range = (of, axis, zero) => rangeOf(this.lines.map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : 0.06, zero });
-    chart(this.plotHost, {
-      x: { label, units: this.unitsOf(first)[1], log: log.includes("x"), range: range("x", "x", false) },
-      y: { label: quantityOf(this.curve), units: this.curve.units, log: log.includes("y"), range: range("y", "y", this.curve.key === "amplitude" || this.curve.key === "mean") },
-      lines: [...drawn, ...rings], height: Math.round(Math.min(460, Math.max(260, 0.5 * this.plotHost.clientWidth))), zoom: true,
-      hooks: { draw: [() => this.place()] }, marks: zeroLine,
-    });
-    this.plotHost.uplot.over.append(this.rule, this.dot);
+    this.drawNotes(); // as wide as its rows; the charts have what is left
+    const { companion } = this, height = Math.round(Math.min(460, Math.max(260, 0.5 * this.plotHost.clientWidth)));
+    this.drawChart(this.plotHost, this.curve, this.lines, companion ? Math.round(0.72 * height) : height);
+    this.others = companion ? this.linesOf(companion) : [];
+    this.otherHost.hidden = !this.others.length;
+    if (this.others.length) this.drawChart(this.otherHost, companion, this.others, Math.round(0.55 * height));
     this.drawTools();
     this.drawLegend();
-    this.drawPeaks();
     this.move();
+    this.side.style.maxHeight = innerWidth > 980 ? `${this.whole.firstChild.offsetHeight}px` : "";
+    document.getElementById("response-title").textContent = TITLES[model.results[0].content.analysis] ?? "Response";
+  }
+
+  drawChart(host, curve, lines, height) {
+    const { view, model } = this.app, { log } = view, first = lines[0].result, over = first.abscissa(view.over);
+    const limits = this.limits(curve, lines, log), own = lines.flatMap((line) => [...this.banded(curve, line, log), ...this.styled(line, log)]);
+    const range = (of, axis, zero) => rangeOf([...lines, ...limits].map((line) => line[of]), { log: log.includes(axis), air: of === "x" ? 0.015 : 0.06, zero });
+    const inside = range("x", "x", false);
+    chart(host, {
+      x: { label: over.label, units: this.app.unitsOf(over, first)[1], log: log.includes("x"), range: inside },
+      y: { label: quantityOf(curve), units: this.app.unitsOf(curve, first)[1], log: log.includes("y"), letters: this.companion ? LETTERS : 2, range: range("y", "y", curve.key === "amplitude" || curve.key === "mean") },
+      lines: [...limits, ...own, ...this.rings(curve, lines, log)], height, zoom: true, name: `${quantityOf(curve)} over ${over.label}`,
+      hooks: { draw: [() => this.place()] }, marks: zeroLine,
+    });
+    const cursor = this.cursors.find(({ plotHost }) => plotHost === host);
+    host.uplot.over.append(cursor.rule, cursor.dot);
+    if (model.results.length > 1) for (const line of own) line.name = `${line.result.label} ${line.name}`.trim();
   }
 
   /** One line, and where stability was computed two more: a stretch is dashed where it is unstable, dotted where nobody knows. */
   styled(line, log) {
     const { part, content, points } = line.result;
     const broken = Uint8Array.from(part, (p, i) => (i > 0 && part[i - 1] === p ? 1 : 0));
-    const base = { x: line.x, y: line.y, log, stroke: line.stroke, width: 2 };
+    const base = { result: line.result, x: line.x, y: line.y, log, stroke: line.stroke, width: 2, name: line.name };
     if (!content.unstable) return [{ ...base, pen: broken }];
     const verdict = Array.from({ length: points }, (_, i) => line.result.verdict(i));
     const of = (i) => [verdict[i], verdict[i - 1]].find((own) => own !== "stable") ?? "stable";
     const pen = (own) => broken.map((b, i) => (b && of(i) === own ? 1 : 0));
-    return [{ ...base, pen: pen("stable") }, { ...base, pen: pen("unstable"), dash: [6, 5], width: 1.6 },
-      { ...base, pen: pen("stability not known"), dash: [2, 4], width: 1.6 }];
+    return [{ ...base, pen: pen("stable") }, { ...base, pen: pen("unstable"), dash: [6, 5], width: 1.6, repeated: true },
+      { ...base, pen: pen("stability not known"), dash: [2, 4], width: 1.6, repeated: true }];
   }
 
   /** Thin lines round an amplitude: what tolerances of parameters make of it. */
-  banded(line, log) {
-    if (this.curve.key !== "amplitude") return [];
+  banded(curve, line, log) {
+    if (curve.key !== "amplitude") return [];
     const { part } = line.result, pen = Uint8Array.from(part, (p, i) => (i > 0 && part[i - 1] === p ? 1 : 0));
-    return line.result.band(line.name).map((y) => ({ x: line.x, y, log, stroke: line.stroke, width: 1, dash: [1, 3], pen }));
+    return line.result.band(line.name).map((y, i) => ({ result: line.result, x: line.x, y, log, stroke: line.stroke, width: 1, dash: [1, 3], pen, name: `${line.name} ${i ? "highest" : "lowest"}` }));
   }
 
-  rings(log) {
-    if (this.curve.key !== "amplitude") return [];
-    return this.lines.map((line) => {
-      const at = line.result.content.peaks.filter(([, dof]) => line.result.dofs[dof] === line.name).map(([point]) => point);
+  /** Thin grey lines: amplitudes without contact and with every contact stuck. */
+  limits(curve, lines, log) {
+    const { view } = this.app;
+    if (!view.limits || curve.key !== "amplitude" || view.over !== "omega") return [];
+    return lines.flatMap((line) => line.result.limits(line.name).map(({ label, x, y }, i) => ({ x: this.scaled(line.result.abscissa("omega"), x, line.result), y, log,
+      stroke: colour("text-faint"), width: i ? 1.1 : 1.8, name: `${line.name}, ${label}` })));
+  }
+
+  /** Points of note as rings on the lines. */
+  rings(curve, lines, log) {
+    return lines.map((line) => {
+      const at = line.result.content.notes.filter(([, dof]) => dof < 0 || (curve.key === "amplitude" && line.result.dofs[dof] === line.name)).map(([point]) => point);
       return { kind: "rings", log, x: at.map((p) => line.x[p]), y: at.map((p) => line.y[p]), stroke: line.stroke, fill: colour("card"), width: 1.6 };
     });
   }
@@ -112,24 +147,31 @@ class Curves {
   }
 
   place() {
-    const plot = this.plotHost.uplot, line = this.lines && this.current();
-    if (!plot || !line) return;
-    const [x, y] = [plot.valToPos(line.x[this.app.view.point], "x"), plot.valToPos(line.y[this.app.view.point], "y")];
-    const inside = x >= -1 && x <= plot.over.clientWidth + 1 && y >= -1 && y <= plot.over.clientHeight + 1;
-    this.rule.hidden = this.dot.hidden = !inside;
-    if (!inside) return;
-    this.rule.style.left = `${x}px`;
-    this.dot.style.left = `${x}px`;
-    this.dot.style.top = `${y}px`;
-    this.dot.style.background = line.stroke;
+    for (const { plotHost, dot, rule } of this.cursors) {
+      const plot = plotHost.uplot, line = plotHost === this.plotHost ? this.current() : this.current(this.others ?? [], this.companion?.over);
+      if (!plot || !line || plotHost.hidden) continue;
+      const [x, y] = [plot.valToPos(line.x[this.app.view.point], "x"), plot.valToPos(line.y[this.app.view.point], "y")];
+      const inside = x >= -1 && x <= plot.over.clientWidth + 1 && y >= -1 && y <= plot.over.clientHeight + 1;
+      rule.hidden = dot.hidden = !inside;
+      if (!inside) continue;
+      rule.style.left = `${x}px`;
+      dot.style.left = `${x}px`;
+      dot.style.top = `${y}px`;
+      dot.style.background = line.stroke;
+    }
   }
 
+  /** The point under the cursor in words: where, the quantity, what else is known there. */
   words(line) {
     const { view } = this.app, { result } = line, verdict = result.verdict(view.point), kind = result.kind(view.point);
     const name = line.name || (this.curve.over === "contact" ? "all contacts" : "");
+    const [, units] = this.app.unitsOf(this.curve, result), after = units === this.curve.units ? this.curve.after : ` ${units}`;
+    const beside = [this.companion, this.curve.key === "amplitude" ? result.curve("phase") : null].filter(Boolean)
+      .map((own) => [own, result.values(own.key, own.over === "dof" ? (this.curve.over === "dof" ? line.name : view.dof) : "")?.[view.point]]).filter(([, value]) => Number.isFinite(value))
+      .map(([own, value]) => (own.key === "omega" ? this.app.said(own, value) : `${quantityOf(own).toLowerCase()} ${short(value)}${own.after}`));
     const said = [
       `point ${view.point + 1} of ${result.points}`, this.app.where(),
-      `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${this.curve.after}`,
+      `${name ? `${name}: ` : ""}${quantityOf(this.curve).toLowerCase()} ${short(line.y[view.point])}${after}`, ...beside,
       kind && kind !== "regular" ? kind : "", verdict,
       this.app.model.results.length > 1 ? result.label : "",
     ];
@@ -137,25 +179,22 @@ class Curves {
   }
 
   /** The drawn point nearest to a click becomes the cursor. */
-  click(event) {
-    const plot = this.plotHost.uplot;
+  click(event, host) {
+    const plot = host.uplot, lines = host === this.plotHost ? this.lines : this.others;
     if (!plot || !event.target.closest(".u-over")) return;
     const box = plot.over.getBoundingClientRect(), [cx, cy] = [event.clientX - box.left, event.clientY - box.top];
     let best = null;
-    for (const line of this.lines) {
+    for (const line of lines) {
       for (let i = 0; i < line.x.length; i++) {
         const distance = Math.hypot(plot.valToPos(line.x[i], "x") - cx, plot.valToPos(line.y[i], "y") - cy);
         if (!best || distance < best.distance) best = { distance, line, i };
       }
     }
-    if (best) this.choose(best.line, best.i);
+    if (best) this.choose(best.line, best.i, host === this.plotHost ? this.curve.over : this.companion.over);
   }
 
-  choose(line, point) {
-    const change = { result: line.result.index, point };
-    if (this.curve.over === "dof") change.dof = line.name;
-    if (this.curve.over === "contact" && line.name) change.contact = line.name;
-    this.app.set(change);
+  choose(line, point, over = this.curve.over) {
+    this.app.set({ result: line.result.index, point, ...(over && line.name ? { [over]: line.name } : {}) });
   }
 
   key(event) {
@@ -174,43 +213,48 @@ class Curves {
   /** On to another curve, at the place nearest to where the cursor is; where there is one curve, to another contact. */
   turn(by) {
     if (this.lines.length < 2) { this.app.turnContact(by); return; }
-    const at = this.lines.indexOf(this.current());
+    const at = this.lines.indexOf(this.current()), { over, point } = this.app.view;
     const next = this.lines[(at + by + this.lines.length) % this.lines.length];
-    const here = this.lines[at].result, point = this.app.view.point;
-    this.choose(next, next.result === here ? point : nearest(next.result.at, here.at[point]));
+    const here = this.lines[at].result;
+    this.choose(next, next.result === here ? point : nearest(next.result.at(over), here.at(over)[point]));
   }
 
   drawTools() {
     const { view, model } = this.app, app = this.app;
-    const select = element("select", { id: "curve", onchange: (event) => app.set({ curve: event.target.value }) },
-      ...model.curves.map((curve) => element("option", { value: curve.key, selected: curve.key === view.curve }, quantityOf(curve))));
+    const select = (id, label, all, chosen) => [element("label", { for: id, class: "hidden" }, label), element("select", { id, onchange: (event) => app.set({ [id]: event.target.value }) },
+      ...all.map((own) => element("option", { value: own.key, selected: own.key === chosen }, id === "over" ? `over ${quantityOf(own)}` : quantityOf(own))))];
     const log = (axis) => element("button", { type: "button", "aria-pressed": String(view.log.includes(axis)), onclick: () =>
       app.set({ log: ["x", "y"].filter((a) => (a === axis) !== view.log.includes(a)).join("") }) }, `log ${axis}`);
+    const known = view.curve === "amplitude" && view.over === "omega" && model.results.some((result) => result.content.references.length);
+    const frequency = [view.over, view.curve, this.companion?.key].includes("omega") && model.frequencies.length > 1;
     fill(this.tools,
-      element("h2", { id: "response-title" }, "Response"),
-      element("label", { for: "curve", class: "hidden" }, "Quantity"), select,
-      model.frequencies.length > 1 ? choice("Unit of frequency", Object.fromEntries(model.frequencies.map((u) => [u, u])), view.unit, (unit) => app.set({ unit })) : null,
+      element("h2", { id: "response-title" }, "Response"), ...select("curve", "Quantity", model.curves, view.curve),
+      ...(model.overs.length > 1 ? select("over", "Over", model.overs, view.over) : []),
+      frequency ? choice("Unit of frequency", Object.fromEntries(model.frequencies.map((u) => [u, u])), view.unit, (unit) => app.set({ unit })) : null,
       element("span", { class: "choice", role: "group", "aria-label": "Logarithmic axes" }, log("x"), log("y")),
+      known ? element("button", { type: "button", id: "limits", "aria-pressed": String(view.limits), onclick: () => app.set({ limits: !view.limits }) }, "free and stuck") : null,
       element("button", { type: "button", class: "plain", onclick: () => this.draw() }, "whole range"));
   }
 
   /** Buttons that show and hide curves of dofs or contacts; with several results each line is named below. */
   drawLegend() {
-    const { model, view } = this.app, over = this.curve.over, key = over === "dof" ? "dofs" : "contacts";
-    const known = over === "dof" ? model.dofs : over === "contact" ? [...(this.curve.total ? [""] : []), ...model.contacts] : [];
+    const { model, view } = this.app, { over, total } = this.curve, names = this.names(this.curve);
+    const known = (name) => model.results.some((result) => result.known(view.curve, name));
+    const offered = over === "dof" ? model.dofs : over === "contact" ? [...(total ? [""] : []), ...model.contacts] : [];
     const toggle = (name) => {
-      const next = view[key].includes(name) ? view[key].filter((other) => other !== name) : [...view[key], name];
-      this.app.set({ [key]: next.length ? next : [name], ...(over === "dof" && !view.dofs.includes(name) ? { dof: name } : {}) });
+      const next = names.includes(name) ? names.filter((other) => other !== name) : [...names, name];
+      this.app.set({ [`${over}s`]: next.length ? next : [name], ...(names.includes(name) || !name ? {} : { [over]: name }) });
     };
     const several = model.results.length > 1;
-    const chips = known.map((name) => element("button", { type: "button", class: "chip", "aria-pressed": String(view[key].includes(name)), onclick: () => toggle(name) },
+    const chips = offered.filter(known).map((name) => element("button", { type: "button", class: "chip", "aria-pressed": String(names.includes(name)), onclick: () => toggle(name) },
       ...(several ? [] : this.lines.filter((line) => line.name === name).map(swatch)), name || "all contacts"));
     const labels = several ? this.lines.map((line) => element("span", { class: "line-name" }, swatch(line), `${line.result.label}${line.name ? ` · ${line.name}` : ""}`)) : [];
     const dashed = model.results.some((result) => result.content.unstable) ? [element("span", { class: "line-name" }, "solid: stable, dashed: unstable, dotted: not known")] : [];
+    const grey = view.limits && this.curve.key === "amplitude" && view.over === "omega" ? [element("span", { class: "line-name" }, "grey, thick: without contact; thin: every contact stuck")] : [];
     const less = this.app.leftOut(over);
     fill(this.legend,
       element("div", { class: "chips", role: "group", "aria-label": "Curves" }, ...chips, less ? element("span", { class: "soft" }, less) : null),
-      element("div", { class: "line-names" }, ...labels, ...dashed, ...this.bandNames()));
+      element("div", { class: "line-names" }, ...labels, ...dashed, ...grey, ...this.bandNames()));
   }
 
   /** What the thin lines are of. */
@@ -220,33 +264,46 @@ class Curves {
     return [...said].map((text) => element("span", { class: "line-name" }, `dotted: ${text}`));
   }
 
-  drawPeaks() {
-    const { model } = this.app, found = [];
+  /** Peaks, optima, load factors, bifurcations: a row each, which moves the cursor there. */
+  drawNotes() {
+    const { model, view } = this.app, found = [];
     for (const result of model.results) {
-      for (const [point, dof] of result.content.peaks) found.push({ result, point, name: result.dofs[dof], size: result.values("amplitude", result.dofs[dof])[point] });
+      for (const [point, dof, kind] of result.content.notes) {
+        const name = dof < 0 ? "" : result.dofs[dof], of = dof < 0 ? (result.dofs.includes(view.dof) ? view.dof : result.dofs[0]) : name;
+        found.push({ result, point, name, kind, size: result.values("amplitude", of)?.[point] ?? NaN });
+      }
     }
-    found.sort((a, b) => b.size - a.size);
-    this.peaks = found.slice(0, 40);
-    const [, units] = this.unitsOf(this.lines[0]?.result ?? model.results[0]);
-    const rows = this.peaks.map((peak) => peakRow(peak, this, model.results.length > 1));
-    const head = element("tr", {}, ...[...(model.results.length > 1 ? ["result"] : []), "dof", withUnits("at", units), withUnits("amplitude", model.results[0].content.dofs.units)].map((text) => element("th", { scope: "col" }, text)));
-    fill(this.side, element("h3", {}, "Peaks"),
-      rows.length ? element("table", { class: "list" }, element("thead", {}, head), element("tbody", {}, ...rows))
-        : element("p", { class: "soft" }, "No peak was located on these curves."));
+    const rank = ({ kind }) => (kind === "optimum" ? 0 : kind === "peak" ? 1 : 2);
+    found.sort((a, b) => rank(a) - rank(b) || (a.kind === "peak" ? b.size - a.size : a.result.index - b.result.index || a.point - b.point));
+    const { analysis } = model.results[0].content, first = model.results[0];
+    const columns = [...model.overs.slice(0, 1), ...(analysis === "response" || analysis === "parameter" ? [] : model.curves.filter(({ key }) => ["omega", "modal_damping"].includes(key)))];
+    const heads = [...(model.results.length > 1 ? ["result"] : []), "", ...columns.map((own, i) => withUnits(own.key === "omega" && i === 0 ? "at" : BRIEF[own.key] ?? own.label, this.app.unitsOf(own, first)[1])), ...(analysis === "modes" ? [] : [withUnits("amplitude", first.content.dofs.units)])];
+    const rows = found.slice(0, 40).map((note) => this.noteRow(note, columns, model.results.length > 1));
+    fill(this.side, element("h3", {}, found.some(({ kind }) => kind !== "peak") ? "Points of note" : "Peaks"),
+      rows.length ? element("table", { class: "list" }, element("thead", {}, element("tr", {}, ...heads.map((text) => element("th", { scope: "col" }, text)))), element("tbody", {}, ...rows))
+        : element("p", { class: "soft" }, analysis === "response" || analysis === "parameter" ? "No peak was located on these curves." : "No point of note on these curves."));
+  }
+
+  noteRow({ result, point, name, kind, size }, columns, several) {
+    const { view } = this.app;
+    const go = () => this.app.set({ result: result.index, point, ...(name ? { curve: "amplitude", dof: name, dofs: view.dofs.includes(name) ? view.dofs : [...view.dofs, name] } : {}) });
+    const verdict = result.verdict(point), stable = verdict && verdict !== "stable" ? ` (${verdict})` : "", load = result.values("load_factor", "")?.[point];
+    const said = kind === "peak" ? name : kind !== "requested" ? kind : Number.isFinite(load) ? `loads × ${short(load, 4)}` : "as asked";
+    const values = columns.map((own) => {
+      const values = own === columns[0] ? result.at(own.key) : result.values(own.key, "");
+      return element("td", {}, short((values?.[point] ?? NaN) * this.app.unitsOf(own, result)[0]));
+    });
+    return element("tr", {}, ...[several ? element("td", { class: "soft" }, result.label) : null,
+      element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, said)), ...values, result.content.analysis === "modes" ? null : element("td", {}, `${short(size)}${stable}`)].filter(Boolean));
   }
 }
+
+const BRIEF = { modal_amplitude: "amplitude", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
+/** Room for the numbers of two charts, one below the other, so that places are. */
+const LETTERS = 6;
+const TITLES = { response: "Response", parameter: "Response over the parameter", peaks: "Peak over the parameter", modes: "Nonlinear mode", cycles: "Self-excited vibration" };
 
 function swatch(line) {
   return element("svg:svg", { width: 18, height: 8, "aria-hidden": "true" },
     element("svg:line", { x1: 1, x2: 17, y1: 4, y2: 4, stroke: line.stroke, "stroke-width": 2.5, "stroke-linecap": "round" }));
-}
-
-function peakRow(peak, curves, several) {
-  const [factor] = curves.unitsOf(peak.result);
-  const go = () => curves.app.set({ curve: "amplitude", result: peak.result.index, point: peak.point, dof: peak.name,
-    dofs: curves.app.view.dofs.includes(peak.name) ? curves.app.view.dofs : [...curves.app.view.dofs, peak.name] });
-  const verdict = peak.result.verdict(peak.point), stable = verdict && verdict !== "stable" ? ` (${verdict})` : "";
-  return element("tr", {}, several ? element("td", { class: "soft" }, peak.result.label) : null,
-    element("td", {}, element("button", { type: "button", class: "plain", onclick: go }, peak.name)),
-    element("td", {}, short(peak.result.at[peak.point] * factor)), element("td", {}, `${short(peak.size)}${stable}`));
 }

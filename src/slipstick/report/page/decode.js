@@ -11,13 +11,20 @@ async function inflated(text) {
 
 const TYPES = { f8: Float64Array, f4: Float32Array, u2: Uint16Array, u1: Uint8Array };
 
+/** Numbers of so many bytes each from their planes: the first bytes of all, the second ones, and so on. */
+function unplaned([from, to], width) {
+  const planes = new Uint8Array(STORE.buffer, from, to - from), count = planes.length / width, bytes = new Uint8Array(planes.length);
+  for (let b = 0; b < width; b++) for (let i = 0; i < count; i++) bytes[i * width + b] = planes[b * count + i];
+  return bytes;
+}
+
 /** An array (n, ...); where all rows are alike only one is kept. */
 class Numbers {
   constructor(packed) {
     this.shape = packed.shape;
     this.once = packed.once;
     this.width = packed.shape.slice(1).reduce((product, size) => product * size, 1);
-    this.values = new TYPES[packed.kind](STORE.buffer.slice(...packed.bytes));
+    this.values = new TYPES[packed.kind](unplaned(packed.bytes, TYPES[packed.kind].BYTES_PER_ELEMENT).buffer);
   }
 
   /** One row, or `count` numbers of it. */
@@ -44,7 +51,7 @@ class Coefficients {
     [, this.many, this.width] = packed.rest.shape;
     this.once = packed.rest.once;
     this.size = Number(packed.rest.kind.slice(1));
-    this.bytes = new Uint8Array(STORE.buffer, packed.rest.bytes[0], packed.rest.bytes[1] - packed.rest.bytes[0]);
+    this.bytes = unplaned(packed.rest.bytes, this.size);
   }
 
   row(i, m) {

@@ -2,13 +2,7 @@
 
 class App {
   constructor(content) {
-    const results = content.results.map((result, i) => new Result(result, i));
-    const union = (lists) => [...new Set(lists.flat())];
-    const curves = results.flatMap((result) => result.content.curves);
-    this.model = { results, dofs: union(results.map((r) => r.dofs)), contacts: union(results.map((r) => r.contacts)),
-      curves: curves.filter((curve, i) => curves.findIndex((other) => other.key === curve.key) === i) };
-    const frequencies = results.filter((r) => r.content.followed.key === "omega").flatMap((r) => Object.keys(r.content.frequency.factors));
-    this.model.frequencies = union(frequencies);
+    this.model = modelOf(content.results);
     this.start = startOf(this.model);
     this.view = viewFrom(location.hash, this.model);
     head(document.getElementById("head"), content);
@@ -25,9 +19,15 @@ class App {
   /** Where the cursor is, in words: "4.26 rad/s". */
   where() {
     if (!this.result.points) return "no point";
-    const [factor, units] = this.curves.unitsOf(this.result), { followed } = this.result.content;
-    const value = short(this.result.at[this.view.point] * factor);
-    return followed.key === "omega" ? `${value} ${units}` : `${followed.label} ${value}${followed.after}`;
+    return this.result.content.abscissae.slice(0, 1).map((own) => this.said(own, this.result.at(own.key)[this.view.point]))[0];
+  }
+
+  unitsOf(own, result = this.result) { return result.unitsOf(own, this.view.unit); }
+
+  /** A value of a quantity in words: "4.26 rad/s", "damper.mu 0.3". */
+  said(own, value) {
+    const [factor, units] = this.unitsOf(own);
+    return own.key === "omega" ? `${short(value * factor)} ${units}` : `${own.key === "parameter" ? own.label : quantityOf(own).toLowerCase()} ${short(value)}${own.after}`;
   }
 
   /** What this page leaves out of the results, in words. */
@@ -41,10 +41,11 @@ class App {
   /** Change the view; what only moves the cursor leaves the curves as they are drawn. */
   set(change) {
     const moves = Object.keys(change).every((key) => ["point", "result", "dof", "contact", "loop", "spectrum", "history", "all", "turn"].includes(key));
+    const drawn = this.curves.drawn();
     this.view = settled({ ...this.view, ...change }, this.model, this.start);
     this.view.point = Math.min(this.view.point, Math.max(0, this.result.points - 1));
     history.replaceState(null, "", addressOf(this.view));
-    if (moves) this.curves.move();
+    if (moves && drawn === this.curves.drawn()) this.curves.move();
     else this.curves.draw();
     this.drawPoint();
   }
@@ -102,6 +103,9 @@ start().then((app) => {
     /** One period of a friction contact, as `Branch.loop` of the Python package gives it. */
     loop: (result, point, contact, samples = 721) => period(app.model.results[result].element(point, contact), times(0, PERIOD, samples)),
     states: (result, point, contact) => app.model.results[result].element(point, contact).states,
+    /** Lines of the chart and of the one below it, with what they are of: [quantity, result, name, x, y]. */
+    drawn: () => [[app.curves.curve, app.curves.lines], [app.curves.companion, app.curves.others]]
+      .flatMap(([curve, lines]) => (curve ? (lines ?? []).map(({ result, name, x, y }) => [curve.key, result.index, name, [...x], [...y]]) : [])),
     view: () => ({ ...app.view }),
     set: (change) => app.set(change),
   };

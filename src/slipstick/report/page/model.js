@@ -35,9 +35,29 @@ class Result {
     return this.numbers("omega", this.content.omega).get(point);
   }
 
-  /** Values of what was followed. */
-  get at() {
-    return this.kept.of("at as column", () => this.numbers("at", this.content.followed.values).column());
+  /** What its curves can be drawn over: the quantity of that key, or the one that was followed. */
+  abscissa(key) {
+    const { abscissae } = this.content;
+    return abscissae.find((own) => own.key === key) ?? abscissae[0];
+  }
+
+  /** Values of an abscissa. */
+  at(key) {
+    const own = this.abscissa(key);
+    return this.kept.of(`at ${own.key}`, () => this.numbers(`at ${own.key}`, own.values).column());
+  }
+
+  /** A quantity in the units it is drawn in, factor and unit: frequencies are in the unit chosen. */
+  unitsOf(own, unit) {
+    const { factors } = this.content.frequency;
+    return own.key === "omega" && unit in factors ? [factors[unit], unit] : [1, own.units];
+  }
+
+  /** Frequencies and amplitudes of a dof in the linear limits; none where they are not known. */
+  limits(name) {
+    const dof = this.dofs.indexOf(name);
+    return this.content.references.map(({ label, omega, amplitude }, i) => ({ label,
+      x: this.numbers(`limit ${i}`, omega).values, y: this.numbers(`limit amplitude ${i}`, amplitude).column(dof) }));
   }
 
   get part() {
@@ -71,6 +91,11 @@ class Result {
       const at = this.names(curve).indexOf(name);
       return at < 0 ? null : this.numbers(key, curve.values).column(at);
     });
+  }
+
+  /** Whether there is anything to draw of a curve. */
+  known(key, name) {
+    return this.kept.of(`known ${key}|${name}`, () => this.points > 0 && (this.values(key, name)?.some(Number.isFinite) ?? false));
   }
 
   /** Lowest and highest amplitudes of a dof that tolerances allow; none where no tolerances were given. */
@@ -145,7 +170,18 @@ class Result {
   }
 }
 
-/** The point nearest to a frequency, or to a value of what was followed. */
+/** The results of a page, and the names and quantities of all of them together. */
+function modelOf(contents) {
+  const results = contents.map((content, i) => new Result(content, i)), union = (lists) => [...new Set(lists.flat())];
+  const curves = results.flatMap((result) => result.content.curves);
+  return {
+    results, dofs: union(results.map((r) => r.dofs)), contacts: union(results.map((r) => r.contacts)),
+    curves: curves.filter((curve, i) => curves.findIndex((other) => other.key === curve.key) === i),
+    overs: results[0].content.abscissae, frequencies: union(results.map((r) => Object.keys(r.content.frequency.factors))),
+  };
+}
+
+/** The point nearest to a value of an abscissa. */
 function nearest(values, wanted) {
   let best = 0;
   values.forEach((value, i) => { if (Math.abs(value - wanted) < Math.abs(values[best] - wanted)) best = i; });

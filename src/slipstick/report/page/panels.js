@@ -52,11 +52,11 @@ class Panels {
   drawLoop(law, ported) {
     const { app } = this, { view } = app, over = view.loop;
     fill(this.loop.tools, choice("Motion of the loop", { total: "over x + u", motion: "over x" }, over, (loop) => app.set({ loop })));
-    const lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders);
+    const own = colourOf(app.model, "contact", view.contact, app.result), lines = law ? loopLines(law, over) : portedLoop(ported, app.result.orders, own);
     const label = over === "total" ? "Sliding motion x + u" : "Vibration x";
     const ranges = (axis) => rangeOf(lines.map((line) => line[axis]), { air: 0.07 });
     chart(this.loop.plot, { x: { label, units: this.units("dof"), range: ranges("x") }, y: { label: "Friction force", units: this.units("force"), range: ranges("y") },
-      lines, height: 300, marks: zeroLine });
+      lines, height: 300, name: `loop of ${view.contact} at ${app.where()}`, marks: zeroLine });
     const power = app.result.values("dissipated_power", view.contact), curve = app.result.curve("dissipated_power");
     const energy = power ? (power[view.point] * PERIOD) / app.result.omegaAt(view.point) : NaN;
     const says = [`${view.contact}`, power ? `power ${short(power[view.point])}${curve.after}` : "", power ? `energy a period ${short(energy)}${app.result.content.contacts.energy_units}` : "",
@@ -68,7 +68,10 @@ class Panels {
     const { app } = this, { view } = app;
     const rows = result.contacts.map((name) => [name, result.element(view.point, name)]);
     strip(this.states.plot, view.all ? rows : rows.slice(0, MOST_ROWS), view.contact, (contact) => app.set({ contact }));
-    fill(this.states.note, stateKey());
+    const drawing = () => svgOfDrawing(this.states.plot.querySelector("svg"));
+    const table = () => [["contact", "from [rad]", "to [rad]", "state"], ...rows.flatMap(([name, own]) => (own ? pieces(own).map(([a, b, state]) => [name, a, b, state]) : []))];
+    saver(this.states.plot, () => `states at ${app.where()}`, { PNG: () => pngOfDrawing(drawing()), SVG: drawing, CSV: () => csvOf(table()) });
+    fill(this.states.note, stateKey(), statesInWords(view.contact, result.element(view.point, view.contact)));
   }
 
   drawHistory(law, ported) {
@@ -76,20 +79,21 @@ class Panels {
     if (law || ported) kinds.force = "friction force";
     if (law) kinds.normal = "normal load";
     const kind = kinds[view.history] ? view.history : "dof";
-    fill(this.history.tools, choice("Quantity over one period", kinds, kind, (history) => app.set({ history })));
-    const tau = times(0, PERIOD, 721), lines = kind === "dof" ? this.motions(tau) : forcesInTime(law, ported, kind, result.orders);
+    fill(this.history.tools, chosenAmong("Quantity over one period", kinds, kind, (history) => app.set({ history })));
+    const tau = times(0, PERIOD, 721), own = colourOf(app.model, "contact", view.contact, result);
+    const lines = kind === "dof" ? this.motions(tau) : forcesInTime(law, ported, kind, result.orders, own);
     chart(this.history.plot, { x: { label: "Phase ωt [rad]", units: "", range: [0, PERIOD], ticks: TICKS },
       y: { label: kind === "dof" ? "Motion" : kinds[kind].replace(/^./, (c) => c.toUpperCase()), units: this.units(kind === "dof" ? "dof" : "force"), range: rangeOf(lines.map((line) => line.y), { air: 0.07 }) },
-      lines, height: 300, marks: zeroLine });
+      lines, height: 300, name: `${kinds[kind]} at ${app.where()}`, marks: zeroLine });
     fill(this.history.note, named(lines));
   }
 
   /** Motions of the dofs shown. */
   motions(tau) {
-    const { view, result } = this.app;
-    return shownDofs(view, result).map((name, i) => {
+    const { view, result, model } = this.app;
+    return shownDofs(view, result).map((name) => {
       const X = result.displacement(view.point, name);
-      return { x: tau, y: tau.map((t) => series(X, result.orders, t)), stroke: curveColour(i), name };
+      return { x: tau, y: tau.map((t) => series(X, result.orders, t)), stroke: colourOf(model, "dof", name, result), name };
     });
   }
 
@@ -97,21 +101,21 @@ class Panels {
     const { app } = this, { view, result } = app, kinds = { dof: "motion" };
     if (law || ported) kinds.force = "friction force";
     const kind = kinds[view.spectrum] ? view.spectrum : "dof";
-    fill(this.spectrum.tools, choice("Quantity of the harmonics", kinds, kind, (spectrum) => app.set({ spectrum })));
-    const groups = kind === "dof" ? this.harmonicsOfDofs() : [{ name: view.contact, sizes: law ? amplitudes((t) => frictionAt(law, t), result.orders) : sizesOf(ported.F), stroke: curveColour(0) }];
+    fill(this.spectrum.tools, chosenAmong("Quantity of the harmonics", kinds, kind, (spectrum) => app.set({ spectrum })));
+    const groups = kind === "dof" ? this.harmonicsOfDofs() : [{ name: view.contact, sizes: law ? amplitudes((t) => frictionAt(law, t), result.orders) : sizesOf(ported.F), stroke: colourOf(app.model, "contact", view.contact, result) }];
     const half = 0.38 / Math.max(1, groups.length), orders = result.orders;
     const lines = groups.map((group, i) => ({ kind: "bars", log: true, x: orders.map((_, j) => j + (2 * i + 1 - groups.length) * half), y: group.sizes.map(Math.abs), half, fill: group.stroke, stroke: group.stroke, width: 0, name: group.name }));
     const most = Math.max(...lines.flatMap((line) => line.y), 0), every = Math.ceil(orders.length / 24);
     const range = most > 0 ? [most * 1e-6, most * 2] : [1e-6, 1];
     lines.forEach((line) => { line.y = line.y.map((v) => (v > range[0] ? v : NaN)); });
     chart(this.spectrum.plot, { x: { label: "Harmonic", units: "", range: [-0.6, orders.length - 0.4], ticks: [orders.map((_, j) => j).filter((j) => j % every === 0), orders.filter((_, j) => j % every === 0).map(String)] },
-      y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300 });
+      y: { label: kind === "dof" ? "Amplitude" : "Friction force", units: this.units(kind), log: true, range }, lines, height: 300, name: `harmonics of ${kinds[kind]} at ${app.where()}` });
     fill(this.spectrum.note, named(lines));
   }
 
   harmonicsOfDofs() {
-    const { view, result } = this.app;
-    return shownDofs(view, result).map((name, i) => ({ name, sizes: sizesOf(result.displacement(view.point, name)), stroke: curveColour(i) }));
+    const { view, result, model } = this.app;
+    return shownDofs(view, result).map((name) => ({ name, sizes: sizesOf(result.displacement(view.point, name)), stroke: colourOf(model, "dof", name, result) }));
   }
 }
 
@@ -129,7 +133,7 @@ function loopLines(law, over) {
   const W = over === "total" ? law.W : law.X, v = over === "total" ? law.v : 0;
   const lines = {};
   for (const [a, b, state, k] of pieces(law)) {
-    const line = (lines[state] ??= { x: [], y: [], stroke: colour(STATES[state][0]), dash: STATE_DASHES[state], width: 2.4, name: STATE_WORDS[state] });
+    const line = (lines[state] ??= { x: [], y: [], stroke: colour(STATES[state][0]), dash: STATE_DASHES[state], width: 2.4, name: STATE_WORDS[state], arrows: true });
     for (const tau of times(a, b, Math.max(2, Math.ceil((b - a) * 120)))) {
       line.x.push(series(W, law.orders, tau) + v * tau);
       line.y.push(frictionIn(law, k, tau));
@@ -142,18 +146,21 @@ function loopLines(law, over) {
   return [limit(1), limit(-1), ...Object.values(lines)];
 }
 
-function portedLoop(ported, orders) {
+function portedLoop(ported, orders, stroke) {
   const tau = times(0, PERIOD, 721);
-  return [{ x: tau.map((t) => series(ported.X, orders, t)), y: tau.map((t) => series(ported.F, orders, t)), stroke: curveColour(0), width: 2.2, name: ported.port }];
+  return [{ x: tau.map((t) => series(ported.X, orders, t)), y: tau.map((t) => series(ported.F, orders, t)), stroke, width: 2.2, name: ported.port, arrows: true }];
 }
 
-function forcesInTime(law, ported, kind, orders) {
+function forcesInTime(law, ported, kind, orders, stroke) {
   const tau = times(0, PERIOD, 721);
-  if (!law) return [{ x: tau, y: tau.map((t) => series(ported.F, orders, t)), stroke: curveColour(0), name: `force along ${ported.port}` }];
-  if (kind === "normal") return [{ x: tau, y: tau.map((t) => law.kn * Math.max(series(law.Y, law.orders, t) - law.gap, 0)), stroke: curveColour(2), name: "normal load" }];
+  if (!law) return [{ x: tau, y: tau.map((t) => series(ported.F, orders, t)), stroke, name: `force along ${ported.port}` }];
+  if (kind === "normal") return [{ x: tau, y: tau.map((t) => law.kn * Math.max(series(law.Y, law.orders, t) - law.gap, 0)), stroke, name: "normal load" }];
   const limit = (sign) => ({ x: tau, y: tau.map((t) => sign * limitAt(law, t)), stroke: colour("text-faint"), dash: [2, 3], width: 1, name: sign > 0 ? "friction limit ± μ N" : "" });
-  return [{ x: tau, y: tau.map((t) => frictionAt(law, t)), stroke: curveColour(0), width: 2, name: "friction force" }, limit(1), limit(-1)];
+  return [{ x: tau, y: tau.map((t) => frictionAt(law, t)), stroke, width: 2, name: "friction force" }, limit(1), limit(-1)];
 }
+
+/** A choice where there is more than one option. */
+const chosenAmong = (label, options, ...given) => (Object.keys(options).length > 1 ? choice(label, options, ...given) : null);
 
 /** Names of the lines beside their colours. */
 function named(lines) {

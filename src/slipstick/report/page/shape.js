@@ -26,7 +26,8 @@ class Body {
     this.note = element("div", { class: "note" });
     host.append(element("div", { class: "panel-head" }, element("h2", { id: "body-title" }, "Shape"),
       element("div", { class: "tools" }, this.play, element("label", {}, "phase ", this.phase), element("label", {}, "magnified ", this.size))),
-      element("div", { class: "card" }, this.canvas, this.note));
+      element("div", { class: "card plot" }, this.canvas, this.note));
+    saver(host.lastChild, () => `shape at ${app.where()}`, { PNG: () => pngOfCanvas(this.canvas) });
     new IntersectionObserver(([entry]) => { this.visible = entry.isIntersecting; }).observe(this.canvas);
     this.run(this.playing);
   }

@@ -16,7 +16,7 @@ const fillOf = (state) => (state === "stick" ? { class: "state-stick" } : { fill
 /** The strip of `rows` [name, element], each a button that chooses its contact. */
 function strip(host, rows, chosen, choose) {
   const width = Math.max(host.clientWidth, 260), left = Math.min(140, Math.max(...rows.map(([name]) => 7.8 * name.length)) + 16);
-  const bar = rows.length > 5 ? 20 : 34, gap = 6, top = 4, height = top + rows.length * (bar + gap) + 22;
+  const gap = 6, bar = Math.max(20, Math.min(140, 200 / rows.length - gap)), top = 4, height = top + rows.length * (bar + gap) + 22;
   const x = (tau) => left + ((width - left - 12) * tau) / PERIOD;
   const drawing = element("svg:svg", { width, height, role: "group", "aria-label": "States of the contacts over one period" }, patterns());
   rows.forEach(([name, law], i) => drawing.append(stripRow(name, law, name === chosen, top + i * (bar + gap), bar, left, x, choose)));
@@ -45,6 +45,13 @@ function stripRow(name, law, chosen, y, bar, left, x, choose) {
 function letter(text, x, y, state) {
   return element("svg:g", {}, element("svg:circle", { cx: x, cy: y, r: 7, class: `badge-${STATES[state][0]}` }),
     element("svg:text", { x, y: y + 4, "text-anchor": "middle", class: `letter letter-${STATES[state][0]}` }, text));
+}
+
+/** The states of one contact in words, one after the other, with their part of the period. */
+function statesInWords(name, law) {
+  const part = (share) => (share < 0.005 ? "< 1 %" : `${Math.round(100 * share)} %`);
+  const spans = law ? law.states.map(([a, b, state]) => `${STATE_WORDS[state]} ${short(since(a, 0), 3)} to ${short(since(a, 0) + b - a, 3)} rad (${part((b - a) / PERIOD)})`) : [];
+  return spans.length ? element("p", { class: "soft" }, `${name}: ${spans.slice(0, 12).join(", ")}${spans.length > 12 ? ` and ${spans.length - 12} more` : ""}`) : null;
 }
 
 /** What the colours mean. */

@@ -16,38 +16,61 @@ function shade(part) {
 
 const finite = (values) => Array.from(values).filter(Number.isFinite);
 
-/** Where values lie between 0 and 1: logarithmically where they spread over decades. */
+/** Where values lie between 0 and 1: in proportion, or, where they spread over decades, by their logarithm; with 0 or both signs among them by the symmetric one. */
 class Scale {
   constructor(values, air = 0) {
-    const known = finite(values), low = Math.min(...known), high = Math.max(...known);
-    this.log = known.length > 1 && low > 0 && high / low > OVER_DECADES;
-    [this.low, this.high] = known.length ? (this.log ? [Math.log10(low), Math.log10(high)] : [low, high]) : [0, 1];
+    const known = finite(values), sizes = known.map(Math.abs).filter((v) => v > 0), least = Math.min(...sizes);
+    this.log = sizes.length > 1 && Math.max(...sizes) / least > OVER_DECADES;
+    this.least = known.every((v) => v > 0) ? 0 : least; // below it, a symmetric logarithm is in proportion
+    const ends = known.map((v) => this.of(v));
+    [this.low, this.high] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, 1];
     if (this.low === this.high) [this.low, this.high] = [this.low - 0.5 * (Math.abs(this.low) || 1), this.high + 0.5 * (Math.abs(this.high) || 1)];
     const spread = this.high - this.low;
     [this.low, this.high] = [this.low - air * spread, this.high + air * spread];
+    this.known = [...new Set(known)];
   }
 
-  /** Cells around sorted values, half way between, and the scale widened to hold them. */
-  cells(values) {
-    const at = values.map((v) => (this.log ? Math.log10(v) : v)), middle = at.slice(1).map((a, i) => (a + at[i]) / 2);
-    const all = at.length === 1 ? [this.low, this.high] : [2 * at[0] - middle[0], ...middle, 2 * at[at.length - 1] - middle[middle.length - 1]];
-    [this.low, this.high] = [all[0], all[all.length - 1]];
-    const part = (a) => (a - this.low) / (this.high - this.low);
-    return new Map(values.map((v, i) => [v, [part(all[i]), part(all[i + 1])]]));
+  of(value) {
+    if (!this.log) return value;
+    return this.least ? Math.sign(value) * Math.log10(1 + Math.abs(value) / this.least) : Math.log10(value);
   }
 
-  at(value) { return ((this.log ? Math.log10(value) : value) - this.low) / (this.high - this.low); }
+  at(value) { return (this.of(value) - this.low) / (this.high - this.low); }
 
   ticks() {
     if (this.log) {
-      const out = [];
-      for (let k = Math.ceil(this.low); k <= this.high; k++) out.push(10 ** k);
-      return out.length > 1 ? out : [10 ** this.low, 10 ** this.high];
+      const powers = [], largest = Math.max(...this.known.map(Math.abs)), smallest = Math.min(...this.known.map(Math.abs).filter((v) => v > 0));
+      const [first, last] = [Math.ceil(Math.log10(smallest) - 1e-9), Math.floor(Math.log10(largest) + 1e-9)], every = Math.max(1, Math.ceil((last - first) / (this.least ? 4 : 7)));
+      for (let k = last; k >= first; k -= every) powers.unshift(10 ** k);
+      const found = this.least ? [...powers.map((v) => -v).reverse(), 0, ...powers] : powers;
+      const seen = found.filter((v) => this.at(v) > -1e-9 && this.at(v) < 1 + 1e-9);
+      return seen.length > 1 ? seen : this.known.length < 12 ? this.known : [Math.min(...this.known), Math.max(...this.known)];
     }
     const rough = (this.high - this.low) / 5, size = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].map((m) => m * size).find((s) => s >= rough);
     const out = [];
-    for (let k = Math.ceil(this.low / step); k * step <= this.high; k++) out.push(k * step);
+    for (let k = Math.ceil(this.low / step - 1e-9); k * step <= this.high + 1e-9 * step; k++) out.push(k * step);
     return out;
+  }
+}
+
+/** Cells of equal width, one for each value that was computed, in their order. */
+class Cells {
+  constructor(values) {
+    this.values = sorted(finite(values));
+    this.count = Math.max(1, this.values.length);
+  }
+
+  at(value) { return (this.values.indexOf(value) + 0.5) / this.count; }
+
+  cell(value) {
+    const i = this.values.indexOf(value);
+    return [i / this.count, (i + 1) / this.count];
+  }
+
+  /** So many values as can be read. */
+  ticks() {
+    const every = Math.ceil(this.count / 10);
+    return this.values.filter((_, i) => i % every === 0);
   }
 }
 
@@ -70,6 +93,9 @@ function frame(x, y, xLabel, yLabel, title) {
     element("svg:text", { x: 14, y: (TOP + HIGH - BOTTOM) / 2, "text-anchor": "middle", transform: `rotate(-90 14 ${(TOP + HIGH - BOTTOM) / 2})` }, yLabel));
   return svg;
 }
+
+/** A name that may go on in a new line after each of its points. */
+const broken = (name) => name.split(/(?<=\.)/).flatMap((part, i) => (i ? [element("wbr"), part] : [part]));
 
 const sorted = (values) => [...new Set(values)].sort((a, b) => a - b);
 
@@ -95,6 +121,7 @@ class Study {
     return {
       dof: known("dof", this.peaks.map((d) => d.name), this.content.first), over,
       by: known("by", ["", ...names], names.find((name) => name !== over) ?? ""),
+      unit: known("unit", Object.keys(this.content.frequency.factors), this.content.frequency.unit),
       case: given.get("case") && this.content.cases[number] ? number : null, show: known("show", ["", "bad"], ""), words: given.get("words") ?? "",
       sort: known("sort", ["number", ...names, "peak", "outcome", "seconds"], "number"), down: given.get("down") === "1",
     };
@@ -103,9 +130,15 @@ class Study {
   set(change) {
     this.view = { ...this.view, ...change };
     if (this.view.by === this.view.over) this.view.by = "";
-    const out = new URLSearchParams(Object.entries(this.view).filter(([, v]) => v !== null && v !== "" && v !== false).map(([k, v]) => [k, v === true ? "1" : v]));
+    const out = new URLSearchParams(Object.entries(this.view).filter(([k, v]) => v !== null && (v !== "" || k === "by") && v !== false).map(([k, v]) => [k, v === true ? "1" : v]));
     history.replaceState(null, "", `#${out}`);
     this.draw(!("words" in change));
+  }
+
+  /** What the curves are over, in the unit chosen: factor and unit. */
+  get over() {
+    const { frequency, followed } = this.content;
+    return followed.key === "omega" && this.view.unit in frequency.factors ? [frequency.factors[this.view.unit], this.view.unit] : [1, followed.units];
   }
 
   get dof() { return this.peaks.find((own) => own.name === this.view.dof); }
@@ -141,7 +174,24 @@ class Study {
     const names = this.parameters.map((own) => own.name), others = names.filter((name) => name !== this.view.over);
     fill(document.getElementById("choices"), element("div", { class: "tools-row" },
       this.choose("peak of", "dof", this.peaks.map((own) => own.name)), this.choose("over", "over", names),
-      others.length ? this.choose("and", "by", ["", ...others], ["nothing else", ...others]) : null));
+      others.length ? this.choose("and", "by", ["", ...others], ["nothing else", ...others]) : null, this.units()), this.chosen());
+  }
+
+  units() {
+    const known = Object.keys(this.content.frequency.factors);
+    return known.length > 1 ? choice("Unit of frequency", Object.fromEntries(known.map((u) => [u, u])), this.view.unit, (unit) => this.set({ unit })) : null;
+  }
+
+  /** The case chosen, in words, and how its loops and states are had. */
+  chosen() {
+    const { view, content } = this;
+    if (view.case === null) return null;
+    const [factor, unit] = this.over, at = this.dof.at[view.case];
+    const where = Number.isFinite(at) ? ` at ${content.followed.key === "omega" ? "" : `${content.followed.label} `}${short(at * factor)}${unit ? ` ${unit}` : ""}` : "";
+    const how = content.file ? ["Its loops, states and harmonics: ", element("code", {}, `slipstick report ${content.file} --case ${view.case}`), " computes this case again and writes its own page."]
+      : ["Its loops, states and harmonics are in the branch of this case; compute it in Python and call branch.report(...)."];
+    return element("div", { class: "card", id: "chosen" }, element("p", {}, element("strong", {}, `${this.says(view.case)}${where}`), " ",
+      element("button", { type: "button", class: "plain", onclick: () => this.set({ case: null }) }, "none")), element("p", { class: "soft" }, ...how));
   }
 
   /** Cases that are drawn: in a grid those that share the other parameters with the case chosen, else with the smallest peak. */
@@ -157,9 +207,9 @@ class Study {
   map() {
     const { view, dof } = this, host = document.getElementById("map"), over = this.parameter(view.over), by = view.by ? this.parameter(view.by) : null;
     const { cases, fixed } = this.shown(), grid = this.content.grid && by;
-    const x = new Scale(over.values, grid ? 0 : 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
-    const y = by ? new Scale(by.values, grid ? 0 : 0.05) : value;
-    const cells = grid ? [x.cells(sorted(over.values)), y.cells(sorted(by.values))] : null;
+    const x = grid ? new Cells(over.values) : new Scale(over.values, 0.05), value = new Scale(cases.map((i) => dof.peak[i]), by ? 0 : 0.08);
+    const y = !by ? value : grid ? new Cells(by.values) : new Scale(by.values, 0.05);
+    const cells = grid ? [x, y] : null;
     const peakLabel = withUnits(`peak of ${dof.name}`, this.content.units), yLabel = by ? withUnits(by.name, by.units) : peakLabel;
     const svg = frame(x, y, withUnits(over.name, over.units), yLabel, `${peakLabel} over ${view.over}`);
     const place = (i) => [across(x, over.values[i]), upwards(y, by ? by.values[i] : dof.peak[i])];
@@ -167,14 +217,29 @@ class Study {
       const line = cases.filter((i) => Number.isFinite(dof.peak[i])).sort((a, b) => over.values[a] - over.values[b]);
       svg.append(element("svg:path", { class: "line", stroke: colour("curve-0"), d: line.map((i, k) => `${k ? "L" : "M"}${place(i).map((v) => v.toFixed(1)).join(" ")}`).join("") }));
     }
-    for (const i of cases) svg.append(...this.mark(i, cells ? this.cell(cells, over.values[i], by.values[i]) : place(i), by ? value : null));
+    const at = (i) => (cells ? this.cell(cells, over.values[i], by.values[i]) : place(i));
+    for (const i of cases) svg.append(...this.mark(i, at(i), by ? value : null));
+    if (cases.includes(view.case)) svg.append(...this.chosenMark(at(view.case)));
     const bar = by ? this.bar(value, peakLabel) : null;
-    fill(host, element("h2", { id: "map-title" }, "Peaks"), element("div", { class: "card" }, svg, bar),
+    fill(host, element("h2", { id: "map-title" }, "Peaks"), element("div", { class: "card plot" }, svg, bar),
       fixed.length ? element("p", { class: "soft" }, `at ${fixed.join(", ")}; choose a case to see the others like it`) : null);
+    this.saved(host, () => `peaks of ${dof.name} over ${view.over}`, () => this.peakRows(cases));
+  }
+
+  /** The menu that saves the drawing of a card and its numbers. */
+  saved(host, name, rows) {
+    const card = host.querySelector(".card"), drawing = () => svgOfDrawing(card.querySelector("svg"));
+    saver(card, name, { PNG: () => pngOfDrawing(drawing()), SVG: drawing, CSV: () => csvOf(rows()) });
+  }
+
+  peakRows(cases) {
+    const [factor, unit] = this.over;
+    return [["case", ...this.parameters.map((p) => withUnits(p.name, p.units)), withUnits(`peak of ${this.dof.name}`, this.content.units), withUnits(`at ${this.content.followed.label}`, unit), "outcome"],
+      ...cases.map((i) => [i, ...this.parameters.map((p) => p.values[i]), this.dof.peak[i], this.dof.at[i] * factor, this.content.cases[i].outcome])];
   }
 
   cell([columns, rows], px, py) {
-    const [[l, r], [b, t]] = [columns.get(px), rows.get(py)], width = WIDE - LEFT - RIGHT, height = HIGH - TOP - BOTTOM;
+    const [[l, r], [b, t]] = [columns.cell(px), rows.cell(py)], width = WIDE - LEFT - RIGHT, height = HIGH - TOP - BOTTOM;
     return [LEFT + l * width, HIGH - BOTTOM - t * height, (r - l) * width, (t - b) * height];
   }
 
@@ -185,13 +250,23 @@ class Study {
     const act = () => this.set({ case: this.view.case === i ? null : i });
     const given = { class: known ? "mark" : "mark missing", fill: fillWith, tabindex: 0, role: "button", "aria-label": this.says(i), onclick: act,
       onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); act(); } } };
-    const [x, y] = at.length === 4 ? [at[0] + at[2] / 2, at[1] + at[3] / 2] : [at[0], Number.isFinite(at[1]) ? at[1] : HIGH - BOTTOM - 8];
-    const shape = at.length === 4 ? (more) => element("svg:rect", { x: at[0], y: at[1], width: at[2], height: at[3], ...more }) : (more) => element("svg:circle", { cx: x, cy: y, r: 5.5, ...more });
-    const out = [shape(given)];
+    const { x, y, shape } = this.placed(at), out = [shape(given)];
     out[0].append(element("svg:title", {}, this.says(i)));
     if (own.outcome && this.bad(i)) out.push(element("svg:path", { class: "failed", "pointer-events": "none", d: `M${x - 5} ${y - 5}L${x + 5} ${y + 5}M${x - 5} ${y + 5}L${x + 5} ${y - 5}` }));
-    if (this.view.case === i) out.push(shape({ class: "chosen-mark" }));
     return out;
+  }
+
+  /** Middle and shape of a cell [x, y, width, height] or a dot [x, y]; a peak that is not known stands at the bottom. */
+  placed(at) {
+    if (at.length === 4) return { x: at[0] + at[2] / 2, y: at[1] + at[3] / 2, shape: (more) => element("svg:rect", { x: at[0], y: at[1], width: at[2], height: at[3], ...more }) };
+    const [cx, cy] = [at[0], Number.isFinite(at[1]) ? at[1] : HIGH - BOTTOM - 8];
+    return { x: cx, y: cy, shape: (more) => element("svg:circle", { cx, cy, r: 5.5, ...more }) };
+  }
+
+  /** Round the case chosen, over all others. */
+  chosenMark(at) {
+    const { shape } = this.placed(at);
+    return [shape({ class: "chosen-mark around" }), shape({ class: "chosen-mark" })];
   }
 
   says(i) {
@@ -210,36 +285,51 @@ class Study {
   drawCurves() {
     const { view, content } = this, host = document.getElementById("curves"), over = this.parameter(view.over), d = this.peaks.indexOf(this.dof);
     const among = new Set(this.shown().cases), drawn = this.curves.filter((own) => among.has(own.case));
-    const x = new Scale(drawn.flatMap((own) => finite(own.x))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = new Scale(over.values);
-    const svg = frame(x, y, withUnits(content.followed.label, content.followed.units), withUnits(`amplitude of ${this.dof.name}`, content.units), "Curves");
+    const [factor, unit] = this.over, xs = new Map(drawn.map((own) => [own, factor === 1 ? own.x : own.x.map((v) => v * factor)]));
+    const x = new Scale(drawn.flatMap((own) => finite(xs.get(own)))), y = new Scale(drawn.flatMap((own) => finite(own.y[d])), 0.04), by = new Scale(over.values);
+    const svg = frame(x, y, withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, content.units), "Curves");
     const order = [...drawn].sort((a, b) => (a.case === view.case) - (b.case === view.case));
     for (const own of order) {
       const chosen = own.case === view.case;
       const path = element("svg:path", { class: chosen ? "chosen-line" : "line mark", stroke: chosen ? null : shade(by.at(over.values[own.case])), onclick: () => this.set({ case: own.case }),
-        d: Array.from(own.x, (v, k) => `${k === 0 || own.part[k] !== own.part[k - 1] ? "M" : "L"}${across(x, v).toFixed(1)} ${upwards(y, own.y[d][k]).toFixed(1)}`).join("") });
+        d: Array.from(xs.get(own), (v, k) => `${k === 0 || own.part[k] !== own.part[k - 1] ? "M" : "L"}${across(x, v).toFixed(1)} ${upwards(y, own.y[d][k]).toFixed(1)}`).join("") });
       path.append(element("svg:title", {}, this.says(own.case)));
       svg.append(path);
     }
     const less = content.left_out ? element("p", { class: "soft" }, content.left_out) : null;
-    fill(host, element("h2", { id: "curves-title" }, "Curves"), element("div", { class: "card" }, svg, this.bar(by, withUnits(over.name, over.units))), less);
+    fill(host, element("h2", { id: "curves-title" }, "Curves"), element("div", { class: "card plot" }, svg, this.bar(by, withUnits(over.name, over.units))), less);
+    this.saved(host, () => `curves of ${this.dof.name}`, () => [["case", withUnits(content.followed.label, unit), withUnits(`amplitude of ${this.dof.name}`, content.units)],
+      ...drawn.flatMap((own) => Array.from(xs.get(own), (v, k) => [own.case, v, own.y[d][k]]))]);
   }
 
   columns() {
     const own = this.parameters.map((p) => ({ key: p.name, title: withUnits(p.name, p.units), of: (i) => p.values[i] }));
     return [{ key: "number", title: "case", of: (i) => i }, ...own, { key: "peak", title: withUnits(`peak of ${this.dof.name}`, this.content.units), of: (i) => this.dof.peak[i] },
-      { key: "", title: withUnits(`at ${this.content.followed.label}`, this.content.followed.units), of: (i) => this.dof.at[i] },
+      { key: "", title: withUnits(`at ${this.content.followed.key === "omega" ? "frequency" : this.content.followed.label}`, this.over[1]), of: (i) => this.dof.at[i] * this.over[0] },
       { key: "seconds", title: "time [s]", of: (i) => this.content.cases[i].seconds ?? NaN }];
+  }
+
+  /** Which cases a filter lets through: words, and conditions such as "velocity=0" or "mu >= 0.3" of parameters. */
+  filter(text) {
+    const tests = [];
+    const words = text.replace(/([\w.*-]+)\s*(<=|>=|=|<|>)\s*([-+]?[\d.]+(?:e[-+]?\d+)?)/gi, (whole, name, sign, number) => {
+      const own = this.parameters.find((p) => p.name === name) ?? this.parameters.find((p) => p.name.split(".").at(-1) === name), value = Number(number);
+      if (!own || !Number.isFinite(value)) return whole;
+      const near = (v) => Math.abs(v - value) <= 1e-9 * Math.max(Math.abs(v), Math.abs(value));
+      tests.push((i) => { const v = own.values[i]; return sign === "=" ? near(v) : sign === "<=" ? v < value || near(v) : sign === ">=" ? v > value || near(v) : sign === "<" ? v < value && !near(v) : v > value && !near(v); });
+      return " ";
+    }).toLowerCase().split(/[\s,]+/).filter(Boolean);
+    return (i) => tests.every((test) => test(i)) && words.every((word) => `${this.says(i)} ${this.content.cases[i].outcome}`.toLowerCase().includes(word));
   }
 
   table(tools) {
     const { view, content } = this, host = document.getElementById("cases"), columns = this.columns();
     const by = columns.find((c) => c.key === view.sort) ?? { of: (i) => content.cases[i].outcome };
-    const words = view.words.toLowerCase();
-    const rows = content.cases.map((_, i) => i).filter((i) => (!view.show || this.bad(i)) && (!words || `${this.says(i)} ${content.cases[i].outcome}`.toLowerCase().includes(words)));
+    const fits = this.filter(view.words), rows = content.cases.map((_, i) => i).filter((i) => (!view.show || this.bad(i)) && fits(i));
     const order = (a, b) => (a < b ? -1 : a > b ? 1 : Number(Number.isNaN(a)) - Number(Number.isNaN(b)));
     rows.sort((a, b) => (view.down ? -1 : 1) * order(by.of(a), by.of(b)) || a - b);
     const heads = [...columns, { key: "outcome", title: "outcome" }].map(({ key, title }) => element("th", { scope: "col", class: key === "outcome" ? "words" : null, "aria-sort": key && key === view.sort ? (view.down ? "descending" : "ascending") : null },
-      key ? element("button", { type: "button", onclick: () => this.set({ sort: key, down: view.sort === key && !view.down }) }, title) : title));
+      key ? element("button", { type: "button", onclick: () => this.set({ sort: key, down: view.sort === key && !view.down }) }, ...broken(title)) : title));
     const body = rows.map((i) => {
       const own = content.cases[i], text = !own.outcome ? "not computed yet" : this.bad(i) ? `${own.outcome}: ${own.message}` : "completed";
       const link = element("a", { href: `#case=${i}`, onclick: (event) => { event.preventDefault(); this.set({ case: i }); } }, String(i));
@@ -251,11 +341,19 @@ class Study {
     if (!tools && host.lastChild) { // the word being typed keeps its place
       host.querySelector("#count").replaceWith(count);
       host.lastChild.replaceWith(inside);
+      this.reveal(inside);
       return;
     }
-    const search = element("input", { type: "search", placeholder: "filter", "aria-label": "Filter cases", value: view.words, oninput: (event) => this.set({ words: event.target.value }) });
+    const search = element("input", { type: "search", placeholder: "filter: velocity=0, mu>0.3, words", "aria-label": "Filter cases", value: view.words, oninput: (event) => this.set({ words: event.target.value }) });
     fill(host, element("h2", { id: "cases-title" }, "Cases"),
       element("div", { class: "tools-row" }, search, this.choose("show", "show", ["", "bad"], ["all", "those that did not complete"]), count), inside);
+    this.reveal(inside);
+  }
+
+  /** The case chosen within the part of the table that is seen; the page itself stays where it is. */
+  reveal(inside) {
+    const row = inside.querySelector("tr.chosen");
+    if (row) inside.scrollTop = row.offsetTop - inside.clientHeight / 2;
   }
 }
 
@@ -279,6 +377,6 @@ async function start() {
 }
 
 start().then((app) => {
-  window.slipstick = { view: () => ({ ...app.view }), set: (change) => app.set(change) };
+  window.slipstick = { drawn: () => ({ peaks: app.peakRows(app.shown().cases), curves: app.curves.filter((own) => app.shown().cases.includes(own.case)).map((own) => [own.case, [...own.x], own.y.map((y) => [...y])]) }), view: () => ({ ...app.view }), set: (change) => app.set(change) };
   document.documentElement.toggleAttribute("data-ready", true);
 });

@@ -36,7 +36,7 @@ class Ranking {
 
   row({ name, power }, i, total, columns) {
     const { app } = this, chosen = name === app.view.contact;
-    const meter = element("svg:svg", { width: 90, height: 8, "aria-hidden": "true" }, element("svg:rect", { width: 90, height: 8, rx: 2, class: "meter" }),
+    const meter = element("svg:svg", { width: 90, height: 8, viewBox: "0 0 90 8", preserveAspectRatio: "none", "aria-hidden": "true" }, element("svg:rect", { width: 90, height: 8, rx: 2, class: "meter" }),
       element("svg:rect", { width: Math.max(0, 90 * Math.min(1, power / total || 0)), height: 8, rx: 2, class: "meter-full" }));
     return element("tr", { class: chosen ? "chosen" : "" }, element("td", {}, i + 1),
       element("td", {}, element("button", { type: "button", class: "plain", "aria-pressed": String(chosen), onclick: () => app.set({ contact: name }) }, name)),
@@ -50,7 +50,7 @@ class Ranking {
     if (!law) return "–";
     const parts = { "stick": 0, "slip+": 0, "slip-": 0, "separation": 0 };
     for (const [a, b, state] of law.states) parts[state] += (b - a) / PERIOD;
-    const bar = element("svg:svg", { width: 120, height: 12, role: "img", "aria-label": Object.entries(parts).filter(([, part]) => part > 0).map(([state, part]) => `${STATE_WORDS[state]} ${Math.round(100 * part)} %`).join(", ") });
+    const bar = element("svg:svg", { width: 120, height: 12, viewBox: "0 0 120 12", preserveAspectRatio: "none", role: "img", "aria-label": Object.entries(parts).filter(([, part]) => part > 0).map(([state, part]) => `${STATE_WORDS[state]} ${Math.round(100 * part)} %`).join(", ") });
     let left = 0;
     for (const [state, part] of Object.entries(parts)) {
       bar.append(element("svg:rect", { x: 120 * left, width: 120 * part, height: 12, ...fillOf(state) }));

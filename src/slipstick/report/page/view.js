@@ -14,6 +14,8 @@ function viewFrom(text, model) {
   const own = model.results[result];
   const view = {
     curve: model.curves.some((c) => c.key === given.get("curve")) ? given.get("curve") : start.curve,
+    over: model.overs.some((own) => own.key === given.get("over")) ? given.get("over") : model.overs[0].key,
+    limits: given.get("limits") === "1",
     result,
     point: whole(given.get("point"), own.points, result === start.result ? start.point : 0),
     dofs: listed("dof", model.dofs), contacts: listed("contact", ["", ...model.contacts]),
@@ -49,23 +51,25 @@ function settled(view, model, start) {
 }
 
 function addressOf(view) {
-  const out = new URLSearchParams({ curve: view.curve, result: view.result, point: view.point });
+  const out = new URLSearchParams({ curve: view.curve, over: view.over, result: view.result, point: view.point });
   for (const name of view.dofs) out.append("dof", name);
   for (const name of view.contacts) out.append("contact", name);
   out.set("at-dof", view.dof);
   out.set("at-contact", view.contact);
   for (const key of [...Object.keys(CHOICES), "unit"]) if (view[key]) out.set(key, view[key]);
   out.set("turn", view.turn.join(","));
-  if (view.all) out.set("all", "1");
+  for (const key of ["all", "limits"]) if (view[key]) out.set(key, "1");
   return `#${out}`;
 }
 
-/** What is shown first: the largest amplitude of the first result, and the contact that dissipates most there. */
+/** What is shown first: of the dofs asked for the one that moves most, or the result that was sought; the contact that dissipates most there. */
 function startOf(model) {
   const first = model.results.find((result) => result.points) ?? model.results[0];
-  const peak = largest(first, "amplitude", first.dofs);
+  const asked = first.content.asked.map((place) => first.dofs[place]);
+  const peak = largest(first, "amplitude", asked.length ? asked : first.dofs);
+  const sought = first.content.notes.find(([, , kind]) => kind === "optimum" || (kind === "requested" && first.content.analysis === "modes"));
   return {
-    curve: model.curves[0]?.key ?? "", result: first.index, point: peak.point,
+    curve: model.curves[0]?.key ?? "", result: first.index, point: sought ? sought[0] : peak.point,
     dofs: peak.name ? [peak.name] : model.dofs.slice(0, 1),
     contact: (result) => largest(result, "dissipated_power", result.contacts).name ?? "",
     unit: first.content.frequency.unit,

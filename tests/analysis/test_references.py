@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.verbs import references
+from slipstick.analysis import references
 from slipstick.balance.ports import Balance
 
 

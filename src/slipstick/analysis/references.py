@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.analysis.linear import LinearLimit
 from slipstick.errors import InputError
 from slipstick.results.measures import amplitude
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.linear import LinearLimit
     from slipstick.balance.ports import Balance
     from slipstick.results.branch import Branch
 
@@ -23,28 +23,28 @@ _SECONDS = 2.0
 _DOFS, _TOPS, _ROUNDS, _NEARER = 3, 3, 6, 9
 
 
-def linear_references(balance: Balance, omega: tuple[float, float]) -> Iterator[tuple[str, Branch]]:
+def linear_references(
+    balance: Balance, omega: tuple[float, float], *, seconds: float = _SECONDS
+) -> Iterator[tuple[str, Branch]]:
     """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
 
-    As many frequencies as a few seconds allow, structures that are solved anew at each get fewer; the natural ones
+    As many frequencies as the seconds allow, structures that are solved anew at each get fewer; the natural ones
     besides, and more about the highest peaks, so that these do not depend on how many there are.
     """
-    from slipstick.analysis.linear import LinearLimit
-
     for state, label in (("free", "without contact"), ("stuck", "stuck")):
         try:
             limit = LinearLimit(balance, state)
-            yield label, limit.branch(*_with_peaks(limit, *_over(limit, *sorted(omega))))
+            yield label, limit.branch(*_with_peaks(limit, *_over(limit, min(omega), max(omega), seconds)))
         except InputError:
             continue
 
 
-def _over(limit: LinearLimit, low: float, high: float) -> tuple[Array, Array]:
+def _over(limit: LinearLimit, low: float, high: float, seconds: float) -> tuple[Array, Array]:
     """Frequencies and motion over the range, as many as the time they take allows."""
     first = np.linspace(low, high, _LEAST)
     begin = time.perf_counter()
     motion = limit.motion(first)
-    count = int(np.clip(_LEAST * _SECONDS / (time.perf_counter() - begin), _LEAST, _MOST))
+    count = int(np.clip(_LEAST * seconds / (time.perf_counter() - begin), _LEAST, _MOST))
     known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
     more = np.concatenate([np.linspace(low, high, count), known[(known > low) & (known < high)]])
     return _joined(limit, first, motion, more)
