@@ -29,7 +29,7 @@ def write_report(
     dofs: int = MOST_WRITTEN,
     tolerances: Mapping[str, float] | None = None,
 ) -> Path:
-    """Write one self-contained page with a branch, or with several laid over each other; the path.
+    """Write one self-contained page with a branch, or with several overlaid; the path.
 
     Parameters
     ----------
