@@ -35,8 +35,8 @@ _CLOSED = 1e-11
 _MOST = 12
 _STALLED = 0.7
 _FEWEST_STEPS = 96
-_MOST_WORK = 3e9
-"""Steps a period times the size of the system cubed: a minute or so."""
+_MOST_WORK = 2e8
+"""Steps a period times the size of the system cubed: seconds for the periods that Newton's method takes."""
 
 _NUDGE = 1e-7
 
@@ -72,8 +72,6 @@ def orbit_beside(
     q, rate, size = _answer(balance, detail, motion, structure, contacts, tau)
     try:
         stepper = _stepper(system)
-        if stepper is None:
-            return None
         z = np.zeros(system.size)
         z[: system.n], z[system.n : 2 * system.n] = q, rate
         z[system.n_dynamic :] = system.forcing(tau)
@@ -96,12 +94,20 @@ def orbit_beside(
     return Orbit(Phi[np.ix_(kept, kept)], away) if away < FARTHEST else None
 
 
-def _stepper(system: FrictionSystem) -> Stepper | None:
-    """With as few steps as the fastest motion allows; None where they are too many."""
+def within_reach(balance: Balance, detail: Detail, structure: Dynamics, contacts: FrictionPorts) -> bool:
+    """Whether the motion can be sought in time within seconds."""
+    system = _system(balance, detail, structure, contacts)
+    return _steps(PiecewiseLinear(system)) * float(system.size) ** 3 <= _MOST_WORK
+
+
+def _steps(model: PiecewiseLinear) -> int:
+    """As few a period as the fastest motion allows."""
+    return max(_FEWEST_STEPS, int(np.ceil(2.0 * np.pi * model.fastest() / 1.5)))
+
+
+def _stepper(system: FrictionSystem) -> Stepper:
     model = PiecewiseLinear(system)
-    needed = int(np.ceil(2.0 * np.pi * model.fastest() / 1.5))
-    steps = max(_FEWEST_STEPS, needed)
-    return None if steps * float(system.size) ** 3 > _MOST_WORK else Stepper(model, steps)
+    return Stepper(model, _steps(model))
 
 
 def _closed(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
+from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.harmonic_form import (
     HarmonicForm,
     depends_on_order,
@@ -14,10 +15,10 @@ from slipstick.analysis.stability.harmonic_form import (
 )
 from slipstick.analysis.stability.intervals import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.iterate import Iteration, SmoothMotion
-from slipstick.analysis.stability.laws import Combinations
+from slipstick.analysis.stability.laws import Combinations, FrictionPorts
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy
-from slipstick.analysis.stability.orbit import orbit_beside
+from slipstick.analysis.stability.orbit import orbit_beside, within_reach
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction
@@ -33,7 +34,7 @@ BEYOND = 1e-6
 COARSE = 0.05
 """Multipliers that one iteration of the motion moves by more say nothing of the motion that exists."""
 
-_SAFETY = 5.0
+_SAFETY, _LEAST = 5.0, 2.0
 _ROUNDING = 1e-9
 _SMALL = 0.3
 """Magnitude of multipliers that are far from the unit circle whatever happens to them."""
@@ -76,6 +77,7 @@ class StabilityWatch:
         self.balance, self._iterate = balance, Iteration(balance)
         self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
         self._orders_differ: bool | None = None
+        self._reach: bool | None = None
         self._told = False
 
     def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
@@ -103,11 +105,14 @@ class StabilityWatch:
             )
         error = float(doubts.max(initial=0.0))
         count = unstable(multipliers)
-        if not _settled(multipliers, doubts, None if line.neutral else odd):
-            orbit = orbit_beside(
-                self.balance, detail, motion, line, known.dynamics, known.contacts, free=self.free
-            )  # fmt: skip
-            if orbit is None:
+        odd = None if line.neutral else odd
+        if not _settled(multipliers, doubts, odd):
+            system = (known.dynamics, known.contacts)
+            seek = self._within_reach(detail, *system)
+            orbit = orbit_beside(self.balance, detail, motion, line, *system, free=self.free) if seek else None
+            if not seek and _settled(multipliers, doubts, odd, most=np.inf, safety=_LEAST):
+                pass  # a large model: what is at hand has to do, and leaves no doubt of the side
+            elif orbit is None:
                 count = UNKNOWN
             else:
                 multipliers, method = self.judged(orbit.multipliers), SHOOTING
@@ -115,6 +120,11 @@ class StabilityWatch:
         return PointStability(
             multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
+
+    def _within_reach(self, detail: Detail, structure: Dynamics, contacts: FrictionPorts) -> bool:
+        if self._reach is None:
+            self._reach = within_reach(self.balance, detail, structure, contacts)
+        return self._reach
 
     free = False
     """Whether nothing prescribes the frequency."""
@@ -191,12 +201,14 @@ def _apart(fine: ComplexArray, coarse: ComplexArray) -> Array:
     return out
 
 
-def _settled(multipliers: ComplexArray, errors: Array, odd: bool | None) -> bool:
+def _settled(
+    multipliers: ComplexArray, errors: Array, odd: bool | None, *, most: float = COARSE, safety: float = _SAFETY
+) -> bool:
     """Whether errors (n,) of the multipliers leave no doubt on which side of the unit circle each is."""
     if odd is not None and odd != bool(np.sum(real_part(multipliers) > 1.0) % 2):
         return False
     margins = np.abs(np.abs(multipliers) - 1.0)
-    return bool(np.all((errors < _ROUNDING) | ((errors < COARSE) & (_SAFETY * errors < margins))))
+    return bool(np.all((errors < _ROUNDING) | ((errors < most) & (safety * errors < margins))))
 
 
 def real_part(multipliers: ComplexArray) -> Array:
