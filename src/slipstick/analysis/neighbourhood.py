@@ -95,11 +95,6 @@ class Neighbourhood:
             heat_change(self.balance, self.found.heat, np.zeros(self.balance.size), dpower, own)
         return self.balance.excitation(own, dP)
 
-    def pushed_by(self, dx: Array) -> ComplexArray:
-        """Change of the forces (n_ports, n + 1) by a change ``dx`` (N,) of the motion, heat included."""
-        none: list[dict[int, Array]] = [{} for _ in self.balance.batches]
-        return self.balance.excitation(force_rates(self.balance, self.found, dx, none))
-
     def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], Array | None, Array]:
         """Changes at fixed motion: of forces and powers at fixed temperature too, and of the loads."""
         found, inputs = self.found, self._warm(direction.inputs)

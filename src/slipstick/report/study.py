@@ -23,11 +23,6 @@ MOST_POINTS = 400
 _NEEDED = ("peak_amplitude", "outcome", "message", "points", "seconds")
 
 
-def holds_cases(data: Any) -> bool:
-    """Whether a dataset is that of a study."""
-    return "study_parameters" in data.attrs and "peak_amplitude" in data
-
-
 def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs: int) -> dict[str, Any]:
     """A study as JSON, with the ``dofs`` that move most. Raises InputError where it is not as studies are."""
     names = str(study.attrs["study_parameters"]).splitlines()
