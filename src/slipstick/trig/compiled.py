@@ -22,7 +22,9 @@ def compiled(function: Callable[..., Any] | None = None, *, allocates: bool = Fa
     if function is None:
         return lambda f: compiled(f, allocates=allocates, **options)
     given: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
-    dispatcher = numba.njit(**{**given, **({} if allocates else {**uncounted(), **_inner()}), **options})(function)
+    # without arrays of their own they are called by compiled functions alone: no entry from Python is made for them
+    inner = {**uncounted(), "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    dispatcher = numba.njit(**{**given, **({} if allocates else inner), **options})(function)
     if allocates and dispatcher is not function:
         keep(dispatcher)
     return dispatcher
@@ -39,16 +41,6 @@ def uncounted() -> dict[str, bool]:
     except ImportError:
         return {}
     return {"_nrt": False} if hasattr(CPUTargetOptions, "_nrt") else {}
-
-
-def _inner() -> dict[str, Any]:
-    """Functions that make no arrays are called by compiled ones alone: no entry from Python is made for them."""
-    options: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    try:
-        from slipstick.trig.linked import InnerCompiler
-    except ImportError:  # another numba: it takes longer then
-        return options
-    return {**options, "pipeline_class": InnerCompiler}
 
 
 inlined: Any = compiled(forceinline=True)
