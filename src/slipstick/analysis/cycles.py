@@ -105,7 +105,7 @@ class SelfExcited:
     def _warned(self, damping_at: float | None) -> Sequence[str]:
         """What looks wrong, said; of hysteretic damping that it is viscous, equal at a frequency."""
         static = self.balance.receptance.static
-        warnings = [*parameter_warnings(self.problem, self.parameter, self.span, 1.0, static)]
+        warnings = [*parameter_warnings(self.problem, self.parameter, self.span, 1.0, static, steady=True)]
         if damping_at is not None:
             warnings.append(_HYSTERETIC.format(self.problem.units.frequency_text(damping_at)))
         self.problem.warn(warnings)

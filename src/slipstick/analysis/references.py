@@ -68,10 +68,13 @@ def _tops(size: Array) -> NDArray[np.intp]:
 
 
 def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
-    """Frequencies (n,) and motion with those of further frequencies, in order."""
+    """Frequencies (n,) and motion with those of further frequencies, in order; without any where it has no bound."""
     new = np.setdiff1d(more, w)
     if not new.size:
         return w, motion
-    together = np.concatenate([w, new])
+    with np.errstate(divide="ignore", invalid="ignore"):  # an undamped structure at its natural frequencies
+        found = limit.motion(new)
+    bounded = np.all(np.isfinite(found), axis=(1, 2))
+    together = np.concatenate([w, new[bounded]])
     order = np.argsort(together)
-    return together[order], np.concatenate([motion, limit.motion(new)])[order]
+    return together[order], np.concatenate([motion, found[bounded]])[order]

@@ -32,10 +32,11 @@ def parameter_task(
     common = _common(found, checked, points, given)
     problem, span, omega = _right(checked), _right(ends), _right(at)
     balance, path = common["balance"], parameter_path(problem, parameter)
+    static, steady = balance.receptance.static, common["stability"] is not None
     return Task(
         problem=problem, system=_harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter),
         inputs=path.at(span[0])[0], omega=omega, start=span[0], stop=span[1], parameter=parameter,
-        warnings=parameter_warnings(problem, parameter, span, omega, balance.receptance.static),
+        warnings=parameter_warnings(problem, parameter, span, omega, static, steady=steady),
         **common,
     )  # fmt: skip
 

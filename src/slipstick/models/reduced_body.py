@@ -19,6 +19,7 @@ from slipstick.faults import (
     frequency,
     names,
     number,
+    number_or_numbers,
     one,
     shown,
     suggestion,
@@ -253,7 +254,7 @@ def _wanted(
         "up_to": None if up_to is None else found.take(frequency, "up_to", up_to),
     }
     found.take(non_negative, "loss_factor", loss_factor)
-    found.take(non_negative, "damping_ratio", damping_ratio)
+    found.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     found.take(truth, "force", force)
     found.take(tools, None, cache, listener)
     found.end()

@@ -46,11 +46,11 @@ def save_shape(branch: Branch, path: str | Path, point: int, **options: Any) -> 
     return write_shape(branch, path, point, **options)
 
 
-def sensitivity(branch: Branch, parameters: Names, dof: str | None) -> xarray.Dataset:
-    """As ``Branch.sensitivity``."""
+def sensitivity(branch: Branch, parameters: Names, dof: str | None, *, together: bool = True) -> xarray.Dataset:
+    """As ``Branch.sensitivity``; ``together``: parameters that are the same thing twice are warned of."""
     from slipstick.analysis.sensitivity import sensitivity_of
 
-    return sensitivity_of(branch, parameters, dof)
+    return sensitivity_of(branch, parameters, dof, together=together)
 
 
 def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:

@@ -50,6 +50,8 @@ class Case:
     """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
+    noticed: tuple[str, ...] = ()
+    """What is approximated or looks wrong in the model and in the text itself, one sentence each."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -98,6 +100,7 @@ class Case:
             frequency_unit=reading.frequency_unit,
             plan=None if section is None else study_plan(section, reading.problem),
             further=further,
+            noticed=(*reading.body.warnings, *reading.warnings),
         )
 
     def study_job(self) -> Job:
@@ -191,10 +194,17 @@ class Case:
 
         static = self.balance.receptance.static
         if self.parameter is not None:
-            found = parameter_warnings(self.problem(), self.parameter, self.span, self.omega[0], static)
+            found = parameter_warnings(
+                self.problem(), self.parameter, self.span, self.omega[0], static, steady=self._steady
+            )
         else:
-            found = problem_warnings(self.problem(), self.omega, static)
-        return [*self.body.warnings, *found]
+            found = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        return [*self.noticed, *found]
+
+    @property
+    def _steady(self) -> bool:
+        """Whether steady sliding is of interest by itself."""
+        return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
     def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
         """What ``[response]`` asks for, to be followed."""
@@ -212,7 +222,7 @@ class Case:
 
         branch = collect(self.task(listeners=listeners))
         branch.subharmonics = self.subharmonics(branch)
-        said = dict.fromkeys([*self.body.warnings, *branch.warnings])
+        said = dict.fromkeys([*self.noticed, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
@@ -256,5 +266,5 @@ def load_case(path: str | Path) -> Problem:
         What is approximated or looks wrong in the model of the structure.
     """
     case = Case.from_file(path)
-    warn(case.body.warnings)
+    warn(case.noticed)
     return case.problem()

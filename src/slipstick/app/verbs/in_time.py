@@ -91,8 +91,25 @@ def _chosen(branch: Branch, points: Sequence[int], values: Sequence[str]) -> lis
         if not -count <= point < count:
             raise InputError(f"--point: found {point}; expected a whole number from {-count} to {count - 1}")
         found.append(point % count)
-    found += [branch.at(_value(branch, text)) for text in values]
+    found += [branch.at(_inside(branch, _value(branch, text), text)) for text in values]
     return list(dict.fromkeys(found or _highest(branch)))
+
+
+def _inside(branch: Branch, value: float, text: str) -> float:
+    """A value where the branch has points."""
+    known = branch.table[branch.followed].to_numpy()
+    low, high = (float(end) for end in (known.min(), known.max())) if known.size else (0.0, 0.0)
+    if low - _ROUNDED * abs(low) <= value <= high + _ROUNDED * abs(high):
+        return value
+    units = Units.of_results(branch.dataset.attrs)
+    unit = str(branch.dataset.attrs.get("frequency_unit", units.angular)) if branch.followed == "omega" else ""
+    size = units.frequency_factor(unit) if unit else 1.0
+    between = f"{low / size:.6g} to {high / size:.6g} {unit}".rstrip()
+    raise InputError(f"--at: found '{text}', which lies outside the range computed; expected a value from {between}")
+
+
+_ROUNDED = 1e-5
+"""Of an end of the range as it is read from a figure."""
 
 
 def _value(branch: Branch, text: str) -> float:

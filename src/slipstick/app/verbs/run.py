@@ -110,6 +110,8 @@ class Run:
         self.manner.tell(f"{self.case.title}: {self.case.request}")
         if self.case.plan is not None:
             self.manner.tell("[study] is for 'slipstick study'; this computes the case itself")
+        for name in self.case.further:
+            self.manner.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
         begin = time.monotonic()
         prepare_kernel(self.manner.tell)
         recorder = Recorder(
