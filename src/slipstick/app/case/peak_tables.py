@@ -96,7 +96,7 @@ def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
-    """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
+    """What of them does not fit the problem; ``swept``: the response is over a parameter, not versus frequency."""
     for name, table in tables.items():
         if isinstance(table, TrackTable | OptimalTable | CyclesTable):
             yield from _parameter_faults(problem, name, table)

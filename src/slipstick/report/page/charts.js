@@ -33,7 +33,7 @@ function colourOf(model, over, name, result) {
   return curveColour(place * model.results.length + result.index);
 }
 
-/** A number to so many digits, as short as it can be said. */
+/** A number to so many digits, as short as can be. */
 function short(value, digits = 5) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
