@@ -84,7 +84,6 @@ SLOW = {
     "tutorial.md",
     "sensitivity.md",
     "studies.md",
-    "damper-load.md",
     "importing.md",
     "lobed-casing.md",
     "notebook-damper.ipynb",
