@@ -28,9 +28,9 @@ test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2
 
 verify: $(VENV)/.ready
+	$(MAKE) docs
 	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
-	$(MAKE) docs
 	$(MAKE) lowest
 
 # the site, in build/site; warnings are errors
