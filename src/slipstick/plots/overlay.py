@@ -65,7 +65,7 @@ class Curves:
                 x, y, stable, corners = parted(
                     dataset, self.abscissa.values(dataset), series, stable, corners_of(dataset)
                 )
-                if is_sparse(dataset):
+                if is_sparse(dataset) and "stable" not in dataset:
                     x, y = smooth(x, y, corners)
                     stable = np.ones(len(x))
                 _line(ax, x, y, stable, label)
