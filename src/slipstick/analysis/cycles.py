@@ -39,13 +39,13 @@ _SLIDING_POINTS = 61
 _SAME = 1e-9
 """Values of the parameter that are one, of the range."""
 _TOLD = 1e-6
-"""Of the range, that two Hopf points are apart: it is told."""
+"""Of the range, that two Hopf points are apart: each is reported."""
 _GONE = 1e-3
 """Of the first cycle's motion: what has less vibrates no more."""
 _NONE = "no limit cycle beside the Hopf point is in the range"
 _HYSTERETIC = (
-    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers are told with "
-    "viscous damping that is equal at {}, the limit cycles with hysteretic damping"
+    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers have viscous "
+    "damping, equal to it at {}; the limit cycles have hysteretic damping"
 )
 
 
@@ -103,7 +103,7 @@ class SelfExcited:
         return sorted(values, reverse=self.span[1] < self.span[0])
 
     def _warned(self, damping_at: float | None) -> Sequence[str]:
-        """What looks wrong, said; of hysteretic damping that it is viscous, equal at a frequency."""
+        """The warnings; of hysteretic damping that it is viscous, equal at a frequency."""
         static = self.balance.receptance.static
         warnings = [*parameter_warnings(self.problem, self.parameter, self.span, 1.0, static, steady=True)]
         if damping_at is not None:
@@ -202,7 +202,7 @@ class Cycles:
         request.balance.anchor_if_undamped(hopf.omega)
         start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
         if not start.found:
-            self.message = "the balance has no vibration near the Hopf point that eigenvalues tell of"
+            self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
             return
         self.beginning = start.value
         yield self._rising(start, 0.0, "start")

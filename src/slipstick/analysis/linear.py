@@ -27,7 +27,7 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     Parameters
     ----------
     omega
-        Principal frequencies (n,), rad/s.
+        Fundamental frequencies (n,), rad/s.
     state
         "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
         follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other

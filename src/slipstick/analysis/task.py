@@ -92,4 +92,4 @@ class Task:
     departure: Departure | None = None
     """Where the branch is taken up inside its range; None: at its start."""
     warnings: Sequence[str] = ()
-    """What looks wrong, said to the user and written on the results."""
+    """Warnings, given to the user and kept with the results."""

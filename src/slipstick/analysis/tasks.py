@@ -1,4 +1,4 @@
-"""From what users ask for to the task of following it: over frequency, or over a named parameter."""
+"""From what users ask for to the task of following it: versus frequency, or over a named parameter."""
 
 from __future__ import annotations
 

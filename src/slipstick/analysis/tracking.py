@@ -74,7 +74,7 @@ def track_peak(
         peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
-        state. Look at ``outcome``; ``message`` tells what happened on the way.
+        state. Look at ``outcome``; ``message`` says what happened on the way.
 
     Raises
     ------
@@ -208,7 +208,7 @@ class TrackedPeak:
         )  # fmt: skip
 
     def warned(self) -> Sequence[str]:
-        """What looks wrong, said."""
+        """The warnings."""
         static = self.balance.receptance.static
         warnings = parameter_warnings(self.problem, self.parameter, self.span, self.omega[0], static)
         self.problem.warn(warnings)

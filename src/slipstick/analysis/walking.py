@@ -217,7 +217,7 @@ def _first(task: Task) -> Array | None:
 
 
 def _settled_in_time(task: Task) -> Array | None:
-    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration; None without it."""
+    """Motion of the contacts (N,) settled from rest, roughly, by time integration; None without it."""
     from slipstick.analysis.transient import transient
 
     problem = task.problem.at_parameter(task.parameter, task.start) if task.parameter else task.problem

@@ -1,4 +1,4 @@
-"""The command line: stateless verbs; heavy modules are imported inside them."""
+"""The command line: stateless commands; heavy modules are imported inside them."""
 
 from __future__ import annotations
 

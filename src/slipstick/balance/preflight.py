@@ -1,4 +1,4 @@
-"""Physics pre-flight: what can be computed but looks wrong, one sentence each, the same on every road."""
+"""Physics pre-flight: what can be computed but is suspicious, one sentence each, the same on every road."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _WIDE_GAP = 100.0
 def problem_warnings(
     problem: Problem, omega: Sequence[float] = (), static: Array | None = None, *, steady: bool = False
 ) -> list[str]:
-    """What can be computed but looks wrong.
+    """What can be computed but is suspicious.
 
     Parameters
     ----------

@@ -46,8 +46,8 @@ class ImportedModel:
         Degrees of freedom which were removed because equations give them from the others, (n_dependent, 2): node label,
         direction; and how, sparse (n_dependent, n): their motion is ``dependence @ q``.
     source, units, notes, warnings
-        The files read; what is known of the units; what was left out without effect; what is approximated or looks
-        wrong, one sentence each.
+        The files read; what is known of the units; what was left out without effect; what is approximated or
+        suspicious, one sentence each.
     mesh, materials
         The mesh and its materials (by element set) where the file had one.
     speed

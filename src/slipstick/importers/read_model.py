@@ -28,7 +28,7 @@ def read_model(
 ) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
 
-    What is approximated or looks wrong is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
+    What is approximated or is suspicious is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
 
     Raises
     ------

@@ -71,7 +71,7 @@ class ReducedBody:
     source
         Where the model comes from and its units.
     notes, warnings
-        Of the imported model: what was left out; what is approximated or looks wrong.
+        Of the imported model: what was left out; what is approximated or is suspicious.
     full
         Gives the full model, for comparison; that of a stored reduction may have to be made again.
     """

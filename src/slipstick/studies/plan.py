@@ -45,7 +45,7 @@ class StudyPlan:
     method, seed
         How the values were found.
     warnings
-        What looks wrong.
+        What is suspicious.
     """
 
     names: tuple[str, ...]

@@ -189,7 +189,7 @@ class Case:
         return response_options(**given)
 
     def warnings(self) -> list[str]:
-        """What can be computed but looks wrong, one sentence each."""
+        """What can be computed but is suspicious, one sentence each."""
         from slipstick.balance.preflight import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
@@ -263,7 +263,7 @@ def load_case(path: str | Path) -> Problem:
     Warns
     -----
     SlipstickWarning
-        What is approximated or looks wrong in the model of the structure.
+        What is approximated or is suspicious in the model of the structure.
     """
     case = Case.from_file(path)
     warn(case.noticed)

@@ -97,7 +97,7 @@ def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
-    """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
+    """What of them does not fit the problem; ``swept``: the response is over a parameter, not versus frequency."""
     from slipstick.balance.checks import requested_faults
 
     for name, table in tables.items():

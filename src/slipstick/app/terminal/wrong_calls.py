@@ -16,7 +16,7 @@ _ASKED = "slipstick.json"
 
 
 class Verbs(TyperGroup):
-    """All verbs; what the parser refuses is bad input like any other."""
+    """All commands; what the parser refuses is bad input like any other."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As typer does it."""

@@ -1,4 +1,4 @@
-"""The ``check`` verb: what a case describes, what looks wrong, and what the linear limits are."""
+"""The ``check`` command: what a case describes, what is suspicious, and what the linear limits are."""
 
 from __future__ import annotations
 

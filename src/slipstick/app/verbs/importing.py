@@ -1,4 +1,4 @@
-"""The ``import`` verb: files of another finite element code become one model.h5."""
+"""The ``import`` command: files of another finite element code become one model.h5."""
 
 from __future__ import annotations
 

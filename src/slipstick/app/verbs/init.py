@@ -1,4 +1,4 @@
-"""The ``init`` verb: the examples, written where a user wants them."""
+"""The ``init`` command: the examples, written where a user wants them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ``report`` verb: one page of results files."""
+"""The ``report`` command: one page of results files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ``resume`` verb: go on with a run or a study that ended before it was done."""
+"""The ``resume`` command: go on with a run or a study that ended before it was done."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def resume(folder: str | Path) -> Branch | xarray.Dataset:
-    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted; what the verb does, in Python.
+    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
 
     Parameters
     ----------

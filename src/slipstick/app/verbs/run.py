@@ -1,4 +1,4 @@
-"""The ``run`` verb: compute a case with everything kept as it is found."""
+"""The ``run`` command: compute a case with everything kept as it is found."""
 
 from __future__ import annotations
 

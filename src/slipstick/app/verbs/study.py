@@ -1,4 +1,4 @@
-"""The ``study`` verb: many cases of one case file, on this machine, on a cluster, or a share of them."""
+"""The ``study`` command: many cases of one case file, on this machine, on a cluster, or a share of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ``verify`` verb: one table of claims, results, tolerances and verdicts."""
+"""The ``verify`` command: one table of claims, results, tolerances and verdicts."""
 
 from __future__ import annotations
 
