@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.faults import suggestion
 from slipstick.fem.elements import ELEMENTS, FACES, Element
 from slipstick.typing import Array, IntArray
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,13 +105,27 @@ class Mesh:
 
     def surface(self, name: str) -> Surface:
         """The surface of that name; InputError says which there are."""
-        return _named(self.surfaces, name, "surface")
+        if name not in self.surfaces:
+            raise self._unknown("surface", name, self.surfaces)
+        return self.surfaces[name]
 
     def node_set(self, name: str) -> IntArray:
         """Nodes of the node set of that name, or of the surface of that name; InputError says which there are."""
         if name not in self.node_sets and name in self.surfaces:
             return self.surfaces[name].nodes
-        return _named(self.node_sets, name, "node set", [*self.node_sets, *self.surfaces])
+        if name not in self.node_sets:
+            raise self._unknown("node set", name, {*self.node_sets, *self.surfaces})
+        return self.node_sets[name]
+
+    def _unknown(self, what: str, name: str, known: Collection[str]) -> InputError:
+        """What is there instead."""
+        sentence = f"{what} '{name}' is not in the mesh; it has: {', '.join(user_names(known)) or 'none'}"
+        if name in self.node_sets:
+            return InputError(f"{sentence} ('{name}' is a node set that holds no face of the boundary)")
+        if name in self.element_sets:
+            return InputError(f"{sentence} ('{name}' is a set of solid elements)")
+        close = suggestion(name, known)
+        return InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
 
 
 def user_names(names: Iterable[str]) -> list[str]:
@@ -124,13 +136,6 @@ def user_names(names: Iterable[str]) -> list[str]:
     """
     known = sorted(set(names))
     return [name for name in known if not name.startswith("_")] or known
-
-
-def _named(group: Mapping[str, T], name: str, what: str, known: Iterable[str] | None = None) -> T:
-    if name not in group:
-        listed = ", ".join(user_names(group if known is None else known)) or "none"
-        raise InputError(f"{what} '{name}' is not in the mesh; it has: {listed}")
-    return group[name]
 
 
 def _faults(mesh: Mesh) -> Iterator[str]:

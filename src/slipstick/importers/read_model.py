@@ -13,7 +13,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.importers.mesh_model import MeshModel, all_sets, assemble_mesh
 from slipstick.importers.nastran.mesh import holds_solids
 from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
@@ -246,6 +246,6 @@ def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | 
         return replace(raw, nodes=nodes, **told(data)), None
     imported = read_mesh(roles.nodes)
     mesh = imported.mesh
-    sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}
+    sets = {name: mesh.labels[part] for name, part in all_sets(mesh).items()}
     nodes = Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held)
     return replace(raw, nodes=nodes), imported
