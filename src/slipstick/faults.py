@@ -214,7 +214,7 @@ def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
         pass
     except (OSError, ValueError) as error:  # too long, not permitted, a zero character
         reason = getattr(error, "strerror", None) or str(error)
-        found = f"{shown(value)}, which cannot be reached ({reason})"
+        found = f"{shown(fspath(value))}, which cannot be reached ({reason})"
         raise InputError(Fault(path_of(name), found=found, expected=expected)) from None
     return Path(value)
 

@@ -130,6 +130,11 @@ class StudyFolder:
         done = [case for case, solved in self.found.items() if solved.outcome.ok or not missing]
         return [case for case in range(len(self.plan)) if case in self.share and case not in set(done)]
 
+    def begin(self) -> None:
+        """Open the journal of this share: a study that is killed before its first case can be gone on with."""
+        if self._journal is None:
+            self._opened()
+
     def add(self, solved: CaseSolved) -> None:
         """Keep a case; it survives a kill from here on."""
         journal = self._journal or self._opened()

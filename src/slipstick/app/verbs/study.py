@@ -125,6 +125,7 @@ class Study:
             self.manner.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
         stop, failure = None, ""
         if todo:
+            place.begin()
             prepare_kernel(self.manner.tell)
         try:
             stop = self._solve(place, todo)
