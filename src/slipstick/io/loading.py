@@ -50,7 +50,7 @@ def load_table(path: str | Path) -> ResultTable:
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
     kind = _no_results(path)
     if kind:
-        raise InputError(f"{path}: {kind}; expected a results file such as results.nc, from 'slipstick run'")
+        raise InputError(f"{path}: not a results file: it is {kind}; give a results.nc of 'slipstick run'")
     try:
         found = read_netcdf(path)
         table = _as_table(found.variables, found.attributes)
@@ -68,11 +68,11 @@ def load_table(path: str | Path) -> ResultTable:
 
 
 _OTHERS = {
-    b"\x89PNG": "is a picture (PNG)",
-    b"\xff\xd8\xff": "is a picture (JPEG)",
-    b"%PDF": "is a PDF",
-    b"PK\x03\x04": "is a zip archive, or arrays of numpy (.npz)",
-    b"CDF": "is netCDF-3, which slipstick does not write",
+    b"\x89PNG": "a picture (PNG)",
+    b"\xff\xd8\xff": "a picture (JPEG)",
+    b"%PDF": "a PDF",
+    b"PK\x03\x04": "a zip archive, or arrays of numpy (.npz)",
+    b"CDF": "netCDF-3, which slipstick does not write",
 }
 
 
@@ -84,18 +84,18 @@ def _no_results(path: Path) -> str:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
     if not begin:
-        return "the file is empty"
+        return "empty"
     for mark, kind in _OTHERS.items():
         if begin.startswith(mark):
             return kind
     if b"\0" in begin:
         return ""
     if begin[9:].startswith(b'{"magic": "slipstick journal'):
-        return "is a journal, the points of a run that did not end; go on with it by 'slipstick resume', in its folder"
+        return "a journal, the points of a run that did not end; go on with it by 'slipstick resume', in its folder"
     page = begin.lstrip().lower().startswith((b"<!doctype", b"<html"))
     if page:
-        return "is a page for a browser"
-    return f"is text{', such as a case file' if path.suffix.lower() == '.toml' else ''}"
+        return "a page for a browser"
+    return f"text{', such as a case file' if path.suffix.lower() == '.toml' else ''}"
 
 
 def _continued(table: ResultTable, journal: Path) -> ResultTable:

@@ -47,6 +47,8 @@ class OutputFolder:
         self.folder, self._case_path, self._case_text = folder, case_path, case_text
         self._created: list[Path] = []
         self._lock: FolderLock | None = None
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: found a file; expected a folder: choose another one with -o")
         self._refuse(force)
         try:
             self._make(folder)

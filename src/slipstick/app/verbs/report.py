@@ -15,6 +15,8 @@ from slipstick.studies.folder import STUDY_FILE
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
+_PAGES = (".html", ".htm")
+
 
 def report_results(
     paths: Sequence[Path],
@@ -38,6 +40,11 @@ def report_results(
     from slipstick.report.writing import write_report
 
     paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
+    twice = sorted({str(path) for path in paths if paths.count(path) > 1})
+    if twice:
+        raise InputError(f"{', '.join(twice)}: is given twice; a report lays different results over each other")
+    if output is not None and output.suffix.lower() not in _PAGES and not output.is_dir():
+        raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
     if case is not None:
         if len(paths) > 1 or not _is_study(paths[0]):
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")

@@ -115,6 +115,9 @@ class Study:
         )
         try:
             return self._computed(place, place.todo(missing=missing))
+        except InputError:
+            place.abandon()
+            raise
         finally:
             place.release()
 
