@@ -74,7 +74,9 @@ class StudyFolder:
         self._journal: Journal | None = None
         self._path, self._begun = path, False
         if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: found a file; expected a folder: choose another one with -o")
+            raise InputError(
+                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
+            )
         self._made = not folder.exists()
         try:
             folder.mkdir(parents=True, exist_ok=True)

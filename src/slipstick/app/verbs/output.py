@@ -48,7 +48,9 @@ class OutputFolder:
         self._created: list[Path] = []
         self._lock: FolderLock | None = None
         if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: found a file; expected a folder: choose another one with -o")
+            raise InputError(
+                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
+            )
         self._refuse(force)
         try:
             self._make(folder)

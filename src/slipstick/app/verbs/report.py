@@ -41,9 +41,9 @@ def report_results(
 
     paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
-    if twice:
-        raise InputError(f"{', '.join(twice)}: is given twice; a report lays different results over each other")
-    if output is not None and output.suffix.lower() not in _PAGES and not output.is_dir():
+    for name in twice:
+        complain(f"warning: {name}: is given twice, and drawn twice")
+    if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
     if case is not None:
         if len(paths) > 1 or not _is_study(paths[0]):
