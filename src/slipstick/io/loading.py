@@ -13,6 +13,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import one, warn
 from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
+from slipstick.io.model_file import is_model
 from slipstick.io.netcdf import StoredVariable, read_netcdf
 from slipstick.io.store import file_variables
 from slipstick.results.schema import ENDING, Layout, make_table
@@ -57,6 +58,8 @@ def load_table(path: str | Path) -> ResultTable:
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
+        if is_model(path):
+            raise InputError(f"{path}: not a results file: it is a model, the structure of a case") from None
         raise InputError(
             f"{path}: damaged, or not a results file in netCDF-4 ({error}); give one from 'slipstick run'"
         ) from None

@@ -115,7 +115,7 @@ class Study:
         )
         try:
             return self._computed(place, place.todo(missing=missing))
-        except InputError:
+        except (InputError, OSError):
             place.abandon()
             raise
         finally:
