@@ -50,8 +50,8 @@ def test_a_mesh_alone_is_the_model_not_its_positions():
         (("a.mtx", "m.mtx"), {"material": STEEL}, "material: matrices hold their material already"),
         (("model.h5",), {"quadratic": True}, "model.h5: holds matrices"),
         (("mesh.inp", "rows.dof"), {}, "rows.dof: what it is for does not show"),
-        (("mesh.inp",), {"names": {"K": "KGG"}}, "names: has no effect on mesh.inp"),
-        (("mesh.inp",), {"constraints": 3}, "constraints: has no effect on mesh.inp"),
+        (("mesh.inp",), {"names": {"K": "KGG"}}, "names has no effect on mesh.inp"),
+        (("mesh.inp",), {"constraints": 3}, "constraints has no effect on mesh.inp"),
         (("mesh.bdf",), {"constraints": 3}, None),
     ],
 )
