@@ -149,6 +149,7 @@ def _faults(mesh: Mesh) -> Iterator[str]:
         yield "the mesh has no elements"
     for kind, block in mesh.blocks.items():
         yield from _connectivity_faults(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
+        yield from _repeated(mesh, kind, np.asarray(block))
     for name, surface in mesh.surfaces.items():
         for kind, faces in surface.faces.items():
             yield from _connectivity_faults(f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes))
@@ -176,6 +177,18 @@ def _connectivity_faults(what: str, element: Element | None, block: IntArray, n_
         repeated = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
         if len(repeated):
             yield f"{what}: number {int(repeated[0]) + 1} uses a node twice ({len(repeated)} such in all)"
+
+
+def _repeated(mesh: Mesh, kind: str, block: IntArray) -> Iterator[str]:
+    """Elements that have the nodes of another one: they would count twice."""
+    if block.ndim != 2 or len(block) < 2 or not np.issubdtype(block.dtype, np.integer):
+        return
+    ordered = np.sort(block, axis=1)
+    order = np.lexsort(ordered.T)
+    same = np.flatnonzero((ordered[order[1:]] == ordered[order[:-1]]).all(axis=1))
+    if len(same):
+        first, second = sorted(mesh.element_label(kind, int(order[same[0] + at])) for at in (0, 1))
+        yield f"{kind} elements {first} and {second} have the same nodes ({len(same)} such in all): one is given twice"
 
 
 def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:

@@ -61,7 +61,12 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
 
 def _by_content(path: Path, suffix: str) -> MeshModel:
     """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
-    kind = _program(read_bytes(path)[:4096])
+    begin = read_bytes(path)[:4096]
+    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError(f"{path.name}: is text in UTF-16; save it as plain text (ASCII or UTF-8)")
+    kind = _program(begin)
+    if kind is None and b"\0" in begin:
+        raise InputError(f"{path.name}: is no mesh: found a binary file; expected text of {_INPUT}, or Gmsh's .msh")
     if kind is None:
         kind = _GMSH if suffix == ".msh" else _INPUT
     if kind == _FLUENT:

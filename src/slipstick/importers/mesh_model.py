@@ -170,7 +170,8 @@ def assemble_mesh(
     single = [name for name in fixed if name not in known and names_dofs(name)]
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
-        imported.mesh.node_set(name)
+        if not len(imported.mesh.node_set(name)):
+            raise InputError(f"{source}: the node set '{name}' is empty: nothing is fixed by it; give its nodes")
     mesh = _with_held_sets(imported, source)
     if quadratic:
         mesh = refine.quadratic(mesh)

@@ -219,7 +219,11 @@ def _plain(roles: Roles, first: Path) -> RawModel:
 
     if first.suffix.lower() == ".npz" and matrices.is_bundle(first):
         return matrices.read_bundle(first)
-    if first.suffix.lower() == ".mtx" and not read_bytes(first)[:14].lower().startswith(b"%%matrixmarket"):
+    head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
+    if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
+        shown = head.decode("ascii", "replace")
+        raise InputError(f"{first.name}: found the first line '{shown}'; expected '%%MatrixMarket matrix ...'")
+    if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
         from slipstick.importers.abaqus.calculix import read_abaqus_matrices
         from slipstick.importers.dof_map import read_dof_map
 

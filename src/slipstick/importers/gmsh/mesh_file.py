@@ -80,7 +80,7 @@ def read_gmsh(path: Path) -> GmshFile:
     InputError
         If the file is damaged, of another version, or has elements of higher than second order.
     """
-    data = read_bytes(path)
+    data = read_bytes(path).removeprefix(b"\xef\xbb\xbf")
     try:
         return _read(data, path)
     except _Ends as error:
