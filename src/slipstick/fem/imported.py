@@ -179,8 +179,10 @@ class ImportedModel:
     def nodes_of(self, name: str) -> IntArray:
         """Node labels of a named set; InputError says which there are."""
         if name not in self.node_sets:
-            known = ", ".join(user_names(self.node_sets)) or "none"
-            raise InputError(f"node set '{name}' is not in the imported model; it has: {known}")
+            known = user_names(self.node_sets)
+            sentence = f"node set '{name}' is not in the imported model; it has: {', '.join(known) or 'none'}"
+            close = suggestion(name, known)
+            raise InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
         return self.node_sets[name]
 
     def positions(self, nodes: IntArray) -> Array:

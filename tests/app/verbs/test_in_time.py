@@ -75,7 +75,7 @@ def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
         ((results, "--only", "CF1"), "--only: chooses rows of the installation's table"),
         (("--point", 3), "--point, --at: found no RESULTS"),
         ((tmp_path / "none.nc",), "there is no such file"),
-        ((tmp_path,), "there is no such file"),
+        ((tmp_path,), "found a folder without results.nc or study.nc"),
     ):
         result = verify(*arguments)
         assert result.exit_code == 2

@@ -11,9 +11,10 @@ import numpy as np
 from slipstick.app.case.quantity_texts import read_frequency
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say, warnings_said
-from slipstick.app.verbs.output import RESULTS
+from slipstick.app.verbs.output import RESULTS, results_in
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError
+from slipstick.studies.folder import STUDY_FILE
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -74,8 +75,7 @@ def _loaded(path: Path) -> Branch:
     """The branch with its problem."""
     from slipstick.io.loading import load
 
-    if path.is_dir():
-        path = path / RESULTS
+    path = results_in(path, RESULTS, STUDY_FILE)
     with warnings_said():
         branch = load(path)
     if branch.problem is None:

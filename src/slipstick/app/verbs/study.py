@@ -115,6 +115,9 @@ class Study:
         )
         try:
             return self._computed(place, place.todo(missing=missing))
+        except (InputError, OSError):
+            place.abandon()
+            raise
         finally:
             place.release()
 
@@ -125,6 +128,7 @@ class Study:
             self.manner.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
         stop, failure = None, ""
         if todo:
+            place.begin()
             prepare_kernel(self.manner.tell)
         try:
             stop = self._solve(place, todo)
