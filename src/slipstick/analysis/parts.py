@@ -76,7 +76,7 @@ class Part:
         """From where to where, and how it ended."""
         if not self.points:
             return f"from {self.start:.6g} no first point was found"
-        how = "" if self.outcome.ok else f", where it {_ENDED.get(self.outcome, self.outcome.name.lower())}"
+        how = "" if self.outcome.ok else f", where it {_ENDED.get(self.outcome, self.outcome.words)}"
         return f"from {self.start:.6g} to {self.reach:.6g}{how}"
 
 

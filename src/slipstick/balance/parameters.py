@@ -66,6 +66,20 @@ class Target:
         return [own.index(member) for member in self.members if member in own]
 
 
+_SAID = {
+    "speed": "velocity", "preload": "normal_load", "load": "normal_load", "normal_force": "normal_load",
+    "friction": "mu", "stiffness": "kt", "force": "amplitude", "magnitude": "amplitude", "angle": "phase",
+}  # fmt: skip
+"""Other words for the last part of a parameter's name."""
+
+
+def _meant(name: str, known: Sequence[str]) -> str:
+    """The parameter that goes by another word, or a close match."""
+    owner, _, quantity = name.rpartition(".")
+    other = f"{owner}.{_SAID.get(quantity, quantity)}"
+    return f"did you mean '{other}'?" if other in known else suggestion(name, known)
+
+
 def parameter_target(problem: Parts, name: str) -> Target:
     """What a name stands for; raises InputError with a suggestion where nothing has it."""
     if text("parameter", name, 'a name such as "damper.mu"') in FACTORS:
@@ -80,7 +94,7 @@ def parameter_target(problem: Parts, name: str) -> Target:
     if name in structure_values(problem.structure):
         return Target(quantity=name, structure=True)
     raise InputError(
-        Fault(statement=f"there is no parameter '{name}'", remedy=suggestion(name, [*known_parameters(problem)]))
+        Fault(statement=f"there is no parameter '{name}'", remedy=_meant(name, [*known_parameters(problem)]))
     )
 
 

@@ -226,7 +226,7 @@ def _tell_failed(solved: list[CaseSolved]) -> None:
     failed = sorted((s for s in solved if not s.outcome.ok), key=lambda s: s.row["case"])
     if not failed:
         return
-    counts = Counter(s.outcome.name for s in failed)
+    counts = Counter(s.outcome.words for s in failed)
     complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {name}' for name, n in counts.items())}")
     for one in failed[:_LISTED]:
         complain(f"  case {one.row['case']}: {one.message}")
