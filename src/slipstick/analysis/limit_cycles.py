@@ -18,6 +18,7 @@ from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, text
 from slipstick.results.branch import Branch
+from slipstick.typing import Real
 
 CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
 """Options of limit cycles where nothing else is said."""
@@ -26,9 +27,9 @@ CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
 def limit_cycles(
     problem: Problem,
     parameter: str,
-    span: tuple[float, float],
+    span: tuple[Real, Real],
     *,
-    requested: Iterable[float] | float = (),
+    requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
 ) -> Branch:
     """Follow self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there.

@@ -6,7 +6,14 @@ from typing import Any, TypeVar
 
 from slipstick.analysis.arguments import common_arguments, followed_problem
 from slipstick.analysis.task import Task, adapted_to
-from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
+from slipstick.balance.checks import (
+    range_faults,
+    requested_faults,
+    requested_frequencies,
+    requested_values,
+    two_frequencies,
+    two_numbers,
+)  # fmt: skip
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
@@ -17,16 +24,15 @@ from slipstick.solve.continuation import ContinuationOptions
 T = TypeVar("T")
 
 
-def parameter_task(
-    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
-) -> Task:
+def parameter_task(problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *given: Any) -> Task:
     """What ``parameter_response`` follows; its arguments in their order."""
     found = Gathering()
     checked = found.take(followed_problem, problem)
     parameter = found.take(text, "parameter", parameter, 'a name such as "damper.mu"') or ""
-    at = found.take(frequency, "omega", omega)
+    at = found.take(frequency, "omega", omega, checked.units if checked else None)
     name = f"range of {parameter}" if parameter else "range"
-    ends, points = _range(found, span, requested, name, positive=False)
+    points = found.take(requested_values, requested) or ()
+    ends = _range(found, found.take(two_numbers, span, name), points, name, positive=False)
     if checked is not None and parameter:
         found.take(_takes, checked, parameter, ends)
     common = _common(found, checked, points, given)
@@ -41,11 +47,13 @@ def parameter_task(
     )  # fmt: skip
 
 
-def frequency_task(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> Task:
+def frequency_task(problem: Problem, omega: Any, requested: Any = (), *given: Any) -> Task:
     """What ``forced_response`` follows; its arguments in their order."""
     found = Gathering()
     checked = found.take(followed_problem, problem)
-    ends, points = _range(found, omega, requested, "frequency range", positive=True)
+    units = checked.units if checked else None
+    points = found.take(requested_frequencies, requested, units) or ()
+    ends = _range(found, found.take(two_frequencies, omega, units), points, "frequency range", positive=True)
     common = _common(found, checked, points, given)
     problem, (start, stop) = _right(checked), _right(ends)
     balance, inputs = common["balance"], problem.inputs
@@ -69,16 +77,14 @@ def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, paramete
 
 
 def _range(
-    found: Gathering, span: Any, requested: Any, name: str, *, positive: bool
-) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
-    """First and last value, None where they are not right, and the values wanted between them."""
-    points = found.take(requested_values, requested) or ()
-    ends = found.take(two_numbers, span, name)
+    found: Gathering, ends: tuple[float, float] | None, points: tuple[float, ...], name: str, *, positive: bool
+) -> tuple[float, float] | None:
+    """First and last value, None where they are not right or do not fit the values wanted between them."""
     if ends is None:
-        return None, points
+        return None
     faults = range_faults(*ends, name=name, positive=positive)
     found.faults += faults or requested_faults(points, *ends)
-    return (None if faults else ends), points
+    return None if faults else ends
 
 
 def _takes(problem: Problem, parameter: str, span: tuple[float, float] | None) -> None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from numbers import Real
+from numbers import Real as Number
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from slipstick.analysis.slope import Extreme, StateSpace
 from slipstick.analysis.task import Task
 from slipstick.analysis.threads import one_thread
 from slipstick.analysis.walking import walk
-from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
+from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_frequencies, two_numbers
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings
@@ -33,7 +33,7 @@ from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.continuation.path import failed
-from slipstick.typing import Array
+from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
 """Options of a locus where nothing else is said: steps of a tenth of the range."""
@@ -42,11 +42,11 @@ TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newto
 def track_peak(
     problem: Problem,
     parameter: str,
-    span: tuple[float, float],
+    span: tuple[Real, Real],
     *,
-    omega: tuple[float, float],
+    omega: FrequencyRange,
     dof: str | None = None,
-    requested: Iterable[float] | float = (),
+    requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
 ) -> Branch:
     """Follow a peak of the response over a parameter: where it is and how high, without the curves between.
@@ -120,9 +120,9 @@ def tracked_peak(
     if checked is not None and name:
         found.take(parameter_path, checked, name)
         found.end()
-        span = _start(checked, name, span) if span is None or isinstance(span, Real) else span
+        span = _start(checked, name, span) if span is None or isinstance(span, Number) else span
     ends = found.take(two_numbers, span, f"range of {name}" if name else "range")
-    sought = found.take(two_numbers, omega, "frequency range")
+    sought = found.take(two_frequencies, omega, checked.units if checked else None)
     if ends is not None:
         found.faults += range_faults(*ends, name=f"range of {name}", positive=False) or requested_faults(points, *ends)
     if sought is not None:
