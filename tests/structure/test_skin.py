@@ -26,7 +26,7 @@ def test_shapes_and_places_are_checked() -> None:
         ({"modes": np.ones((8, 2))}, r"skin, modes: found shape \(8, 2\); expected \(9, 2\)"),
         ({"static": np.full((9, 1), np.nan)}, "skin, static: some entries are not finite"),
         ({"loads": {"p": np.ones(3)}}, "skin, loads, p: found shape"),
-        ({"nodes": "a"}, "skin, nodes: found values of type"),
+        ({"nodes": "a"}, "skin, nodes: found 'a'; expected real numbers"),
     ):
         with pytest.raises(ss.InputError, match=sentence):
             Skin(**arrays(**wrong))
