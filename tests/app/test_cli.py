@@ -92,7 +92,11 @@ def test_run_loads_nothing_that_it_does_not_need(tmp_path: Path) -> None:
         "    print(*sys.modules)"
     )
     late = {"xarray", "pandas", "matplotlib", "dask", "h5netcdf", "slipstick.fem.mesh", "slipstick.importers.raw_model"}
-    unasked = {"slipstick.analysis.stability.verdict", "slipstick.analysis.sensitivity", "slipstick.studies.plan"}
+    unasked = {
+        "slipstick.analysis.stability.floquet",
+        "slipstick.analysis.sensitivity.sensitivity",
+        "slipstick.studies.plan",
+    }
     path, out = str(case(tmp_path)), str(tmp_path / "out")
     words = json.dumps([["check", path], ["run", path, "-o", out, "-q"]])
     done = subprocess.run([sys.executable, "-c", code, words], capture_output=True, text=True)

@@ -5,11 +5,11 @@ import warnings
 import numpy as np
 
 import slipstick as ss
-from slipstick.analysis.cycle_start import CycleStart
-from slipstick.analysis.cycles import at_rest
-from slipstick.analysis.limit_cycles import asked_cycles
-from slipstick.analysis.response import follow
-from slipstick.analysis.sliding import SteadySliding
+from slipstick.analysis.curve.response import follow
+from slipstick.analysis.self_excited.cycles import at_rest
+from slipstick.analysis.self_excited.limit_cycles import asked_cycles
+from slipstick.analysis.self_excited.start import CycleStart
+from slipstick.analysis.self_excited.steady_sliding import SteadySliding
 
 
 def oscillator(velocity, harmonics=11, **parts):

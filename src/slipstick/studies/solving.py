@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.tasks import frequency_task, parameter_task
-from slipstick.analysis.walking import collect
+from slipstick.analysis.curve.follow import collect
+from slipstick.analysis.curve.tasks import frequency_task, parameter_task
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of
 from slipstick.studies.plan import StudyPlan
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.task import Task
+    from slipstick.analysis.curve.task import Task
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions

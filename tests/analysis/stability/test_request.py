@@ -21,6 +21,8 @@ def test_anything_else_is_told(given: object) -> None:
 
 
 def test_a_response_loads_nothing_that_judges_stability() -> None:
-    code = "import sys; import slipstick.analysis.response; print(*(n for n in sys.modules if '.stability.' in n))"
+    code = (
+        "import sys; import slipstick.analysis.curve.response; print(*(n for n in sys.modules if '.stability.' in n))"
+    )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(found.stdout.split()) <= {"slipstick.analysis.stability.request"}

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import Arc
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
 from slipstick.solve.continuation.predictor import Span, predict
 

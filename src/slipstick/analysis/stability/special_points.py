@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.stability.intervals import Word, word_of
-from slipstick.analysis.stability.verdict import BEYOND, REAL, StabilityWatch, real_part
+from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
+from slipstick.analysis.stability.state_sequence import Word, word_of
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
@@ -26,8 +26,8 @@ from slipstick.results.stability import (
     UNKNOWN,
     PointStability,
 )
-from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.hermite_segment import Arc
 from slipstick.typing import ComplexArray
 
 _HALVINGS = 10

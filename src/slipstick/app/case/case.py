@@ -22,7 +22,7 @@ from slipstick.faults import Gathering, one, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
-    from slipstick.analysis.task import Task
+    from slipstick.analysis.curve.task import Task
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
@@ -180,7 +180,7 @@ class Case:
 
     def options(self) -> Any:
         """Continuation options given in ``[response]``, over the defaults."""
-        from slipstick.analysis.response import response_options
+        from slipstick.analysis.curve.response import response_options
 
         given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
         return response_options(**given)
@@ -198,7 +198,7 @@ class Case:
 
     def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
         """What ``[response]`` asks for, to be followed."""
-        from slipstick.analysis.tasks import frequency_task, parameter_task
+        from slipstick.analysis.curve.tasks import frequency_task, parameter_task
 
         asked = self.response
         given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
@@ -208,7 +208,7 @@ class Case:
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
-        from slipstick.analysis.walking import collect
+        from slipstick.analysis.curve.follow import collect
 
         branch = collect(self.task(listeners=listeners))
         branch.subharmonics = self.subharmonics(branch)
@@ -218,7 +218,7 @@ class Case:
 
     def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
         """Branches of twice the period from those points of a branch of this case, where they are asked for."""
-        from slipstick.analysis.stability.subharmonic import subharmonics_of
+        from slipstick.analysis.stability.subharmonics import subharmonics_of
 
         if self.response.follow is None:
             return ()

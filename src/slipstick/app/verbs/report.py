@@ -80,7 +80,7 @@ def _results_in(path: Path) -> Path:
 
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
-    from slipstick.analysis.walking import collect
+    from slipstick.analysis.curve.follow import collect
     from slipstick.app.case.case import Case
     from slipstick.app.verbs.one_table import quietly
     from slipstick.app.verbs.prepare import prepare_kernel

@@ -33,8 +33,8 @@ from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.course import Checkpoint
-    from slipstick.analysis.events import PointFound, Stopped
+    from slipstick.analysis.curve.events import PointFound, Stopped
+    from slipstick.analysis.curve.resume import Checkpoint
     from slipstick.io.journal import Recorded
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Point, Recorder
@@ -141,8 +141,8 @@ class Run:
         self.folder.copy_case()
 
     def _follow(self, listener: _Listener) -> None:
-        from slipstick.analysis.threads import undisturbed
-        from slipstick.analysis.walking import walk
+        from slipstick.analysis.curve.follow import walk
+        from slipstick.analysis.curve.threads import undisturbed
 
         try:
             with warnings.catch_warnings():

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import Arc
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.restart_point import Place
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
+from slipstick.solve.continuation.observables import Between, Readings
 from slipstick.solve.continuation.predictor import Span
-from slipstick.solve.continuation.readings import Between, Readings
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array, BoolArray
 

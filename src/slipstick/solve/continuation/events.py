@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
+from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
 from slipstick.typing import Array
 
 

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from slipstick.errors import InputError
 from slipstick.solve.continuation.events import BranchEvent, Watched
 from slipstick.solve.continuation.metric import ArclengthScaling
+from slipstick.solve.continuation.observables import Readings
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
-from slipstick.solve.continuation.place import Place
-from slipstick.solve.continuation.readings import Readings
+from slipstick.solve.continuation.restart_point import Place
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array

@@ -8,9 +8,9 @@ from math import copysign
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
+from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
 from slipstick.solve.continuation.narrowing import Bracket, narrowed, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array

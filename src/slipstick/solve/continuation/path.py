@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 
 from slipstick.errors import Outcome, Reason, reason_of
-from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.dense_output import DenseOutput
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
-from slipstick.solve.continuation.judging import Rejection, objection, reach
+from slipstick.solve.continuation.hermite_segment import Arc
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
+from slipstick.solve.continuation.observables import Readings
 from slipstick.solve.continuation.options import ContinuationOptions
-from slipstick.solve.continuation.place import Place
 from slipstick.solve.continuation.predictor import Span, predict
-from slipstick.solve.continuation.readings import Readings
+from slipstick.solve.continuation.restart_point import Place
 from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach
 from slipstick.solve.continuation.stepsize import next_step
 from slipstick.solve.newton.result import NewtonResult, NewtonStop
 from slipstick.solve.newton.system import System

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import Arc
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array

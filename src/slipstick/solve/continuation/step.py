@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
-from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.hermite_segment import Arc
+from slipstick.solve.continuation.restart_point import Place
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton.result import NewtonResult
 from slipstick.typing import Array

@@ -1,0 +1,76 @@
+"""What a computation tells its listeners; it never prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from slipstick.analysis.curve.resume import Checkpoint
+from slipstick.balance.start import StrategyTried
+from slipstick.errors import Outcome
+from slipstick.results.record import Point, Recorder
+
+__all__ = ["Event", "Listener", "PointFound", "Started", "Stopped", "StrategyTried"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Started:
+    """A branch begins; ``recorder.layout`` tells what will be recorded."""
+
+    start: float
+    stop: float
+    recorder: Recorder = field(repr=False)
+    attributes: Mapping[str, Any] = field(repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointFound:
+    """A point was found; ``parameter`` is the frequency or the named parameter that is followed."""
+
+    number: int
+    point: Point = field(repr=False)
+    progress: float
+    """Part of the range that is done, 0 to 1; it falls where the branch turns back."""
+    step: float
+    """Scaled length of the next step."""
+    recorder: Recorder = field(repr=False)
+    checkpoint: Checkpoint = field(repr=False)
+    """What the branch can be followed on from."""
+
+    @property
+    def omega(self) -> float:
+        """Principal frequency, rad/s."""
+        return self.point.omega
+
+    @property
+    def parameter(self) -> float:
+        """Value of the followed quantity."""
+        return self.point.parameter
+
+    @property
+    def kind(self) -> str:
+        """ "start", "regular", "peak", "turning point", "requested" or "end"."""
+        return self.point.kind
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """Every variable of the results at this point, by name."""
+        return self.recorder.record(self.point)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stopped:
+    """The computation ended."""
+
+    outcome: Outcome
+    message: str
+    points: int
+    seconds: float
+    attributes: Mapping[str, Any] = field(repr=False)
+    error: Exception | None = None
+    """The exception that ended it after points were found: ``outcome`` is FAILED."""
+
+
+Event = Started | StrategyTried | PointFound | Stopped
+Listener = Callable[[Any], None]
