@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.events import PointFound, Stopped
+from slipstick.analysis.events import PointFound, Stopped
 from slipstick.verify.cases import oscillator
 
 

@@ -11,11 +11,11 @@ import pytest
 from helpers.cases import oscillator as oscillator_case
 
 import slipstick as ss
-from slipstick.analysis.curve.events import PointFound
 from slipstick.analysis.curve.follow import walk
 from slipstick.analysis.curve.harmonic_selection import driven_orders, harmonic_ladder
 from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.analysis.curve.tasks import frequency_task
+from slipstick.analysis.events import PointFound
 
 WANTED = tuple(np.linspace(2.5, 14.5, 13))
 STEEP = ss.FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])

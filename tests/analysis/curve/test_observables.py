@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.observables import OutputReadings
+from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.results.record import Outputs
@@ -26,18 +26,18 @@ def solutions():
     return problem, balance, system, first, second, states
 
 
-def alone(monkeypatch, readings, *given):
+def alone(monkeypatch, observables, *given):
     """The same, one state after the other."""
     monkeypatch.setattr("slipstick.analysis.curve.observables.evaluated_together", lambda balance: False)
-    return readings.between(*given)
+    return observables.between(*given)
 
 
 def test_states_together_and_one_by_one_say_the_same(monkeypatch):
     _, balance, system, first, second, states = solutions()
-    readings = OutputReadings(Outputs(balance, ["x", "y"]), system)
-    assert readings.any
-    one = readings.between(first, second, states)
-    other = alone(monkeypatch, readings, first, second, states)
+    observables = OutputObservables(Outputs(balance, ["x", "y"]), system)
+    assert observables.any
+    one = observables.between(first, second, states)
+    other = alone(monkeypatch, observables, first, second, states)
     dx = 1e-3 * np.random.default_rng(0).normal(size=(3, balance.size))
     assert one.residuals == pytest.approx(other.residuals, rel=1e-10, abs=1e-14)
     assert one.changes(dx) == pytest.approx(other.changes(dx), rel=1e-9)
@@ -47,7 +47,7 @@ def test_changes_are_those_of_the_motion_by_the_forces():
     """Over the larger of both solutions' vibrations, to first order in the change."""
     _, balance, system, first, second, states = solutions()
     outputs = Outputs(balance, ["y"])
-    readings = OutputReadings(outputs, system)
+    observables = OutputObservables(outputs, system)
     dx = 1e-6 * np.random.default_rng(1).normal(size=(1, balance.size))
 
     def motion(state):
@@ -57,15 +57,15 @@ def test_changes_are_those_of_the_motion_by_the_forces():
 
     size = max(np.linalg.norm(motion(end.state)[1:]) for end in (first, second))
     moved = states[0] + np.append(dx[0], 0.0)
-    found = readings.between(first, second, states[:1]).changes(dx)
+    found = observables.between(first, second, states[:1]).changes(dx)
     assert found == pytest.approx([np.linalg.norm(motion(moved) - motion(states[0])) / size], rel=1e-3)
 
 
 def test_narrow_peaks_may_be_where_an_order_meets_a_natural_frequency():
     _, balance, system, *_ = solutions()
     natural = np.sqrt(np.linalg.eigvalsh(K))
-    readings = OutputReadings(Outputs(balance, ["x", "y"]), system)
+    observables = OutputObservables(Outputs(balance, ["x", "y"]), system)
     every = sorted(w / m for w in natural for m in (1, 2, 3))
-    assert readings.narrow(0.0, 10.0) == pytest.approx(every, rel=1e-12)
-    assert readings.narrow(1.0, 1.6) == pytest.approx([w for w in every if 1.0 < w < 1.6], rel=1e-12)
-    assert not OutputReadings(Outputs(balance, ["x"]), system).any
+    assert observables.narrow(0.0, 10.0) == pytest.approx(every, rel=1e-12)
+    assert observables.narrow(1.0, 1.6) == pytest.approx([w for w in every if 1.0 < w < 1.6], rel=1e-12)
+    assert not OutputObservables(Outputs(balance, ["x"]), system).any

@@ -10,8 +10,8 @@ import pytest
 from helpers.results import corrected
 
 import slipstick as ss
-from slipstick.analysis.curve.events import PointFound, Started, Stopped, StrategyTried
 from slipstick.analysis.curve.response import follow, response_options
+from slipstick.analysis.events import PointFound, Started, Stopped, StrategyTried
 
 
 def oscillator(

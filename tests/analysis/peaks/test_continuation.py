@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.analysis.peaks.continuation import NEWTON, Locus
+from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.analysis.peaks.tracking import highest_peak
@@ -18,7 +18,7 @@ def test_points_come_one_by_one_and_the_end_says_how():
     problem = oscillator()
     space = StateSpace(Outputs(Balance(problem), ("x",)), problem.inputs, parameter_path(problem, "damper.normal_load"))
     system, options = PeakSystem(space), ContinuationOptions(max_step=0.5, first_step=0.5, newton=NEWTON)
-    locus = Locus(system, (700.0, 800.0), (8.0, 12.0), options)
+    locus = PeakContinuation(system, (700.0, 800.0), (8.0, 12.0), options)
     first = highest_peak(space, 700.0, (8.0, 12.0), "x")
     points = locus.points(first)
     start = next(points)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.events import PointFound
 from slipstick.analysis.curve.follow import walk
 from slipstick.analysis.curve.resume import resumable
 from slipstick.analysis.curve.tasks import frequency_task
+from slipstick.analysis.events import PointFound
 from slipstick.verify.cases import oscillator
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import difference, random_problem
 
-from slipstick.analysis.peaks.gradient import Extreme, Slope, StateSpace
+from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
@@ -53,10 +53,10 @@ def test_the_gradient_of_a_slope_is_that_of_differences(dof, over):
     surface = StateSpace(outputs, problem.inputs, parameter_path(problem, name))
     time = Extreme.largest(problem.harmonics, surface.at(x, omega, value).motion()[0]).time
 
-    def slope(x: np.ndarray, omega: float, value: float) -> Slope:
+    def slope(x: np.ndarray, omega: float, value: float) -> PeakGradient:
         here = surface.at(x, omega, value)
         extreme = Extreme.near(problem.harmonics, here.motion()[0], time)
-        return Slope(surface, here, value, extreme, FREQUENCY if over == "omega" else surface.along(value))
+        return PeakGradient(surface, here, value, extreme, FREQUENCY if over == "omega" else surface.along(value))
 
     own = slope(x, omega, value)
     beside = own.displaced(1.0)

@@ -5,7 +5,7 @@ import pytest
 from helpers.problems import difference, random_problem
 
 import slipstick as ss
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move, Neighbourhood
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.results.record import Outputs
@@ -37,31 +37,31 @@ CASES = [("d0", False, False), ("d3", False, False), ("d3", True, False), ("d3",
 def test_changes_are_those_of_differences(dof, heat, anchored):
     """Along the motion, the frequency and parameters of contacts, loads, structure; d0 is a port and d3 none."""
     problem, outputs, x = setting(dof, heat, anchored)
-    here = Neighbourhood(outputs, x, OMEGA, problem.inputs)
+    here = Linearization(outputs, x, OMEGA, problem.inputs)
     still, dx = np.zeros_like(x), rng.standard_normal(x.size)
 
-    def both(at: Neighbourhood) -> np.ndarray:
+    def both(at: Linearization) -> np.ndarray:
         return np.concatenate([at.at.residual, at.motion()[0]])
 
     def close(change, function, at, step):
         expected = difference(function, at, step)
         assert np.abs(np.concatenate([change[0], change[1][0]]) - expected).max() <= 1e-6 * np.abs(expected).max()
 
-    close(here.change(dx), lambda e: both(Neighbourhood(outputs, x + e * dx, OMEGA, problem.inputs)), 0.0, 1e-5)
-    close(here.change(still, FREQUENCY), lambda w: both(Neighbourhood(outputs, x, w, problem.inputs)), OMEGA, 1e-4)
+    close(here.change(dx), lambda e: both(Linearization(outputs, x + e * dx, OMEGA, problem.inputs)), 0.0, 1e-5)
+    close(here.change(still, FREQUENCY), lambda w: both(Linearization(outputs, x, w, problem.inputs)), OMEGA, 1e-4)
     for name in ("c1.kn", "c2.velocity", "load.d4.phase", "friction", "damping", "loss_factor"):
         path, value = parameter_path(problem, name), problem.parameter(name)
         direction = Move(inputs=path.at(value)[1])
         close(
             here.change(still, direction),
-            lambda p, path=path: both(Neighbourhood(outputs, x, OMEGA, path.at(p)[0])), value, 1e-5,
+            lambda p, path=path: both(Linearization(outputs, x, OMEGA, path.at(p)[0])), value, 1e-5,
         )  # fmt: skip
 
 
 @pytest.mark.parametrize(("dof", "heat", "anchored"), CASES)
 def test_pulling_is_the_transpose_of_changing(dof, heat, anchored):
     problem, outputs, x = setting(dof, heat, anchored)
-    here = Neighbourhood(outputs, x, OMEGA, problem.inputs)
+    here = Linearization(outputs, x, OMEGA, problem.inputs)
     dx, z, h = rng.standard_normal(x.size), rng.standard_normal(x.size), rng.standard_normal((1, outputs.balance.L))
     dR, dU = here.change(dx)
     assert here.pull(h, z) @ dx == pytest.approx(float(z @ dR + np.sum(h * dU)), rel=1e-12)
@@ -76,17 +76,17 @@ def test_pulling_is_the_transpose_of_changing(dof, heat, anchored):
 def test_powers(heat):
     """Gradient over the motion at fixed temperature, by differences of a cold problem."""
     problem, outputs, x = setting("d0", heat)
-    here = Neighbourhood(outputs, x, OMEGA, problem.inputs)
+    here = Linearization(outputs, x, OMEGA, problem.inputs)
     ((own,), dx) = here.powers(), rng.standard_normal(x.size)
     weights = rng.uniform(1.0, 2.0, 3)
     hot = problem.inputs.with_batch(0, **here.found.responses[0].values)
     cold = Outputs(Balance(random_problem(1)), ("d0",))
 
     def power(e: float) -> float:
-        return float(weights @ Neighbourhood(cold, x + e * dx, OMEGA, hot).powers()[0].power.value)
+        return float(weights @ Linearization(cold, x + e * dx, OMEGA, hot).powers()[0].power.value)
 
     assert here.power_pulled(own, weights) @ dx == pytest.approx(difference(power, 0.0, 1e-5), rel=1e-6)
     by_omega = difference(
-        lambda w: float(weights @ Neighbourhood(cold, x, w, hot).powers()[0].power.value), OMEGA, 1e-4
+        lambda w: float(weights @ Linearization(cold, x, w, hot).powers()[0].power.value), OMEGA, 1e-4
     )
     assert here.power_change(own, weights, FREQUENCY) == pytest.approx(by_omega, rel=1e-6)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from slipstick.solve.continuation.hermite_segment import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 
 
 def arc(curve, slope, a, b):
-    return Arc(curve(a), slope(a), curve(b), slope(b), b - a)
+    return HermiteSegment(curve(a), slope(a), curve(b), slope(b), b - a)
 
 
 def test_a_cubic_is_itself_also_beyond_its_ends():

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.curve.events import Event, Listener, PointFound, Started, Stopped
 from slipstick.analysis.curve.keeping_up import kept_up
-from slipstick.analysis.curve.observables import OutputReadings
+from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.analysis.curve.resume import Course
 from slipstick.analysis.curve.segments import BROKEN_OFF, Part, joined
 from slipstick.analysis.curve.task import Task, adapted_to
-from slipstick.analysis.curve.thermal_continuation import FOLDS, NO_WORK, WarmContinuation, jumps_text
+from slipstick.analysis.curve.thermal_continuation import FOLDS, NO_WORK, ThermalContinuation, jumps_text
 from slipstick.analysis.curve.threads import undisturbed
+from slipstick.analysis.events import Event, Listener, PointFound, Started, Stopped
 from slipstick.analysis.peaks.events import Largest, peak_events
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import unanswered
@@ -147,7 +147,7 @@ def _special_points(task: Task) -> SpecialPoints | None:
 
 def _run(
     task: Task, course: Course, recorder: Recorder, sought: tuple[float, Array] | None, special: SpecialPoints | None
-) -> WarmContinuation | None:
+) -> ThermalContinuation | None:
     """The continuation of a part, from its first point or from where it was interrupted; None without a first point."""
     places, course.places = course.places, ()
     earlier, course.earlier = course.earlier, NO_WORK
@@ -160,7 +160,7 @@ def _run(
     if x is None:
         return None
     own = from_inside.events if from_inside is not None else ()
-    run = WarmContinuation(
+    run = ThermalContinuation(
         task.system, x, task.start, task.stop, jumps=course.jumps, places=places, earlier=earlier,
         each=(special is not None and special.every) or adapted_to(task.options) is not None,
         options=task.options, scaling=scales(task.balance, task.inputs, task.omega).arclength(),
@@ -170,7 +170,7 @@ def _run(
             *kept_up(recorder.besides, "the place of peaks", peak_events(recorder.outputs, task.peaks_of, task.system)),
             *kept_up(recorder.besides, "where stability changes", special.events if special else ()),
         ),
-        readings=OutputReadings(recorder.outputs, task.system),
+        observables=OutputObservables(recorder.outputs, task.system),
         watched=Largest(recorder.outputs, task.largest_of, task.system, recorder.besides) if task.largest_of else None,
         **inside,
     )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.results.besides import Besides
 from slipstick.solve.continuation.events import BranchEvent
-from slipstick.solve.continuation.hermite_segment import ArcPlaces
+from slipstick.solve.continuation.hermite_segment import HermiteBasis
 from slipstick.typing import Array
 
 
@@ -41,7 +41,7 @@ class _LastKnown:
         assert self._asked.height is not None
         return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
 
-    def _along(self, first: Any, second: Any, arc: Any, places: ArcPlaces) -> Array:
+    def _along(self, first: Any, second: Any, arc: Any, places: HermiteBasis) -> Array:
         assert self._asked.along is not None
         same = np.full(places.u.size, self._last)
         return self._besides.take(self._what, partial(self._asked.along, first, second, arc, places), same)

@@ -13,9 +13,9 @@ from slipstick.balance.many import Together, evaluated_together
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
-from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.metric import own_sizes
-from slipstick.solve.continuation.observables import Between, Readings
+from slipstick.solve.continuation.observables import Between, Observables
 from slipstick.typing import Array
 
 
@@ -27,7 +27,7 @@ def context_between(first: Step, second: Step) -> Any:
     return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
 
 
-class OutputReadings(Readings):
+class OutputObservables(Observables):
     """Motion of the outputs that are no contact ports."""
 
     def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
@@ -129,7 +129,7 @@ class _Motion(Between):
         """Largest change (n,) of an output over its size, for changes (n, N) of the contact motion."""
         return self._relative(self._moved(dx))
 
-    def bent(self, dx: Array, arc: Arc, places: ArcPlaces) -> Array:
+    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of an output from the cubic through the motions on both sides, over its size."""
         (a, da), (b, db) = self._known
         value = self._outputs.far_motion(self._found.forces, self._found.loads, self._omega, self._structures)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.events import Listener
 from slipstick.analysis.curve.task import ResponseOptions, response_options
+from slipstick.analysis.events import Listener
 from slipstick.analysis.stability.request import StabilityRequest, stability_request
 from slipstick.balance.checks import peak_faults
 from slipstick.balance.kinds import KINDS, Kind

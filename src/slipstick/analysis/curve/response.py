@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.events import Listener
 from slipstick.analysis.curve.follow import collect, walk
 from slipstick.analysis.curve.linear import linear_response
 from slipstick.analysis.curve.task import response_options
 from slipstick.analysis.curve.tasks import frequency_task, parameter_task
+from slipstick.analysis.events import Listener
 from slipstick.analysis.stability.request import StabilityRequest
 from slipstick.balance.problem import Problem
 from slipstick.errors import Outcome
@@ -55,7 +55,7 @@ def forced_response(
     options
         Step control; by default ``response_options()``. A dict of its fields will do: ``{"max_step": 0.01}``.
     listeners
-        Called with every event (``slipstick.analysis.curve.events``).
+        Called with every event (``slipstick.analysis.events``).
     guess
         Unknowns at the first frequency to try first, (n_ports, L): coefficients of the relative motion of the contacts,
         first all tangential, then all normal ones.

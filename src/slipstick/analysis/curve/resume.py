@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.curve.segments import Part
-from slipstick.analysis.curve.thermal_continuation import NO_WORK, WarmContinuation, Work
+from slipstick.analysis.curve.thermal_continuation import NO_WORK, ThermalContinuation, Work
 from slipstick.errors import InputError, Outcome
-from slipstick.solve.continuation import Place, Step
+from slipstick.solve.continuation import RestartPoint, Step
 from slipstick.typing import Array
 
 
@@ -40,7 +40,7 @@ class Checkpoint:
     state: Array
     tangent: Array
     part: int
-    place: Place | None
+    place: RestartPoint | None
     ended: tuple[tuple[str, str], ...]
     jumps: tuple[str, ...]
     done: Work
@@ -81,10 +81,10 @@ def _vector(value: Any, size: int | None = None) -> Array:
     return vector
 
 
-def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> Place:
+def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoint:
     found = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
     typical, size, present, largest = _vector(found["measure"], 4).tolist()
-    return Place(
+    return RestartPoint(
         state=state, tangent=tangent, kind=str(found["kind"]), orientation=int(found["orientation"]),
         arclength=float(found["arclength"]), step_length=float(found["step_length"]),
         measure=(typical, size, present, largest),
@@ -109,7 +109,7 @@ class Course:
     parts: list[Part]
     jumps: list[str] = field(default_factory=list)
     done: Work = NO_WORK
-    places: tuple[Place, ...] = ()
+    places: tuple[RestartPoint, ...] = ()
     earlier: Work = NO_WORK
     seconds: float = 0.0
 
@@ -137,7 +137,7 @@ class Course:
         """Points found so far, in all parts."""
         return sum(part.points for part in self.parts)
 
-    def checkpoint(self, step: Step, run: WarmContinuation, seconds: float) -> Checkpoint:
+    def checkpoint(self, step: Step, run: ThermalContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
         place = run.place if run.place is not None and run.place.state is step.state else None
         return Checkpoint(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.events import Listener
 from slipstick.analysis.curve.resume import Checkpoint
+from slipstick.analysis.events import Listener
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import Kind
 from slipstick.balance.ports import Balance

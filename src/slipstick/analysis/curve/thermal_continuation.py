@@ -16,7 +16,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD
-from slipstick.solve.continuation import Continuation, Place, Step, continuation
+from slipstick.solve.continuation import Continuation, RestartPoint, Step, continuation
 from slipstick.solve.continuation.path import failed
 from slipstick.solve.norm import norm, relative
 from slipstick.thermal.model import Heat
@@ -93,7 +93,7 @@ def relative_residual(step: Step) -> float:
     return relative(value.residual, value.terms())
 
 
-class WarmContinuation(Iterator[Step]):
+class ThermalContinuation(Iterator[Step]):
     """A continuation that hands the temperatures of each point on to the next; a plain one without heat.
 
     Near the temperatures of the last point the balance has a solution only as long as their equilibrium exists. Where
@@ -121,7 +121,7 @@ class WarmContinuation(Iterator[Step]):
         *,
         jumps: list[str] | None = None,
         earlier: Work = NO_WORK,
-        places: Sequence[Place] = (),
+        places: Sequence[RestartPoint] = (),
         each: bool = False,
         **options: Any,
     ) -> None:
@@ -158,7 +158,7 @@ class WarmContinuation(Iterator[Step]):
         return self._run.step_length
 
     @property
-    def place(self) -> Place | None:
+    def place(self) -> RestartPoint | None:
         """Where the present run stands."""
         return self._run.place
 

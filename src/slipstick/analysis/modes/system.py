@@ -19,7 +19,7 @@ from math import exp, isfinite
 
 import numpy as np
 
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move, Neighbourhood
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.results.record import Outputs
@@ -168,7 +168,7 @@ class ModeSystem:
         A, omega, xi, motion = exp(parameter), float(y[-2]), float(y[-1]), y[:-2]
         sizes = self.sizes(A)[:-2]
         q = A * y[-4:-2]
-        here = Neighbourhood(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), temperature)
+        here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), temperature)
         if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
             return _undefined(y.size)
         pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
@@ -195,7 +195,7 @@ class ModeSystem:
             reference = shift / norm(shift)
         return evaluation._replace(context=(reference, None if heat is None else heat.temperature))
 
-    def _columns_of_mode(self, here: Neighbourhood) -> list[Array]:
+    def _columns_of_mode(self, here: Linearization) -> list[Array]:
         """Derivatives of the balance by the motion of the mode, cosine and sine."""
         found = []
         for unit in (1.0, 1.0j):
@@ -204,19 +204,19 @@ class ModeSystem:
             found.append(here.at.compliance.answer(G))
         return found
 
-    def _other_columns(self, here: Neighbourhood, pushed: ComplexArray) -> Array:
+    def _other_columns(self, here: Linearization, pushed: ComplexArray) -> Array:
         """Those by frequency and damping, of the forces ``pushed`` by the frequency."""
         at = here.at
         by_omega = at.compliance.answer(pushed) + at.compliance.rate(at.G)
         return np.array([by_omega, here.structural_change({XI: 1.0})[0]])
 
-    def _force(self, here: Neighbourhood, G: ComplexArray) -> Array:
+    def _force(self, here: Linearization, G: ComplexArray) -> Array:
         """Real and imaginary part of the force on the mode, of forces (n_ports, n + 1)."""
         z = self.target.shape @ G[: self.balance.n_ports, self._order]
         return np.array([z.real, -z.imag])
 
     def _of_mode(
-        self, here: Neighbourhood, A: float, y: Array, pushed: ComplexArray, grown: Array
+        self, here: Linearization, A: float, y: Array, pushed: ComplexArray, grown: Array
     ) -> tuple[Array, Array, Array]:
         """The two equations of the mode over its stiffness, their gradients (2, N + 4), derivatives by ``log A``.
 
@@ -242,7 +242,7 @@ class ModeSystem:
         own = np.where(self.vibration, motion, 0.0)
         return float(own @ own) - 1.0, np.append(2.0 * own, [0.0, 0.0]), 0.0
 
-    def _of_dof(self, here: Neighbourhood, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
+    def _of_dof(self, here: Linearization, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
         """The same of harmonic 1 at the output, whose motion ``U`` is (L,)."""
         still, h = np.zeros_like(here.x), np.zeros((1, self.balance.L))
         h[0, self._pair] = 2.0 * U[self._pair] / A**2
@@ -255,7 +255,7 @@ class ModeSystem:
         row = np.append(self.sizes(A)[:-2] * pulled, rates)
         return level - 1.0, row, float(pulled @ grown + rates[:2] @ y[-4:-2]) - 2.0 * level
 
-    def _modal(self, here: Neighbourhood, q: Array, omega: float, xi: float) -> ComplexArray:
+    def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
         """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
         G = self.balance.excitation(here.found.forces)[:, self._order]
         dynamic = self._stiffness + omega * (1j * (self._damping - xi) - omega)

@@ -53,7 +53,7 @@ _CORNER_STEPS = (1e-3, 4e-2)
 """First and largest step from corner to corner, of the range."""
 
 
-class LocusPoint(NamedTuple):
+class PeakPoint(NamedTuple):
     """A point of the locus."""
 
     y: Array
@@ -65,7 +65,7 @@ class LocusPoint(NamedTuple):
     iterations: int
 
 
-class Locus:
+class PeakContinuation:
     """The locus of a peak, as an iterator of points.
 
     Parameters
@@ -97,7 +97,7 @@ class Locus:
         self.outcome: Outcome | None = None
         self.message, self.notes = "", list[str]()
         self.work: Work = NO_WORK
-        self.last: LocusPoint | None = None
+        self.last: PeakPoint | None = None
         self._first = np.zeros(0)
         self._length = _CORNER_STEPS[0]
         self._way, self._reach, self._reason = 1.0 if span[1] > span[0] else -1.0, span[0], ""
@@ -105,7 +105,7 @@ class Locus:
         self._unit = self.balance.problem.units.angular
         self._size = scales(self.balance, system.at(span[0])[0], bounds[0]).displacement
 
-    def points(self, y: Array) -> Iterator[LocusPoint]:
+    def points(self, y: Array) -> Iterator[PeakPoint]:
         """From the peak ``y`` (N + 1,) at the start of the range."""
         at, found, self._first = self.span[0], 0, y
         while found < _MOST_RUNS:
@@ -118,7 +118,7 @@ class Locus:
             y, at = onward
         self._end(Outcome.POINT_LIMIT, Outcome.POINT_LIMIT.text)
 
-    def _smooth(self, y: Array, at: float) -> Generator[LocusPoint, None, str]:
+    def _smooth(self, y: Array, at: float) -> Generator[PeakPoint, None, str]:
         """Smooth peaks from one on; the value is what ended them: a tie, a corner, or nothing more to do."""
         run, side = self._run(y, at), 0.0
         try:
@@ -170,11 +170,11 @@ class Locus:
         value = step.evaluation
         return float(abs(value.residual[-1]) / (value.terms()[-1] or 1.0))
 
-    def _point(self, step: Step) -> LocusPoint:
+    def _point(self, step: Step) -> PeakPoint:
         value = step.evaluation
         residual = relative(value.residual[:-1], value.terms()[:-1])
         self._context = value.context
-        return LocusPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations)
+        return PeakPoint(step.x, step.parameter, value.detail, step.kind, residual, step.iterations)
 
     def _rivalled(self) -> tuple[Array, float] | None:
         """The peak of the other extreme at a tie, where it is at the same frequency: equal by symmetry."""
@@ -232,7 +232,7 @@ class Locus:
     def _end(self, outcome: Outcome, message: str) -> None:
         self.outcome, self.message = outcome, "; ".join([message or outcome.text, *self.notes])
 
-    def _corners(self) -> Generator[LocusPoint, None, tuple[Array, float] | None]:
+    def _corners(self) -> Generator[PeakPoint, None, tuple[Array, float] | None]:
         """Peaks found by bracketing, each further on; the value is one that may be smooth, None where none is left."""
         before, at = self._first, self.span[0]
         if self.last is not None:
@@ -251,7 +251,7 @@ class Locus:
         smooth = "requested" if at in self.requested else "regular"
         kind = "end" if at == self.span[1] else smooth if found.slope <= FLAT else CORNER
         kind = "start" if self.last is None else kind
-        self._take(LocusPoint(found.y, at, found.detail, kind, found.residual, found.iterations))
+        self._take(PeakPoint(found.y, at, found.detail, kind, found.residual, found.iterations))
         self._context = found.context
         assert self.last is not None
         yield self.last
@@ -260,7 +260,7 @@ class Locus:
             return None
         return found.y, at
 
-    def _take(self, point: LocusPoint) -> None:
+    def _take(self, point: PeakPoint) -> None:
         """Take note of a point; steps from corner to corner begin small again after smooth ones."""
         self._reach = self._way * max(self._way * self._reach, self._way * point.parameter)
         if point.kind not in (CORNER, "start") and self.last is not None and self.last.kind not in (CORNER, "start"):

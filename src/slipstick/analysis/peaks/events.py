@@ -15,7 +15,7 @@ from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude, amplitude_with_slope
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation.events import BranchEvent
-from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
 
 _REMEMBERED = 8
@@ -44,7 +44,7 @@ def _event(name: str, i: int, slopes: _Slopes) -> BranchEvent:
 
 
 _WHAT = "the place of the largest amplitudes"
-_ENDS = ArcPlaces(np.array([0.0, 1.0]))
+_ENDS = HermiteBasis(np.array([0.0, 1.0]))
 _BENT = 0.1
 """Difference of the mean slope from that of a parabola, over both slopes at the ends, where a maximum may hide."""
 
@@ -66,12 +66,12 @@ class Largest:
         """Amplitudes (n,) at a step."""
         return self._besides.take(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
 
-    def expected(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> tuple[Array, Array]:
+    def expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 where there is none."""
         nothing = np.zeros((places.u.size, len(self.events))), np.zeros(len(self.events))
         return self._besides.take(_WHAT, lambda: self._expected(first, second, arc, places), nothing)
 
-    def _expected(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> tuple[Array, Array]:
+    def _expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         sizes, ends = (
             self._slopes.heights_along(first, second, arc, _ENDS),
             self._slopes.along(first, second, arc, _ENDS),
@@ -112,16 +112,16 @@ class _Slopes:
         self._heights.append((step, found))
         return found
 
-    def heights_along(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> Array:
+    def heights_along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """Amplitudes (n, n_outputs) at n places between two steps, of the cubics through their motions."""
         return amplitude(self._outputs.balance.harmonics, self._between(first, second, arc, places)[0]).value
 
-    def _between(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> tuple[Array, Array]:
+    def _between(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         (a, da), (b, db) = (self._outputs.motion_along(step, self._system) for step in (first, second))
         motion, change = arc.between(a, b, da, db, places)
         return motion, change
 
-    def along(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> Array:
+    def along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
         if self._found[0] is not arc or len(self._found[1]) != places.u.size:
             motion, change = self._between(first, second, arc, places)

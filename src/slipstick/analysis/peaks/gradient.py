@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move, Neighbourhood
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.paths import Path
 from slipstick.results.measures import amplitude
@@ -97,9 +97,9 @@ class StateSpace:
     def __init__(self, outputs: Outputs, inputs: Inputs, path: Path | None = None) -> None:
         self.outputs, self.inputs, self.path = outputs, inputs, path
 
-    def at(self, x: Array, omega: float, value: float, temperature: Array | None = None) -> Neighbourhood:
+    def at(self, x: Array, omega: float, value: float, temperature: Array | None = None) -> Linearization:
         """The neighbourhood of a state."""
-        return Neighbourhood(self.outputs, x, omega, self.at_value(value), temperature)
+        return Linearization(self.outputs, x, omega, self.at_value(value), temperature)
 
     def at_value(self, value: float) -> Inputs:
         """Inputs at a value of the parameter."""
@@ -111,7 +111,7 @@ class StateSpace:
         return Move(inputs=self.path.at(value)[1])
 
 
-class Slope:
+class PeakGradient:
     """``da/dw``, or ``da/ds``, of an extreme at a state.
 
     Parameters
@@ -125,7 +125,7 @@ class Slope:
     """
 
     def __init__(
-        self, surface: StateSpace, here: Neighbourhood, value: float, extreme: Extreme, over: Move = FREQUENCY,
+        self, surface: StateSpace, here: Linearization, value: float, extreme: Extreme, over: Move = FREQUENCY,
         z: Array | None = None,
     ) -> None:  # fmt: skip
         self._surface, self._here, self._s, self.extreme, self.over = surface, here, value, extreme, over
@@ -159,7 +159,7 @@ class Displaced:
     """
 
     def __init__(
-        self, slope: Slope, sides: tuple[Neighbourhood, Neighbourhood], step: float, values: tuple[float, float]
+        self, slope: PeakGradient, sides: tuple[Linearization, Linearization], step: float, values: tuple[float, float]
     ) -> None:
         self._z, self.sides, self._step, self.values = slope.z, sides, step, values
         h, time = slope.extreme.harmonics, slope.extreme.time

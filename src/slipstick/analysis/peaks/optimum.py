@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.analysis.curve.threads import one_thread
-from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, LocusPoint
-from slipstick.analysis.peaks.gradient import Displaced, Extreme, Slope
+from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
+from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks.tracking import TrackedPeak, tracked_peak
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Move, Neighbourhood
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
 from slipstick.errors import Outcome
@@ -141,7 +141,7 @@ class OptimumSystem:
         here, over_w = found
         space, s = self.peaks.space, float(u[-1])
         along = space.along(s)
-        over_s = Slope(space, here, s, over_w.extreme, along, over_w.z)
+        over_s = PeakGradient(space, here, s, over_w.extreme, along, over_w.z)
         sides = over_w.displaced(here.omega), over_s.displaced(abs(s) or 1.0)
         turned = tuple(space.along(v) for v in sides[1].values)
         rows = np.array([self._row(sides[0], (along,)), self._row(sides[1], turned)])
@@ -201,7 +201,7 @@ class _Search:
             return None  # a plateau
         return _Found(result, system, "lowest" if bend > 0.0 else "highest")
 
-    def _amplitude(self, here: Neighbourhood) -> float:
+    def _amplitude(self, here: Linearization) -> float:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
     def _tracked(self, y: Array) -> tuple[_Found | None, str]:
@@ -226,7 +226,7 @@ class _Search:
         return None, "; ".join(ended)
 
     def _made(self, found: _Found | None, outcome: Outcome, message: str, taken: int, clock: float) -> Optimum:
-        request, points = self.request, list[LocusPoint]()
+        request, points = self.request, list[PeakPoint]()
         value = omega = amplitude = np.nan
         hessian, kind = np.full((2, 2), np.nan), ""
         if found is not None:
@@ -239,7 +239,7 @@ class _Search:
                 responses=here.found.responses, inputs=here.found.inputs, omega=omega, heat=here.found.heat,
                 amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
             )  # fmt: skip
-            points = [LocusPoint(u[:-1], value, detail, OPTIMUM, residual, found.result.iterations)]
+            points = [PeakPoint(u[:-1], value, detail, OPTIMUM, residual, found.result.iterations)]
         branch = request.recorded(
             points, outcome, message or outcome.text, self.warnings, factorisations=taken,
             seconds=time.perf_counter() - clock,

@@ -11,8 +11,8 @@ from math import isfinite
 
 import numpy as np
 
-from slipstick.analysis.peaks.gradient import Extreme, Slope, StateSpace
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, Neighbourhood
+from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.solve.linear.eliminated import Eliminated
@@ -65,7 +65,9 @@ class PeakSystem:
         assert self.space.path is not None
         return self.space.path.at(parameter)[0], float("nan")
 
-    def slope(self, y: Array, parameter: float, context: Array | None = None) -> tuple[Neighbourhood, Slope] | None:
+    def slope(
+        self, y: Array, parameter: float, context: Array | None = None
+    ) -> tuple[Linearization, PeakGradient] | None:
         """The neighbourhood of a state and the slope of its amplitude over the frequency; None where it is no motion.
 
         ``context`` holds the time of the extreme that is followed (nan: the largest), and contact temperatures (n,).
@@ -81,7 +83,7 @@ class PeakSystem:
             Extreme.largest(h, U) if context is None or np.isnan(context[0]) else Extreme.near(h, U, float(context[0]))
         )
         self.factorisations += 1
-        return here, Slope(self.space, here, parameter, extreme)
+        return here, PeakGradient(self.space, here, parameter, extreme)
 
     def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""

@@ -15,7 +15,7 @@ from slipstick.analysis.curve.follow import walk
 from slipstick.analysis.curve.request import common_arguments, followed_problem
 from slipstick.analysis.curve.task import Task
 from slipstick.analysis.curve.threads import one_thread
-from slipstick.analysis.peaks.continuation import NEWTON, Locus, LocusPoint
+from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
@@ -187,7 +187,7 @@ class TrackedPeak:
     def branch(self) -> Branch:
         """The locus as a branch."""
         clock, warnings, system = time.perf_counter(), self.warned(), self.system()
-        locus, found = self.locus(system, self.span), list[LocusPoint]()
+        locus, found = self.locus(system, self.span), list[PeakPoint]()
         try:
             first = self.first(system)
             if first is None:
@@ -220,9 +220,9 @@ class TrackedPeak:
         outputs = Outputs(self.balance, (self.dof,))
         return PeakSystem(StateSpace(outputs, self.problem.inputs, parameter_path(self.problem, self.parameter)))
 
-    def locus(self, system: PeakSystem, span: tuple[float, float]) -> Locus:
+    def locus(self, system: PeakSystem, span: tuple[float, float]) -> PeakContinuation:
         """The locus, to be followed."""
-        return Locus(system, span, (min(self.omega), max(self.omega)), self.options, self.requested)
+        return PeakContinuation(system, span, (min(self.omega), max(self.omega)), self.options, self.requested)
 
     def first(self, system: PeakSystem) -> Array | None:
         """The highest peak at the first value, (N + 1,)."""
@@ -236,7 +236,7 @@ class TrackedPeak:
         return f"{none} at {self.parameter} = {self.span[0]:g}"
 
     def recorded(
-        self, found: Sequence[LocusPoint], outcome: Outcome, message: str, warnings: Sequence[str], **work: Any
+        self, found: Sequence[PeakPoint], outcome: Outcome, message: str, warnings: Sequence[str], **work: Any
     ) -> Branch:
         """Points as a branch."""
         recorder, problem = Recorder(self.balance, parameter=self.parameter), self.problem

@@ -42,7 +42,7 @@ NOTHING = Move()
 FREQUENCY = Move(omega=1.0)
 
 
-class Neighbourhood:
+class Linearization:
     """Derivatives of residual and outputs at unknowns ``x`` (N,), whether they solve the balance or not.
 
     Parameters

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.analysis.curve.threads import one_thread
-from slipstick.analysis.peaks.gradient import FLAT, Extreme, Slope, StateSpace
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Move, Neighbourhood
+from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
@@ -85,7 +85,7 @@ class Sensitivities:
         amplitude, mean, power, temperature, place = np.where(_undecided(here, directions), np.nan, [*found, place])
         return PointDerivatives(amplitude, mean, power, temperature, place)
 
-    def _functionals(self, here: Neighbourhood) -> Iterator[Functional]:
+    def _functionals(self, here: Linearization) -> Iterator[Functional]:
         """Amplitude, mean, power of all contacts, temperature of the hottest."""
         still = np.zeros((1, self.balance.L))
         mean = still.copy()
@@ -104,7 +104,7 @@ class Sensitivities:
             yield Functional(still, (pair,), here.power_pulled(*pair))
 
     def _place_rates(
-        self, here: Neighbourhood, point: int, directions: Sequence[Move], pushed: Sequence[ComplexArray]
+        self, here: Linearization, point: int, directions: Sequence[Move], pushed: Sequence[ComplexArray]
     ) -> Array:
         """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
         rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
@@ -114,7 +114,7 @@ class Sensitivities:
         surface = StateSpace(self.outputs, here.inputs, self._path)
         over = FREQUENCY if self._path is None else surface.along(value)
         extreme = Extreme.largest(self.balance.harmonics, here.motion()[0])
-        slope = Slope(surface, here, value, extreme, over)
+        slope = PeakGradient(surface, here, value, extreme, over)
         if not abs(slope.value) <= FLAT * slope.size:
             return rates
         beside = slope.displaced(np.ptp(self._table[self.branch.followed].to_numpy()) or abs(value))
@@ -127,7 +127,7 @@ class Sensitivities:
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
         return -(_along(here, still, q, directions, pushed) + explicit) / bent
 
-    def _neighbourhood(self, point: int) -> Neighbourhood:
+    def _neighbourhood(self, point: int) -> Linearization:
         heated, temperature = self.balance.heated, None
         if heated is not None:
             temperature = self._table["temperature"].to_numpy()[point][self.balance.batches[heated.batch].elements]
@@ -138,15 +138,15 @@ class Sensitivities:
             inputs = self._path.at(float(self._table["parameter"].to_numpy()[point]))[0]
         return self._solved(x, omega, inputs, temperature)
 
-    def _solved(self, x: Array, omega: float, inputs: Inputs, temperature: Array | None) -> Neighbourhood:
+    def _solved(self, x: Array, omega: float, inputs: Inputs, temperature: Array | None) -> Linearization:
         """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
-        here = Neighbourhood(self.outputs, x, omega, inputs, temperature)
+        here = Linearization(self.outputs, x, omega, inputs, temperature)
         for _ in range(_CORRECTIONS):
             wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
             if not wrong > _SOLVED * size or here.lost or here.jacobian.singular:
                 break
             moved = here.x - here.jacobian.solve(here.at.residual)
-            near = Neighbourhood(self.outputs, moved, omega, inputs, temperature)
+            near = Linearization(self.outputs, moved, omega, inputs, temperature)
             if not norm(near.at.residual) < wrong:
                 break
             here = near
@@ -169,7 +169,7 @@ _SOLVED = 1e-10
 _CORRECTIONS = 4
 
 
-def _undecided(here: Neighbourhood, directions: Sequence[Move]) -> NDArray[np.bool_]:
+def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bool_]:
     """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
     found = np.zeros(len(directions), dtype=bool)
     for b, (batch, response) in enumerate(zip(here.balance.batches, here.found.responses, strict=True)):
@@ -181,7 +181,7 @@ def _undecided(here: Neighbourhood, directions: Sequence[Move]) -> NDArray[np.bo
 
 
 def _along(
-    here: Neighbourhood, part: Functional, z: Array, directions: Sequence[Move], pushed: Sequence[ComplexArray]
+    here: Linearization, part: Functional, z: Array, directions: Sequence[Move], pushed: Sequence[ComplexArray]
 ) -> Array:
     """Change of a functional along the solutions for each direction: ``h . U_s + power_s - z . R_s``."""
     pulled = here.columns_pulled(part.h, -z).conj()

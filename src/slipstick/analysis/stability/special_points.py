@@ -27,7 +27,7 @@ from slipstick.results.stability import (
     PointStability,
 )
 from slipstick.solve.continuation.events import BranchEvent
-from slipstick.solve.continuation.hermite_segment import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.typing import ComplexArray
 
 _HALVINGS = 10
@@ -134,7 +134,7 @@ class SpecialPoints:
             self._last = word, 1.0 if self._last is None else -self._last[1]
         return self._last[1]
 
-    def _change(self, first: Any, second: Any, arc: Arc) -> float:
+    def _change(self, first: Any, second: Any, arc: HermiteSegment) -> float:
         """Where on the arc the states are those of its end, by the arc alone."""
         before = self._word_at(first)
         low, high = 0.0, 1.0

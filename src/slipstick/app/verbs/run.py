@@ -33,8 +33,8 @@ from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.events import PointFound, Stopped
     from slipstick.analysis.curve.resume import Checkpoint
+    from slipstick.analysis.events import PointFound, Stopped
     from slipstick.io.journal import Recorded
     from slipstick.io.store import ResultStore
     from slipstick.results.record import Point, Recorder

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from slipstick.errors import InputError
 from slipstick.solve.continuation.events import BranchEvent, Watched
 from slipstick.solve.continuation.metric import ArclengthScaling
-from slipstick.solve.continuation.observables import Readings
+from slipstick.solve.continuation.observables import Observables
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.path import Continuation
-from slipstick.solve.continuation.restart_point import Place
+from slipstick.solve.continuation.restart_point import RestartPoint
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.newton.system import System
 from slipstick.typing import Array
@@ -37,9 +37,9 @@ def continuation(
     at: float | None = None,
     direction: ArrayLike | None = None,
     context: Any = None,
-    places: Sequence[Place] = (),
+    places: Sequence[RestartPoint] = (),
     doubted: Callable[[Step, Step, Array], bool] | None = None,
-    readings: Readings | None = None,
+    observables: Observables | None = None,
     watched: Watched | None = None,
 ) -> Continuation:
     """Follow the branch through ``x0`` from ``start`` to ``stop``.
@@ -69,7 +69,7 @@ def continuation(
     doubted
         Whether a point is not to be believed: of the last point, the new one and what was expected of its state. A
         shorter step is taken then, down to ``kink_step``.
-    readings
+    observables
         What is read off the states besides, which is to be as good and as finely resolved as they are.
     watched
         What the largest values are sought of, see ``Watched``: ordinary points are put where one exceeds all before.
@@ -111,7 +111,7 @@ def continuation(
         context=context,
         places=tuple(places),
         doubted=doubted,
-        readings=readings,
+        observables=observables,
         watched=watched,
     )
 

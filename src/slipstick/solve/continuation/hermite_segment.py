@@ -9,7 +9,7 @@ import numpy as np
 from slipstick.typing import Array
 
 
-class ArcPlaces:
+class HermiteBasis:
     """Places ``u`` (n,) on arcs, and the shares (n, 4) of what is known at the ends in values and slopes there."""
 
     __slots__ = ("shares", "slopes", "u")
@@ -18,7 +18,7 @@ class ArcPlaces:
         self.u, self.shares, self.slopes = u, np.transpose(blend(u)), np.transpose(blend_slope(u))
 
 
-class Arc:
+class HermiteSegment:
     """Cubic Hermite curve through two states with tangents; ``u`` is 0 at the first and 1 at the second.
 
     Extrapolated to ``u > 1`` it predicts the next point with an error of fourth order in the step; between the two it
@@ -40,7 +40,7 @@ class Arc:
         self.length, self.rates = length, rates or (length, length)
         self._nodes = np.array((first, second, self.rates[0] * first_tangent, self.rates[1] * second_tangent))
 
-    def between(self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: ArcPlaces) -> Any:
+    def between(self, first: Array, second: Array, first_rate: Array, second_rate: Array, places: HermiteBasis) -> Any:
         """Any quantity and its derivative by ``u``, both (n, ...), at n places, from values and rates at the ends.
 
         Rates are derivatives by what the tangents are derivatives by.
@@ -58,15 +58,15 @@ class Arc:
         """Derivative by ``u`` (N + 1,)."""
         return np.asarray(np.array(blend_slope(u)) @ self._nodes)
 
-    def points(self, places: ArcPlaces) -> Array:
+    def points(self, places: HermiteBasis) -> Array:
         """States (n, N + 1) at n places."""
         return np.asarray(places.shares @ self._nodes)
 
-    def derivatives(self, places: ArcPlaces) -> Array:
+    def derivatives(self, places: HermiteBasis) -> Array:
         """Derivatives by ``u`` (n, N + 1) at n places."""
         return np.asarray(places.slopes @ self._nodes)
 
-    def parameter_rates(self, places: ArcPlaces) -> Array:
+    def parameter_rates(self, places: HermiteBasis) -> Array:
         """Derivatives of the parameter by ``u`` (n,) at n places."""
         return np.asarray(places.slopes @ self._nodes[:, -1])
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from slipstick.solve.continuation.hermite_segment import Arc, ArcPlaces
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.solve.continuation.step import Step
 
 
-class Readings(Protocol):
+class Observables(Protocol):
     """Knows how states are read, and evaluates many of them in one go."""
 
     @property
@@ -38,6 +38,6 @@ class Between(Protocol):
         """Largest change (n,) of any reading for changes (n, N) of the unknowns."""
         ...
 
-    def bent(self, dx: Array, arc: Arc, places: ArcPlaces) -> Array:
+    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of any reading, at unknowns changed by ``dx``, from the cubic through both ends."""
         ...

@@ -13,13 +13,13 @@ from slipstick.solve.continuation.corner import turn
 from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.dense_output import DenseOutput
 from slipstick.solve.continuation.events import BranchEvent, Watched, turning_points
-from slipstick.solve.continuation.hermite_segment import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
-from slipstick.solve.continuation.observables import Readings
+from slipstick.solve.continuation.observables import Observables
 from slipstick.solve.continuation.options import ContinuationOptions
 from slipstick.solve.continuation.predictor import Span, predict
-from slipstick.solve.continuation.restart_point import Place
+from slipstick.solve.continuation.restart_point import RestartPoint
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach
 from slipstick.solve.continuation.stepsize import next_step
@@ -65,9 +65,9 @@ class Continuation(Iterator[Step]):
         at: float,
         direction: Array | None,
         context: Any,
-        places: tuple[Place, ...],
+        places: tuple[RestartPoint, ...],
         doubted: Callable[[Step, Step, Array], bool] | None = None,
-        readings: Readings | None = None,
+        observables: Observables | None = None,
         watched: Watched | None = None,
     ) -> None:
         self._options, self._doubted = options, doubted
@@ -77,13 +77,15 @@ class Continuation(Iterator[Step]):
         self._corrector.context = context
         self._events = (*((turning_points(),) if options.locate_turning_points else ()), *events)
         self._locator = Locator(self._corrector, self._events, requested, options.event_tolerance, watched)
-        self._dense = DenseOutput(self._corrector, self._span, options.output_step, options.output_tolerance, readings)
+        self._dense = DenseOutput(
+            self._corrector, self._span, options.output_step, options.output_tolerance, observables
+        )
         self.outcome: Outcome | None = None
         self.message = ""
         self.error: Exception | None = None
         self.rejected = self.points = 0
         self.step_length = min(options.first_step, options.max_step)
-        self.place: Place | None = None
+        self.place: RestartPoint | None = None
         self.standing: Step | None = None
         arc = self._take_up(places) if places else None
         self._generator = self._follow(np.append(x, at), direction, arc)
@@ -113,7 +115,9 @@ class Continuation(Iterator[Step]):
         self.outcome, self.message = outcome, message or outcome.text
         return outcome
 
-    def _follow(self, state: Array, direction: Array | None, arc: Arc | None) -> Generator[Step, None, Outcome]:
+    def _follow(
+        self, state: Array, direction: Array | None, arc: HermiteSegment | None
+    ) -> Generator[Step, None, Outcome]:
         last: Step | Reason = self.standing or self._first(state, direction)
         if isinstance(last, Reason):
             return self._end(Outcome.NO_FIRST_POINT, f"no solution at the start {state[-1]:g}: {last.text}")
@@ -146,7 +150,7 @@ class Continuation(Iterator[Step]):
                 if d is not new:
                     yield d
 
-    def _ahead(self, last: Step, new: Step) -> Arc | None:
+    def _ahead(self, last: Step, new: Step) -> HermiteSegment | None:
         """The arc that leads on from two neighbours, unless there is a corner between; the metric follows the newer."""
         sharp = angle_of(self._metric.cosine(last.tangent, new.tangent)) > self._options.max_angle
         arc = None if sharp else self._corrector.arc(last, new)
@@ -156,7 +160,7 @@ class Continuation(Iterator[Step]):
     def _accepted(self, step: Step) -> None:
         """Take note of a point, and hand what it knows to the points after it."""
         self.points += 1
-        self.place = Place(
+        self.place = RestartPoint(
             state=step.state, tangent=step.tangent, kind=step.kind, orientation=step.orientation,
             arclength=step.arclength, step_length=self.step_length, measure=self._metric.measure,
             given=self._corrector.context, values=self._locator.values,
@@ -164,7 +168,7 @@ class Continuation(Iterator[Step]):
         )  # fmt: skip
         self._carry(step)
 
-    def _take_up(self, places: tuple[Place, ...]) -> Arc | None:
+    def _take_up(self, places: tuple[RestartPoint, ...]) -> HermiteSegment | None:
         """Stand where another continuation stood; the arc that leads on."""
         *before, self.place = places
         self._metric.measure, self._locator.values = self.place.measure, self.place.values
@@ -194,7 +198,7 @@ class Continuation(Iterator[Step]):
             step.reverse()
         return step
 
-    def _advance(self, last: Step, arc: Arc | None) -> Step | Reason:
+    def _advance(self, last: Step, arc: HermiteSegment | None) -> Step | Reason:
         """The next accepted point, halving the step until there is one; or why there is none."""
         options, corrector, span = self._options, self._corrector, self._span
         reason: Reason | None = None

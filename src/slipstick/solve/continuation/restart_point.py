@@ -9,7 +9,7 @@ from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class RestartPoint:
     """An accepted point and what the points after it depend on; with the place before it, that is everything.
 
     Attributes

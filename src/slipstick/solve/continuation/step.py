@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.hermite_segment import Arc
-from slipstick.solve.continuation.restart_point import Place
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
+from slipstick.solve.continuation.restart_point import RestartPoint
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton.result import NewtonResult
 from slipstick.typing import Array
@@ -77,17 +77,19 @@ class Step:
         self.orientation = 0
         self.arclength = 0.0
         self.apart, self.smooth, self.inserted = inf, False, False
-        self.place: tuple[Step, Step, Arc, float] | None = None
+        self.place: tuple[Step, Step, HermiteSegment, float] | None = None
 
     @classmethod
-    def interpolated(cls, state: Array, tangent: Array, place: tuple[Step, Step, Arc, float], arclength: float) -> Step:
+    def interpolated(
+        cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
+    ) -> Step:
         """A point of an arc, at a ``place``."""
         step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
         step.place, step.arclength = place, arclength
         return step
 
     @classmethod
-    def again(cls, place: Place, evaluation: Any = None) -> Step:
+    def again(cls, place: RestartPoint, evaluation: Any = None) -> Step:
         """The step of a place; ``evaluation`` is what the system returned there."""
         result = NewtonResult(place.state)
         result.evaluation = evaluation

@@ -1,7 +1,7 @@
 """What listeners are told: one beginning, every point with its numbers, one end."""
 
 import slipstick as ss
-from slipstick.analysis.curve.events import PointFound, Started, Stopped, StrategyTried
+from slipstick.analysis.events import PointFound, Started, Stopped, StrategyTried
 from slipstick.verify.cases import oscillator
 
 
