@@ -17,7 +17,6 @@ from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
 from slipstick.app.cli import app
-from slipstick.app.verbs import run as run_module
 from slipstick.app.verbs.examples import examples
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.io.loading import load_dataset
@@ -143,12 +142,10 @@ def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
 
 def test_missing_harmonics_are_warned_of_once(tmp_path: Path) -> None:
     """Odd harmonics alone under rubbing; the words are those of Python."""
-    from slipstick.app.verbs.run import warnings_of
-
     text = GOOD.replace('harmonics = "0..5"', "harmonics = [0, 1, 3]")
     assert text != GOOD
     result = slipstick("run", case(tmp_path, text), "-o", tmp_path / "out", "--no-figures")
-    (said,) = warnings_of(load_dataset(tmp_path / "out" / "results.nc"))
+    (said,) = load_dataset(tmp_path / "out" / "results.nc").attrs["warnings"].splitlines()
     assert told(result).count(" ".join(said.split())) == 1
 
 
@@ -567,4 +564,6 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_states_are_averaged_over_the_contacts() -> None:
     record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
-    assert run_module.states_text(record) == "stick 25 % slip 50 % separation 25 %"
+    from slipstick.app.verbs.stored import states_text
+
+    assert states_text(record) == "stick 25 % slip 50 % separation 25 %"

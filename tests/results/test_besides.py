@@ -14,9 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.analysis.curve import follow
-from slipstick.analysis.curve.follow import collect
-from slipstick.analysis.curve.tasks import frequency_task
+from slipstick.analysis.curve import request
+from slipstick.analysis.curve.response import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics
@@ -83,7 +82,7 @@ BESIDE = {
     "stability": (floquet.StabilityWatch, "difference", ("multiplier", "multiplier_max", "hill_pw_difference")),
     "what contacts do at interpolated points": (record, "Together", None),
     "stick_fraction": (record, "_detail_of", None),
-    "what looks wrong in the results": (follow, "result_warnings", ()),
+    "what looks wrong in the results": (request, "result_warnings", ()),
 }
 """What fails: where it is computed, and the variables that are then not known."""
 
@@ -135,10 +134,10 @@ def test_largest_amplitudes_that_cannot_be_sought(monkeypatch: pytest.MonkeyPatc
     structure = ss.MatrixStructure(M=np.eye(3), C=0.01 * K, K=K, dofs=["a", "b", "c"])
     pair = ss.ContactPair(name="damper", contact=FRICTION, tangential="b")
     chain = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", sin=100.0), harmonics=range(4))
-    task = replace(frequency_task(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
-    whole = collect(task)
+    request = replace(frequency_request(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
+    whole = request.branch()
     monkeypatch.setattr(peaks_module._Slopes, "at", fails)
-    branch, said = told(lambda: collect(task))
+    branch, said = told(request.branch)
     assert re.search("^the place of the largest amplitudes is not known at .*on purpose", said, re.MULTILINE)
     assert branch.outcome is ss.Outcome.COMPLETED
     kinds = [b.dataset["kind"].to_numpy() for b in (branch, whole)]

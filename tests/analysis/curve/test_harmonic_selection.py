@@ -11,10 +11,9 @@ import pytest
 from helpers.cases import oscillator as oscillator_case
 
 import slipstick as ss
-from slipstick.analysis.curve.follow import walk
 from slipstick.analysis.curve.harmonic_selection import driven_orders, harmonic_ladder
+from slipstick.analysis.curve.response import frequency_request
 from slipstick.analysis.curve.resume import Checkpoint, resumable
-from slipstick.analysis.curve.tasks import frequency_task
 from slipstick.analysis.events import PointFound
 
 WANTED = tuple(np.linspace(2.5, 14.5, 13))
@@ -129,12 +128,12 @@ def test_heat_is_handed_on_too() -> None:
 
 def test_a_walk_taken_up_again_finds_the_same_points_to_the_last_bit() -> None:
     def task(**more: object):
-        return frequency_task(oscillator(10.0), (2.0, 15.0), (5.0,), None, {"adapt_harmonics": 1e-3}, (), None)
+        return frequency_request(oscillator(10.0), (2.0, 15.0), (5.0,), None, {"adapt_harmonics": 1e-3}, (), None)
 
     def walked(own):
         heard: list[PointFound] = []
         listen = lambda event: heard.append(event) if isinstance(event, PointFound) else None  # noqa: E731
-        for _ in walk(replace(own, listeners=(listen,))):
+        for _ in replace(own, listeners=(listen,)).run().follow():
             pass
         return heard
 

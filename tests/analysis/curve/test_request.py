@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.request import common_arguments, followed_problem
-from slipstick.analysis.curve.task import response_options
+from slipstick.analysis.curve.request import common_arguments, followed_problem, response_options
+from slipstick.analysis.curve.response import frequency_request, parameter_request
 from slipstick.balance.ports import Balance
 from slipstick.errors import InputError
+from slipstick.solve.continuation import ContinuationOptions
 from slipstick.verify.cases import oscillator
 
 PROBLEM = oscillator(velocity=1.0)
@@ -84,3 +85,26 @@ def assert_told(error, *words):
     assert len(error.sentences) == len(words), error.sentences
     for said in words:
         assert sum(said in sentence for sentence in error.sentences) == 1, said
+
+
+def test_defaults_make_smooth_figures_and_any_can_be_changed():
+    own = response_options()
+    assert own.max_step == 1 / 30
+    assert own.output_step == 1 / 120
+    assert own.first_step <= own.max_step
+    for name in ("max_step", "first_step", "event_tolerance", "output_step", "output_tolerance"):
+        assert getattr(response_options(**{name: 1e-4}), name) == 1e-4
+    assert isinstance(own, ContinuationOptions)
+
+
+def test_a_request_holds_the_range_and_what_varies() -> None:
+    over_frequency = frequency_request(oscillator(velocity=1.0), (2.0, 5.0), (3.0,))
+    assert (over_frequency.start, over_frequency.stop, over_frequency.requested) == (2.0, 5.0, (3.0,))
+    over_velocity = parameter_request(oscillator(velocity=1.0), "damper.velocity", (1.0, 2.0), 4.0)
+    assert (over_velocity.parameter, over_velocity.omega, over_velocity.stability) == ("damper.velocity", 4.0, None)
+
+
+def test_all_faults_come_at_once() -> None:
+    with pytest.raises(ss.InputError) as caught:
+        parameter_request(oscillator(velocity=1.0), "damper.none", (1.0, 1.0), -4.0)
+    assert len(caught.value.faults) >= 2

@@ -168,11 +168,11 @@ def test_events_and_generator() -> None:
 @pytest.mark.parametrize("velocity", [0.0, 10.0])
 def test_time_integration_leads_to_a_first_point(velocity: float) -> None:
     """The last rung of the ladder: what nature settles to is a guess that Newton's method accepts."""
-    from slipstick.analysis.curve.follow import _settled_in_time
-    from slipstick.analysis.curve.tasks import frequency_task
+    from slipstick.analysis.curve.follow import settled_in_time
+    from slipstick.analysis.curve.response import frequency_request
 
-    task = frequency_task(oscillator(velocity=velocity), (5.0, 6.0))
-    motion = _settled_in_time(task)
+    request = frequency_request(oscillator(velocity=velocity), (5.0, 6.0))
+    motion = settled_in_time(request)
     assert motion is not None
     branch = ss.forced_response(oscillator(velocity=velocity), omega=(5.0, 6.0), guess=motion)
     first = branch.dataset["contact_tangential"].to_numpy()[0].ravel()

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.follow import walk
+from slipstick.analysis.curve.follow import CurveRequest
+from slipstick.analysis.curve.response import frequency_request, parameter_request
 from slipstick.analysis.curve.resume import Checkpoint, resumable
-from slipstick.analysis.curve.task import Task
-from slipstick.analysis.curve.tasks import frequency_task, parameter_task
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator
 
@@ -45,16 +44,16 @@ def opening() -> ss.Problem:
     return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=400.0)], harmonics=range(11))
 
 
-TASKS: dict[str, Callable[[], Task]] = {
-    "frequency": lambda: frequency_task(oscillator(velocity=0.5), (2.0, 15.0), (5.0, 7.5), None, COARSE),
-    "two parts": lambda: frequency_task(opening(), (2.0, 10.0), (), None, COARSE),
-    "two parts that meet": lambda: frequency_task(opening(), (2.0, 15.0), (), None, COARSE),
-    "through velocity 0": lambda: parameter_task(
+REQUESTS: dict[str, Callable[[], CurveRequest]] = {
+    "frequency": lambda: frequency_request(oscillator(velocity=0.5), (2.0, 15.0), (5.0, 7.5), None, COARSE),
+    "two parts": lambda: frequency_request(opening(), (2.0, 10.0), (), None, COARSE),
+    "two parts that meet": lambda: frequency_request(opening(), (2.0, 15.0), (), None, COARSE),
+    "through velocity 0": lambda: parameter_request(
         oscillator(velocity=10.0), "damper.velocity", (-10.0, 20.0), 6.0, (), None, COARSE
     ),
-    "thermal fold": lambda: parameter_task(heated(), "damper.velocity", (1900.0, 2400.0), 6.0, (), None, COARSE),
-    "stability": lambda: frequency_task(oscillator(velocity=10.0), (2.5, 6.0), (), None, COARSE, (), None, True),
-    "point limit": lambda: frequency_task(oscillator(velocity=0.5), (2.0, 15.0), (), None, {"max_points": 12}),
+    "thermal fold": lambda: parameter_request(heated(), "damper.velocity", (1900.0, 2400.0), 6.0, (), None, COARSE),
+    "stability": lambda: frequency_request(oscillator(velocity=10.0), (2.5, 6.0), (), None, COARSE, (), None, True),
+    "point limit": lambda: frequency_request(oscillator(velocity=0.5), (2.0, 15.0), (), None, {"max_points": 12}),
 }
 
 
@@ -74,16 +73,16 @@ class Listener:
             self.end = {k: v for k, v in event.attributes.items() if k != "seconds"}
 
 
-def walked(task: Task) -> Listener:
+def walked(request: CurveRequest) -> Listener:
     heard = Listener()
-    for _ in walk(replace(task, listeners=(heard,))):
+    for _ in replace(request, listeners=(heard,)).run().follow():
         pass
     return heard
 
 
 @cache
 def walked_whole(name: str) -> Listener:
-    return walked(TASKS[name]())
+    return walked(REQUESTS[name]())
 
 
 def same(a: list[dict[str, Any]], b: list[dict[str, Any]]) -> None:
@@ -100,15 +99,15 @@ def bits(value: Any) -> Any:
 LONG = {"two parts that meet"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.verify] if n in LONG else []) for n in TASKS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.verify] if n in LONG else []) for n in REQUESTS])
 def test_points_to_come_are_the_same_to_the_last_bit(name: str) -> None:
-    task = TASKS[name]()
+    request = REQUESTS[name]()
     whole = walked_whole(name)
-    checkpoints = [Checkpoint.from_plain(p, task.balance.size) for p in whole.checkpoints]
+    checkpoints = [Checkpoint.from_plain(p, request.balance.size) for p in whole.checkpoints]
     n, parts = len(checkpoints), [c.part for c in checkpoints]
     cuts = {resumable(checkpoints[:k]) for k in (1, n // 2, n - 1, n, parts.count(1), parts.count(1) + 1)}
     for cut in cuts:
-        rest = walked(replace(TASKS[name](), checkpoints=checkpoints[:cut]))
+        rest = walked(replace(REQUESTS[name](), checkpoints=checkpoints[:cut]))
         same(rest.values, whole.values[cut:])
         same(rest.checkpoints, whole.checkpoints[cut:])
         assert rest.end == whole.end
@@ -128,7 +127,7 @@ def test_the_cases_are_what_they_are_called() -> None:
     ],
 )  # fmt: skip
 def test_a_damaged_checkpoint_is_refused(change: dict[str, Any]) -> None:
-    task = TASKS["point limit"]()
+    request = REQUESTS["point limit"]()
     plain = walked_whole("point limit").checkpoints[3]
     with pytest.raises(InputError, match="a checkpoint in the journal is damaged"):
-        Checkpoint.from_plain(plain | change, task.balance.size)
+        Checkpoint.from_plain(plain | change, request.balance.size)

@@ -5,7 +5,7 @@ import pytest
 from helpers.results import corrected
 
 import slipstick as ss
-from slipstick.analysis.curve.segments import Part, joined
+from slipstick.analysis.curve.segments import Segment, joined
 from slipstick.errors import Outcome
 from slipstick.verify.cases import oscillator
 
@@ -92,7 +92,7 @@ def test_the_sides_of_the_jump_mirror_each_other():
 
 
 def part(number, start, stop, values, outcome):
-    made = Part(number=number, start=start, stop=stop)
+    made = Segment(number=number, start=start, stop=stop)
     for value in values:
         made.add(value, np.array([value, 1.0]))
     made.outcome = outcome

@@ -1,6 +1,6 @@
 from threadpoolctl import threadpool_info
 
-from slipstick.analysis.curve.threads import one_thread
+from slipstick.analysis.curve.record import one_thread
 
 
 def test_linear_algebra_has_one_thread_inside():

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.follow import walk
+from slipstick.analysis.curve.response import frequency_request
 from slipstick.analysis.curve.resume import resumable
-from slipstick.analysis.curve.tasks import frequency_task
 from slipstick.analysis.events import PointFound
 from slipstick.verify.cases import oscillator
 
@@ -79,11 +78,11 @@ def test_a_study_says_what_was_not_sought():
 def test_many_outputs_are_taken_up_where_a_run_stood():
     """The largest values so far are among what a checkpoint keeps: the points to come are the same."""
     problem, span = chain(6)
-    task = frequency_task(problem, span)
+    request = frequency_request(problem, span)
     marks = []
-    whole = list(walk(replace(task, listeners=(marks.append,))))
+    whole = list(replace(request, listeners=(marks.append,)).run().follow())
     stood = [event.checkpoint for event in marks if isinstance(event, PointFound)]
     n = resumable(stood[: len(stood) // 2])
-    again = frequency_task(problem, span)
-    rest = list(walk(replace(again, checkpoints=stood[:n])))
+    again = frequency_request(problem, span)
+    rest = list(replace(again, checkpoints=stood[:n]).run().follow())
     assert [p.omega for p in rest] == [p.omega for p in whole[n:]]

@@ -5,7 +5,7 @@ import pytest
 from helpers.stability import brake
 
 import slipstick as ss
-from slipstick.analysis.self_excited import cycles
+from slipstick.analysis.self_excited.limit_cycles import SelfExcitedRun
 
 
 def test_parts_and_kinds():
@@ -25,14 +25,14 @@ def test_parts_and_kinds():
 
 
 def test_an_interruption_loses_nothing(monkeypatch):
-    whole, stop = cycles.Cycles._followed, iter([False] * 4 + [True])
+    whole, stop = SelfExcitedRun._followed, iter([False] * 4 + [True])
 
     def interrupted(self, step, special):
         if next(stop):
             raise KeyboardInterrupt
         return whole(self, step, special)
 
-    monkeypatch.setattr(cycles.Cycles, "_followed", interrupted)
+    monkeypatch.setattr(SelfExcitedRun, "_followed", interrupted)
     branch = ss.limit_cycles(brake(), "pad.mu", (0.4, 0.6))
     assert branch.outcome is ss.Outcome.INTERRUPTED
     assert int(np.sum(branch.dataset.branch_part.values == 1)) == 2 + 4

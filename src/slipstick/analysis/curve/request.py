@@ -1,33 +1,172 @@
-"""What users give to a response curve, in the form that is computed with."""
+"""What is asked of an analysis, checked once: the arguments that all analyses share, and the request they become."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.task import ResponseOptions, response_options
-from slipstick.analysis.events import Listener
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.stability.request import StabilityRequest, stability_request
-from slipstick.balance.checks import peak_faults
+from slipstick.balance.checks import peak_faults, range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.kinds import KINDS, Kind
+from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
-from slipstick.faults import Gathering, listed, names, number, numbers, one, shown, suggestion, whole, wrong
+from slipstick.faults import (
+    Gathering,
+    listed,
+    names,
+    number,
+    numbers,
+    one,
+    shown,
+    suggestion,
+    text,
+    whole,
+    wrong,
+)  # fmt: skip
+from slipstick.results.afterwards import result_warnings
+from slipstick.results.record import Recorder
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
+    from slipstick.analysis.curve.record import Run
     from slipstick.analysis.stability.floquet import StabilityWatch
+    from slipstick.results.branch import Branch
 
 PEAK_OUTPUTS = 3
 """Up to that many outputs, the peaks of all of them are located."""
 LARGEST_OUTPUTS = 100
 """Up to that many others, the largest amplitude of each is located."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResponseOptions(ContinuationOptions):
+    """Options of a response curve: those of a continuation, with points so near that figures look smooth, and these.
+
+    Parameters
+    ----------
+    jacobian
+        In which form Jacobians are made: "dense", all entries, factorised; "iterative", products alone, for hundreds of
+        contacts on a structure known by its modes; "auto", which of the two costs less. Or a kind of one's own, see
+        ``slipstick.balance.kinds``.
+    adapt_harmonics
+        Relative accuracy, such as 1e-3: each point is computed with as few of the problem's harmonics as that asks for;
+        ``harmonics_in_use`` in the results says how many. None: all of them at every point.
+    """
+
+    first_step: float = 1 / 60
+    max_step: float = 1 / 30
+    output_step: float = 1 / 120
+    event_tolerance: float = 1e-9
+    jacobian: Kind | str = "auto"
+    adapt_harmonics: float | None = None
+
+
+def response_options(**given: Any) -> ResponseOptions:
+    """``ResponseOptions`` with the fields given: steps of at most 1/30 of the range, points each 1/120 by default."""
+    return ResponseOptions(**given)
+
+
+def adapted_to(options: ContinuationOptions) -> float | None:
+    """The accuracy to which harmonics are adapted; None where all are in use."""
+    return options.adapt_harmonics if isinstance(options, ResponseOptions) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(ABC):
+    """What is asked of an analysis; each analysis adds what it needs, and the run that computes it.
+
+    Attributes
+    ----------
+    problem, balance
+        What vibrates, as given and made ready.
+    parameter
+        Name of the parameter that is followed; empty where it is the frequency.
+    start, stop
+        First and last value of what is followed.
+    requested
+        Values of it at which points are wanted.
+    warnings
+        What looks wrong, said to the user and written on the results.
+    """
+
+    problem: Problem
+    balance: Balance
+    start: float
+    stop: float
+    parameter: str = ""
+    requested: tuple[float, ...] = ()
+    options: ContinuationOptions = field(default_factory=ResponseOptions)
+    listeners: tuple[EventFunction, ...] = ()
+    warnings: Sequence[str] = ()
+
+    @abstractmethod
+    def run(self) -> Run:
+        """What computes it, not begun yet."""
+
+    def branch(self) -> Branch:
+        """What is found, in memory."""
+        return self.run().branch()
+
+    def recorder(self) -> Recorder:
+        """What makes the numbers of the results from points."""
+        return Recorder(self.balance, parameter=self.parameter)
+
+    def doubts(self, values: Mapping[str, Array]) -> list[str]:
+        """What looks wrong in the values of the results, by variable."""
+        problem, followed = self.problem, self.parameter or "omega"
+        unit, asked = problem.units.angular, adapted_to(self.options)
+        return result_warnings(followed, values, problem.elements, unit, asked, self.requested)
+
+
+class Checks(Gathering):
+    """Checks of what is given to an analysis; ``end`` raises InputError with the faults of all of them."""
+
+    def __init__(self, problem: Any) -> None:
+        super().__init__()
+        self.problem = self.take(followed_problem, problem)
+
+    def name(self, given: Any, example: str = "damper.mu") -> str:
+        """Name of the parameter; empty where it is none."""
+        return self.take(text, "parameter", given, f'a name such as "{example}"') or ""
+
+    def range(
+        self, span: Any, requested: Any, name: str, *, positive: bool
+    ) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """First and last value, None where they are not right, and the values wanted between them."""
+        points = self.take(requested_values, requested) or ()
+        ends = self.take(two_numbers, span, name)
+        if ends is None:
+            return None, points
+        faults = range_faults(*ends, name=name, positive=positive)
+        self.faults += faults or requested_faults(points, *ends)
+        return (None if faults else ends), points
+
+    def takes(self, parameter: str, values: Iterable[float] | None) -> None:
+        """That the problem has the parameter, and that it takes the values."""
+        if self.problem is not None and parameter:
+            self.take(_takes, self.problem, parameter, values or ())
+
+    def common(self, requested: tuple[float, ...], *given: Any, **named: Any) -> Any:
+        """``common_arguments``; InputError with all that was found until here."""
+        common = self.take(common_arguments, self.problem, requested, *given, **named)
+        self.end()
+        assert common is not None
+        return common
+
+
+def _takes(problem: Problem, parameter: str, values: Iterable[float]) -> None:
+    parameter_path(problem, parameter)
+    for value in values:
+        problem.at_parameter(parameter, value)
 
 
 def followed_problem(given: Any) -> Problem:
@@ -43,11 +182,11 @@ def common_arguments(
     requested: tuple[float, ...],
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[Listener] | Listener = (),
+    listeners: Iterable[EventFunction] | EventFunction = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
 ) -> dict[str, Any]:
-    """The fields of a ``Task`` that are asked for alike for every kind of branch, and the problem made ready.
+    """The fields of a ``CurveRequest`` that are asked for alike for every kind of branch, and the problem made ready.
 
     Without a problem (where it is itself at fault) only what does not need one is checked.
 
@@ -56,15 +195,15 @@ def common_arguments(
     InputError
         With the faults of all of them.
     """
-    found = Gathering()
-    chosen = found.take(_options, options)
-    heard = found.take(_listeners, listeners)
-    sought = found.take(_peak_dofs, problem, peaks_of) if problem is not None else None
-    balance = found.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
-    start = found.take(_guess, guess, balance) if guess is not None and balance is not None else None
-    asked = found.take(stability_request, stability)
-    watch = found.take(_watch, balance, asked) if asked and balance is not None else None
-    found.end()
+    checks = Gathering()
+    chosen = checks.take(_options, options)
+    heard = checks.take(_listeners, listeners)
+    sought = checks.take(_peak_dofs, problem, peaks_of) if problem is not None else None
+    balance = checks.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
+    start = checks.take(_guess, guess, balance) if guess is not None and balance is not None else None
+    judged = checks.take(stability_request, stability)
+    watch = checks.take(_watch, balance, judged) if judged and balance is not None else None
+    checks.end()
     return {
         "balance": balance,
         "stability": watch,
@@ -77,10 +216,10 @@ def common_arguments(
     }
 
 
-def _watch(balance: Balance, asked: StabilityRequest) -> StabilityWatch:
+def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
     from slipstick.analysis.stability.floquet import StabilityWatch
 
-    return StabilityWatch(balance, full=asked == "full")
+    return StabilityWatch(balance, full=judged == "full")
 
 
 def _balance(problem: Problem, options: ContinuationOptions) -> Balance:
@@ -130,7 +269,7 @@ def _jacobian(name: str, value: Any) -> Kind | str:
     raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
 
 
-def _listeners(given: Any) -> tuple[Listener, ...]:
+def _listeners(given: Any) -> tuple[EventFunction, ...]:
     if callable(given):
         return (given,)
     expected = "a function of one event, or a list of them"

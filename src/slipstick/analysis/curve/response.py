@@ -8,15 +8,17 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.follow import collect, walk
+from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.linear import linear_response
-from slipstick.analysis.curve.task import response_options
-from slipstick.analysis.curve.tasks import frequency_task, parameter_task
-from slipstick.analysis.events import Listener
+from slipstick.analysis.curve.request import Checks, adapted_to, response_options
+from slipstick.analysis.events import EventFunction
 from slipstick.analysis.stability.request import StabilityRequest
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
-from slipstick.faults import warn, wrong
+from slipstick.faults import frequency, warn, wrong
 from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
@@ -33,7 +35,7 @@ def forced_response(
     requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[Listener] | Listener = (),
+    listeners: Iterable[EventFunction] | EventFunction = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
     follow: FollowRequest = None,
@@ -96,9 +98,9 @@ def forced_response(
     >>> [(round(w, 2), round(a, 2)) for w, a in branch.peaks("x")]
     [(6.14, 18.25)]
     """
-    asked, stability = _follows(follow, stability)
-    branch = collect(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability))
-    return _with_subharmonics(branch, options, stability) if asked else branch
+    subharmonics, stability = _follows(follow, stability)
+    branch = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability).branch()
+    return _with_subharmonics(branch, options, stability) if subharmonics else branch
 
 
 def follow(
@@ -108,12 +110,13 @@ def follow(
     requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[Listener] | Listener = (),
+    listeners: Iterable[EventFunction] | EventFunction = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    return (yield from walk(frequency_task(problem, omega, requested, peaks_of, options, listeners, guess, stability)))
+    request = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability)
+    return (yield from request.run().follow())
 
 
 def parameter_response(
@@ -125,7 +128,7 @@ def parameter_response(
     requested: Iterable[float] | float = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[Listener] | Listener = (),
+    listeners: Iterable[EventFunction] | EventFunction = (),
     guess: ArrayLike | None = None,
     stability: StabilityRequest = False,
     follow: FollowRequest = None,
@@ -145,10 +148,58 @@ def parameter_response(
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """
-    asked, stability = _follows(follow, stability)
+    subharmonics, stability = _follows(follow, stability)
     given = (requested, peaks_of, options, listeners, guess, stability)
-    branch = collect(parameter_task(problem, parameter, span, omega, *given))
-    return _with_subharmonics(branch, options, stability) if asked else branch
+    branch = parameter_request(problem, parameter, span, omega, *given).branch()
+    return _with_subharmonics(branch, options, stability) if subharmonics else branch
+
+
+def frequency_request(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> CurveRequest:
+    """What ``forced_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    ends, points = checks.range(omega, requested, "frequency range", positive=True)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    problem, (start, stop), balance = checks.problem, ends, common["balance"]
+    balance.anchor_if_undamped(start)
+    return CurveRequest(
+        problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
+        inputs=problem.inputs, omega=start, start=start, stop=stop,
+        warnings=problem_warnings(problem, (start, stop), balance.receptance.static), **common,
+    )  # fmt: skip
+
+
+def parameter_request(
+    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
+) -> CurveRequest:
+    """What ``parameter_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    parameter = checks.name(parameter)
+    at = checks.take(frequency, "omega", omega)
+    ends, points = checks.range(span, requested, f"range of {parameter}" if parameter else "range", positive=False)
+    checks.takes(parameter, ends)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    assert at is not None
+    problem, (start, stop), balance = checks.problem, ends, common["balance"]
+    path = parameter_path(problem, parameter)
+    return CurveRequest(
+        problem=problem, system=_harmonics_by_need(ParameterSystem(balance, path, at), common["options"], parameter),
+        inputs=path.at(start)[0], omega=at, start=start, stop=stop, parameter=parameter,
+        warnings=parameter_warnings(problem, parameter, ends, at, balance.receptance.static), **common,
+    )  # fmt: skip
+
+
+def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
+    """The system as it is, or with harmonics by need where that is asked for."""
+    tolerance = adapted_to(options)
+    if tolerance is None:
+        return system
+    from slipstick.analysis.curve.harmonic_selection import adapted
+
+    return adapted(system, tolerance, parameter)
 
 
 def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:

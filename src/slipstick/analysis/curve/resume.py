@@ -1,4 +1,4 @@
-"""How far a branch has been followed, and the checkpoints from which it can be followed on in another process."""
+"""The state from which a branch is followed on, here or in another process: segments so far, and checkpoints."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.segments import Part
+from slipstick.analysis.curve.segments import Segment
 from slipstick.analysis.curve.thermal_continuation import NO_WORK, ThermalContinuation, Work
 from slipstick.errors import InputError, Outcome
 from slipstick.solve.continuation import RestartPoint, Step
@@ -17,7 +17,7 @@ from slipstick.typing import Array
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
-    """Where a walk stood when it found a point.
+    """Where a run stood when it found a point.
 
     Attributes
     ----------
@@ -95,18 +95,18 @@ def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoi
 
 
 @dataclass(kw_only=True)
-class Course:
-    """A walk under way: its parts, thermal jumps and work.
+class ResumeState:
+    """A branch under way: its segments, thermal jumps and work.
 
     Attributes
     ----------
     places, earlier
-        Where the part that is followed next is taken up; empty for one that begins.
+        Where the segment that is followed next is taken up; empty for one that begins.
     seconds
         Time taken before it was taken up.
     """
 
-    parts: list[Part]
+    segments: list[Segment]
     jumps: list[str] = field(default_factory=list)
     done: Work = NO_WORK
     places: tuple[RestartPoint, ...] = ()
@@ -114,39 +114,39 @@ class Course:
     seconds: float = 0.0
 
     @classmethod
-    def taken_up(cls, start: float, stop: float, checkpoints: Sequence[Checkpoint]) -> Course:
-        """The course as it was at the last of the ``checkpoints`` of all points, which must be of an accepted one."""
-        course = cls(parts=[Part(number=1, start=start, stop=stop)])
+    def taken_up(cls, start: float, stop: float, checkpoints: Sequence[Checkpoint]) -> ResumeState:
+        """As it was at the last of the ``checkpoints`` of all points, which must be of an accepted one."""
+        state = cls(segments=[Segment(number=1, start=start, stop=stop)])
         if not checkpoints:
-            return course
+            return state
         last = checkpoints[-1]
         assert last.place is not None
         if last.part > 1:
-            course.parts.append(Part(number=2, start=stop, stop=start))
+            state.segments.append(Segment(number=2, start=stop, stop=start))
         for point in checkpoints:
-            course.parts[point.part - 1].add(float(point.state[-1]), point.state[:-1])
-        for part, (outcome, message) in zip(course.parts, last.ended, strict=False):
-            part.outcome, part.message = Outcome[outcome], message
+            state.segments[point.part - 1].add(float(point.state[-1]), point.state[:-1])
+        for segment, (outcome, message) in zip(state.segments, last.ended, strict=False):
+            segment.outcome, segment.message = Outcome[outcome], message
         run = [c.place for c in checkpoints if c.place and (c.part, c.earlier.runs) == (last.part, last.earlier.runs)]
-        course.places, course.earlier = tuple(run[-2:]), last.earlier
-        course.jumps, course.done, course.seconds = list(last.jumps), last.done, last.seconds
-        return course
+        state.places, state.earlier = tuple(run[-2:]), last.earlier
+        state.jumps, state.done, state.seconds = list(last.jumps), last.done, last.seconds
+        return state
 
     @property
     def points(self) -> int:
-        """Points found so far, in all parts."""
-        return sum(part.points for part in self.parts)
+        """Points found so far, in all segments."""
+        return sum(segment.points for segment in self.segments)
 
     def checkpoint(self, step: Step, run: ThermalContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
         place = run.place if run.place is not None and run.place.state is step.state else None
         return Checkpoint(
-            state=step.state, tangent=step.tangent, part=self.parts[-1].number, place=place,
-            ended=tuple((part.outcome.name, part.message) for part in self.parts[:-1]), jumps=tuple(self.jumps),
-            done=self.done, earlier=run.earlier, seconds=seconds,
+            state=step.state, tangent=step.tangent, part=self.segments[-1].number, place=place,
+            ended=tuple((segment.outcome.name, segment.message) for segment in self.segments[:-1]),
+            jumps=tuple(self.jumps), done=self.done, earlier=run.earlier, seconds=seconds,
         )  # fmt: skip
 
 
 def resumable(checkpoints: Sequence[Checkpoint]) -> int:
-    """How many of the points of an ended walk it is taken up after: up to the last accepted one."""
+    """How many of the points of an ended run it is taken up after: up to the last accepted one."""
     return max((number for number, point in enumerate(checkpoints, 1) if point.place is not None), default=0)

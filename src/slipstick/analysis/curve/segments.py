@@ -1,4 +1,4 @@
-"""A branch followed from both ends of its range: its parts, whether they cover the range, and that in words."""
+"""A branch followed from both ends of its range: its segments, whether they cover the range, and that in words."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _ENDED = {
 
 
 @dataclass(kw_only=True)
-class Part:
+class Segment:
     """One continuation from one end of the range; state lives here because the points come one by one.
 
     Attributes
     ----------
     number
-        1, or 2 for the part from the other end.
+        1, or 2 for the one from the other end.
     start, stop
         Where it begins and where it is to go.
     reach
@@ -42,7 +42,7 @@ class Part:
     error
         The exception that ended it, if one did.
     met
-        Whether it came upon the end of the part before: the same solution at the same value.
+        Whether it came upon the end of the one before: the same solution at the same value.
     """
 
     number: int
@@ -80,19 +80,27 @@ class Part:
         return f"from {self.start:.6g} to {self.reach:.6g}{how}"
 
 
-def joined(parts: list[Part], *, undamped: bool = False) -> tuple[Outcome, str]:
-    """Outcome and message of a branch: completed where its parts cover the range.
+def progress(segments: list[Segment]) -> float:
+    """Share of the range that is done; it falls where the branch turns back."""
+    first, now = segments[0], segments[-1]
+    assert now.last is not None
+    done = abs(now.last[0] - now.start) + (abs(first.reach - first.start) if now is not first else 0.0)
+    return min(1.0, done / abs(first.stop - first.start))
+
+
+def joined(segments: list[Segment], *, undamped: bool = False) -> tuple[Outcome, str]:
+    """Outcome and message of a branch: completed where its segments cover the range.
 
     Where one broke off and the structure is ``undamped``, that is named as what may be behind it.
     """
-    outcome, text = _joined(parts)
-    if undamped and any(part.outcome in BROKEN_OFF for part in parts):
+    outcome, text = _joined(segments)
+    if undamped and any(segment.outcome in BROKEN_OFF for segment in segments):
         text += "; the structure has next to no damping, and its motion may have no bound at resonance: give it some"
     return outcome, text
 
 
-def _joined(parts: list[Part]) -> tuple[Outcome, str]:
-    first, second = parts[0], parts[-1]
+def _joined(segments: list[Segment]) -> tuple[Outcome, str]:
+    first, second = segments[0], segments[-1]
     if first is second:
         return first.outcome, first.message or first.outcome.text
     forward = 1.0 if first.stop > first.start else -1.0
@@ -109,7 +117,7 @@ def _joined(parts: list[Part]) -> tuple[Outcome, str]:
     return Outcome.COMPLETED, f"completed in two parts, which {_meeting(first, second, gap, tolerance)}: {told}"
 
 
-def _meeting(first: Part, second: Part, gap: float, tolerance: float) -> str:
+def _meeting(first: Segment, second: Segment, gap: float, tolerance: float) -> str:
     if second.met:
         return f"meet at {second.reach:.6g}"
     if gap >= -tolerance:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.request import common_arguments, followed_problem
+from slipstick.analysis.curve.record import Run
+from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.thermal_continuation import relative_residual
-from slipstick.analysis.curve.threads import one_thread
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode
@@ -23,18 +23,18 @@ from slipstick.balance.loads import Load
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import Gathering, numbers, warn, whole, wrong
+from slipstick.faults import numbers, whole, wrong
+from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
 from slipstick.results.branch import Branch
 from slipstick.results.modes import mode_layout, mode_values, peak_forces
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import attributes_of, make_table
-from slipstick.solve.continuation import BranchEvent, ContinuationOptions, Step
-from slipstick.solve.continuation.path import failed
+from slipstick.results.schema import Layout
+from slipstick.solve.continuation import BranchEvent, Step
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
 from slipstick.structure.prescribed_mode import MODE, PrescribedMode
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import AnyArray, Array, ComplexArray
 
 MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
 """Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of the amplitude's logarithm, and
@@ -108,24 +108,23 @@ def nonlinear_modes(
     >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
     (6.403124, 0.00078087)
     """
-    found = Gathering()
-    checked = found.take(followed_problem, problem)
-    ends = found.take(_amplitudes, amplitude)
-    number = found.take(whole, "mode", mode, 1)
-    factors = found.take(_factors, load_factors)
-    name = found.take(one_dof, checked, dof) if checked is not None else None
-    given = {**MODES, **options} if isinstance(options, Mapping) else MODES if options is None else options
-    common = found.take(common_arguments, checked, (), None, given) if checked is not None else None
-    found.end()
-    assert checked is not None
+    checks = Checks(problem)
+    ends = checks.take(_amplitudes, amplitude)
+    number = checks.take(whole, "mode", mode, 1)
+    factors = checks.take(_factors, load_factors)
+    output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None else None
+    chosen = {**MODES, **options} if isinstance(options, Mapping) else MODES if options is None else options
+    common = checks.common((), options=chosen)
+    assert checks.problem is not None
     assert ends is not None
     assert number is not None
-    assert name is not None
-    assert common is not None
-    chosen = common["options"]
-    with one_thread():
-        free, linear = free_problem(checked, number - 1, name, getattr(chosen, "jacobian", "auto"))
-        return _Followed(free, linear, number - 1, ends, name, factors or (), chosen).branch()
+    assert output is not None
+    kind = getattr(common["options"], "jacobian", "auto")
+    free, linear = free_problem(checks.problem, number - 1, output, kind)
+    return ModeRequest(
+        problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
+        stop=ends[1], dof=output, factors=factors or (), options=common["options"],
+    ).branch()  # fmt: skip
 
 
 def _amplitudes(given: Any) -> tuple[float, float]:
@@ -231,84 +230,66 @@ def _periodic(rubbing: Any) -> list[Any]:
     return [value for part in parts for order, value in part.items() if order]
 
 
-@dataclass(frozen=True)
-class _Followed:
-    """A mode to be followed."""
+class ModeRecorder(Recorder):
+    """Points with the amplitude and the damping of the mode, and the load factor; ``force`` as in ``peak_forces``."""
+
+    def __init__(self, free: FreeProblem) -> None:
+        super().__init__(free.balance)
+        self._given, self._force = free.given, free.mode_force()
+
+    @cached_property
+    def layout(self) -> Layout:
+        """That of a branch, and more."""
+        return mode_layout(super().layout, self._given)
+
+    def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
+        """Amplitude, damping and load factor."""
+        return mode_values([point.detail for point in points], self._force)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModeRequest(Request):
+    """A mode to be followed between two amplitudes at ``dof``; its results are of no problem with loads."""
 
     free: FreeProblem
     linear: LinearMode
     number: int
-    ends: tuple[float, float]
     dof: str
     factors: tuple[float, ...]
-    options: ContinuationOptions
+
+    def run(self) -> ModeRun:
+        """What follows it."""
+        return ModeRun(self)
 
     def branch(self) -> Branch:
-        """The mode as a branch."""
-        clock, force, free = time.perf_counter(), self.free.mode_force(), self.free
-        start = first_guess(free.balance, free.target, self.linear, self.ends[0])[:-2]
-        system, at_dof = free.system(start), free.system(start, at_dof=True)
-        path = ModePath(system, at_dof, self.linear, self.ends, self.options)
-        steps: list[Step] = []
-        outcome, message = Outcome.NO_FIRST_POINT, ""
-        try:
-            begun = path.begin()
-            if begun is not None:
-                run = path.follow(*begun, [self._level(f, force) for f in self.factors])
-                steps.extend(run)
-                outcome, message = run.outcome or Outcome.INTERRUPTED, run.message
-                steps = list(path.refined(steps))
-        except KeyboardInterrupt:
-            outcome, message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
-        except Exception as error:
-            if not steps:
-                raise
-            outcome, message = failed(error)
-        points = [self._point(system, step) for step in steps]
-        if outcome is Outcome.COMPLETED:
-            outcome, message = path.arrived(steps[-1])
-        if outcome is Outcome.COMPLETED:
-            points[-1] = self._point(at_dof, path.finished(steps[-1]))
-        elif outcome is Outcome.NO_FIRST_POINT:
-            message = f"no free vibration was found at the amplitude {self.ends[0]:.6g}: begin at a smaller one"
-        elif steps:
-            message = f"{message}; the last amplitude is {steps[-1].evaluation.detail.amplitude:.6g}"
-        return self._recorded(points, outcome, message, force, {
-            **path.work, "seconds": time.perf_counter() - clock, "jacobian": free.balance.kind.name,
-        })  # fmt: skip
-
-    def _point(self, system: ModeSystem, step: Step) -> Point:
-        """A point with its phase turned so that harmonic 1 at the output is a cosine."""
-        y, detail = step.x, step.evaluation.detail
-        angle = -float(np.angle(detail.at_dof))
-        if abs(angle) > _TURNED:
-            y = np.append(system.turned(y[:-2], angle), y[-2:])
-            detail = system.evaluate(y, step.parameter, step.evaluation.context).detail
-        return Point.at(
-            detail, x=y[:-4] * system.sizes(detail.size)[:-2], residual=relative_residual(step),
-            iterations=step.iterations, kind=step.kind, parameter=detail.omega, peak_of="",
-        )  # fmt: skip
-
-    def _level(self, factor: float, force: ComplexArray) -> BranchEvent:
-        """Where the forced response to the loads times a factor peaks."""
-        return BranchEvent(
-            name=f"{factor:g}", kind="requested", exact=True,
-            function=lambda step: peak_forces([step.evaluation.detail], force)[0] - factor,
-        )  # fmt: skip
-
-    def _recorded(
-        self, points: list[Point], outcome: Outcome, message: str, force: ComplexArray, work: dict[str, Any]
-    ) -> Branch:
-        problem, recorder, given = self.free.problem, Recorder(self.free.balance), self.free.given
-        values = recorder.values(points) | mode_values([p.detail for p in points], force)
-        said = recorder.besides.said(
-            lambda: [*self._warnings(values), *(result_warnings("omega", values, problem.elements) if points else [])]
-        )
-        warn(said)
-        attributes = attributes_of(given, outcome, message, said, mode=self.number + 1, mode_of=self.dof, **work)
+        """What is found, in memory."""
+        branch = super().branch()
         without = "it is a free vibration, not that of a problem with loads"
-        table = make_table(mode_layout(recorder.layout, given), values, attributes)
-        return Branch(table, outcome, None, message, without=without)
+        return Branch(branch.table, branch.outcome, None, branch.message, without=without)
+
+    def recorder(self) -> ModeRecorder:
+        """With what a mode has besides."""
+        return ModeRecorder(self.free)
+
+    def doubts(self, values: Mapping[str, Array]) -> list[str]:
+        """Where the mode tells less than it seems to, and what looks wrong."""
+        return [*self._mode_doubts(values), *result_warnings("omega", values, self.free.problem.elements)]
+
+    def _mode_doubts(self, values: Mapping[str, Array]) -> Iterator[str]:
+        damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]
+        yield from self._passed_over(values)
+        if np.nanmax(np.abs(damping)) > _LIMIT:
+            yield (
+                f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "
+                f"{100 * _LIMIT:g} % forced peaks are right to about a per cent, but free decay is not that of the mode"
+            )
+        modal = self.free.modal
+        others = np.delete(2.0 * modal.damping_ratio * modal.omega + modal.loss_factor * modal.omega, self.number)
+        if others.size and np.nanmax(xi) > others.min():
+            yield (
+                "what is taken of the damping exceeds the damping of another mode, which is unstable in this motion: "
+                "check the harmonics near its frequency"
+            )
 
     def _passed_over(self, values: Mapping[str, Any]) -> Iterator[str]:
         """Load factors that the mode passes without a point."""
@@ -325,24 +306,69 @@ class _Followed:
                 "was found: try a smaller max_step"
             )
 
-    def _warnings(self, values: Mapping[str, Any]) -> list[str]:
-        """Where the mode tells less than it seems to."""
-        damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]
-        if not damping.size:
-            return []
-        found, own = list(self._passed_over(values)), self.free.modal
-        if np.nanmax(np.abs(damping)) > _LIMIT:
-            found.append(
-                f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "
-                f"{100 * _LIMIT:g} % forced peaks are right to about a per cent, but free decay is not that of the mode"
-            )
-        others = np.delete(2.0 * own.damping_ratio * own.omega + own.loss_factor * own.omega, self.number)
-        if others.size and np.nanmax(xi) > others.min():
-            found.append(
-                "what is taken of the damping exceeds the damping of another mode, which is unstable in this motion: "
-                "check the harmonics near its frequency"
-            )
-        return found
+
+class ModeRun(Run[ModeRequest]):
+    """A mode under way: all its steps first, then what comes between them for smooth lines, then points."""
+
+    def __init__(self, request: ModeRequest) -> None:
+        super().__init__(request)
+        free = request.free
+        reference = first_guess(free.balance, free.target, request.linear, request.start)[:-2]
+        self._system, self._at_dof = free.system(reference), free.system(reference, at_dof=True)
+        ends = request.start, request.stop
+        self._path = ModePath(self._system, self._at_dof, request.linear, ends, request.options)
+        self._force = free.mode_force()
+
+    def points(self) -> Generator[Point, None, None]:
+        """From the first amplitude to the last one, which is met exactly."""
+        request, path, steps = self.request, self._path, list[Step]()
+        self.outcome = Outcome.NO_FIRST_POINT
+        with self.kept(steps):
+            begun = path.begin()
+            if begun is not None:
+                run = path.follow(*begun, [self._level(factor) for factor in request.factors])
+                for step in run:
+                    steps.append(step)
+                    pass_on()
+                self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
+                steps = list(path.refined(steps))
+        last: tuple[ModeSystem, Step] | None = None
+        if self.outcome is Outcome.COMPLETED:
+            self.outcome, self.message = path.arrived(steps[-1])
+        if self.outcome is Outcome.COMPLETED:
+            last = self._at_dof, path.finished(steps[-1])
+        elif self.outcome is Outcome.NO_FIRST_POINT:
+            self.message = f"no free vibration was found at the amplitude {request.start:.6g}: begin at a smaller one"
+        elif steps:
+            self.message = f"{self.message}; the last amplitude is {steps[-1].evaluation.detail.amplitude:.6g}"
+        for number, step in enumerate(steps, 1):
+            self.progress = number / len(steps)
+            final = last is not None and number == len(steps)
+            yield self._point(*(last if final and last is not None else (self._system, step)))
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Which mode, and the work."""
+        return {"mode": self.request.number + 1, "mode_of": self.request.dof, **self._path.work}
+
+    def _point(self, system: ModeSystem, step: Step) -> Point:
+        """A point with its phase turned so that harmonic 1 at the output is a cosine."""
+        y, detail = step.x, step.evaluation.detail
+        angle = -float(np.angle(detail.at_dof))
+        if abs(angle) > _TURNED:
+            y = np.append(system.turned(y[:-2], angle), y[-2:])
+            detail = system.evaluate(y, step.parameter, step.evaluation.context).detail
+        return Point.at(
+            detail, x=y[:-4] * system.sizes(detail.size)[:-2], residual=relative_residual(step),
+            iterations=step.iterations, kind=step.kind, parameter=detail.omega, peak_of="",
+        )  # fmt: skip
+
+    def _level(self, factor: float) -> BranchEvent:
+        """Where the forced response to the loads times a factor peaks."""
+        return BranchEvent(
+            name=f"{factor:g}", kind="requested", exact=True,
+            function=lambda step: peak_forces([step.evaluation.detail], self._force)[0] - factor,
+        )  # fmt: skip
 
 
 _TURNED = 1e-12

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.curve.threads import one_thread
 from slipstick.analysis.peaks.continuation import LEVEL, OPTIMUM, PeakPoint
 from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
-from slipstick.analysis.peaks.tracking import TrackedPeak, tracked_peak
+from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
 from slipstick.errors import Outcome
+from slipstick.interrupts import pass_on
 from slipstick.results.branch import Branch
+from slipstick.results.record import Point
 from slipstick.solve.linear.eliminated import Eliminated
 from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
@@ -121,9 +121,8 @@ def optimal(
     >>> round(best.value, 5), round(best.omega, 6), round(best.amplitude, 7), best.kind
     (471.69623, 9.504764, 2.8037329, 'lowest')
     """
-    request = tracked_peak(problem, parameter, start, omega, dof, (), options)
-    with one_thread():
-        return _Search(request).optimum()
+    search = OptimumSearch(tracked_peak(problem, parameter, start, omega, dof, (), options))
+    return search.optimum(search.branch())
 
 
 class OptimumSystem:
@@ -160,30 +159,45 @@ class OptimumSystem:
         return np.concatenate([side.by_motion(), [side.along(FREQUENCY), side.along(*along)]])
 
 
-class _Search:
-    """The way to an optimum."""
+class OptimumSearch(PeakRun):
+    """The way to an optimum: its one point."""
 
     def __init__(self, request: TrackedPeak) -> None:
-        self.request = request
-        self.system, self.warnings = request.system(), request.warned()
+        super().__init__(request)
+        self._found: _Found | None = None
+        self._factorisations = 0
 
-    def optimum(self) -> Optimum:
-        """What was found."""
-        request, clock = self.request, time.perf_counter()
-        y, outcome, message = None, Outcome.COMPLETED, ""
-        try:
-            y = request.first(self.system)
-            if y is None:
-                return self._made(None, Outcome.NO_FIRST_POINT, request.none_found, 0, clock)
-            self.system.factorisations = 0
-            found = self._newton(y, request.span[0])
-            if found is None:
-                found, message = self._tracked(y)
-            taken = self.system.factorisations
-        except KeyboardInterrupt:
-            return self._made(None, Outcome.INTERRUPTED, Outcome.INTERRUPTED.text, 0, clock)
-        outcome = Outcome.COMPLETED if found is not None else Outcome.STEP_TOO_SMALL
-        return self._made(found, outcome, message, taken, clock)
+    def points(self) -> Generator[Point, None, None]:
+        """The optimum: by Newton's method from the highest peak, or from where tracking leads to."""
+        y = self.request.first(self.system)
+        if y is None:
+            self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
+            return
+        self.system.factorisations = 0
+        self._found, message = self._newton(y, self.request.start), ""
+        if self._found is None:
+            self._found, message = self._tracked(y)
+        self._factorisations = self.system.factorisations
+        self.outcome = Outcome.STEP_TOO_SMALL if self._found is None else Outcome.COMPLETED
+        self.message = message or self.outcome.text
+        if self._found is not None:
+            yield self.point(self._found.peak)
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Whose peak, and the work."""
+        return {"peak_of": self.request.dof, "factorisations": self._factorisations}
+
+    def optimum(self, branch: Branch) -> Optimum:
+        """What was found, with the branch of its one point."""
+        request, found = self.request, self._found if len(branch) else None
+        peak = None if found is None else found.peak
+        return Optimum(
+            parameter=request.parameter, dof=request.dof, branch=branch, factorisations=self._factorisations,
+            value=np.nan if peak is None else peak.parameter, omega=np.nan if peak is None else peak.detail.omega,
+            amplitude=np.nan if peak is None else peak.detail.amplitude, kind="" if found is None else found.kind,
+            hessian=np.full((2, 2), np.nan) if found is None else found.hessian,
+        )  # fmt: skip
 
     def _newton(self, y: Array, value: float, context: Array | None = None) -> _Found | None:
         """The optimum next to a state; None where the iteration fails, or ends at another kind of point."""
@@ -199,14 +213,25 @@ class _Search:
         bend, amplitude = float(np.linalg.det(H) / H[0, 0]), self._amplitude(result.evaluation.detail)
         if abs(bend) * float(result.x[-1]) ** 2 <= LEVEL * amplitude:
             return None  # a plateau
-        return _Found(result, system, "lowest" if bend > 0.0 else "highest")
+        return _Found(self._peak(result, H, amplitude), H, "lowest" if bend > 0.0 else "highest")
+
+    @staticmethod
+    def _peak(result: NewtonResult, hessian: Array, amplitude: float) -> PeakPoint:
+        u, evaluation = result.x, result.evaluation
+        here = evaluation.detail
+        detail = PeakDetail(
+            responses=here.found.responses, inputs=here.found.inputs, omega=float(u[-2]), heat=here.found.heat,
+            amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
+        )  # fmt: skip
+        residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
+        return PeakPoint(u[:-1], float(u[-1]), detail, OPTIMUM, residual, result.iterations)
 
     def _amplitude(self, here: Linearization) -> float:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
     def _tracked(self, y: Array) -> tuple[_Found | None, str]:
         """The optimum the peak comes by where it is tracked to where it falls, from a plateau both ways; polished."""
-        value = self.request.span[0]
+        value = self.request.start
         at = self.system.evaluate(y, value)
         rate, amplitude = (at.detail.rate, at.detail.amplitude) if at.detail is not None else (np.nan, np.nan)
         down, up, ended = 1.0 / _SEARCHED, _SEARCHED, list[str]()
@@ -215,42 +240,19 @@ class _Search:
             ended.append(f"the peak does not depend on {self.request.parameter} at {value:g}")
             ways = [down, up]
         for factor in ways:
-            locus = self.request.locus(self.system, (value, value * factor))
-            for point in locus.points(y):
-                if point.kind == OPTIMUM:
-                    found = self._newton(point.y, point.parameter)
+            peaks = self.continuation(value, value * factor)
+            for peak in peaks.points(y):
+                pass_on()
+                if peak.kind == OPTIMUM:
+                    found = self._newton(peak.y, peak.parameter)
                     if found is not None:
                         return found, ""
             none = f"no optimum of {self.request.parameter} was found from {value:g} to {value * factor:g}"
-            ended.append(f"{none}: {locus.message}")
+            ended.append(f"{none}: {peaks.message}")
         return None, "; ".join(ended)
-
-    def _made(self, found: _Found | None, outcome: Outcome, message: str, taken: int, clock: float) -> Optimum:
-        request, points = self.request, list[PeakPoint]()
-        value = omega = amplitude = np.nan
-        hessian, kind = np.full((2, 2), np.nan), ""
-        if found is not None:
-            u, evaluation = found.result.x, found.result.evaluation
-            here, value, omega = evaluation.detail, float(u[-1]), float(u[-2])
-            amplitude = self._amplitude(here)
-            hessian, kind = found.system.hessian, found.kind
-            residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])
-            detail = PeakDetail(
-                responses=here.found.responses, inputs=here.found.inputs, omega=omega, heat=here.found.heat,
-                amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
-            )  # fmt: skip
-            points = [PeakPoint(u[:-1], value, detail, OPTIMUM, residual, found.result.iterations)]
-        branch = request.recorded(
-            points, outcome, message or outcome.text, self.warnings, factorisations=taken,
-            seconds=time.perf_counter() - clock,
-        )  # fmt: skip
-        return Optimum(
-            parameter=request.parameter, dof=request.dof, value=value, omega=omega, amplitude=amplitude, kind=kind,
-            hessian=hessian, factorisations=taken, branch=branch,
-        )  # fmt: skip
 
 
 class _Found(NamedTuple):
-    result: NewtonResult
-    system: OptimumSystem
+    peak: PeakPoint
+    hessian: Array
     kind: str

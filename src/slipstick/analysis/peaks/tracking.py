@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import walk
-from slipstick.analysis.curve.request import common_arguments, followed_problem
-from slipstick.analysis.curve.task import Task
-from slipstick.analysis.curve.threads import one_thread
+from slipstick.analysis.curve.follow import CurveRequest
+from slipstick.analysis.curve.record import Run, counted
+from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
 from slipstick.analysis.peaks.gradient import Extreme, StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
-from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.parameters import parameter_path
-from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import Gathering, number, shown, suggestion, text, warn
-from slipstick.interrupts import held
-from slipstick.results.afterwards import result_warnings
+from slipstick.faults import number, shown, suggestion, text
+from slipstick.interrupts import held, pass_on
 from slipstick.results.branch import Branch
-from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import attributes_of, make_table, requested_attribute
-from slipstick.solve.continuation import ContinuationOptions
-from slipstick.solve.continuation.path import failed
+from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
@@ -98,9 +89,7 @@ def track_peak(
     >>> round(float(best.parameter[0]), 4), round(float(best.omega[0]), 5), round(float(best.amplitude[0, 0]), 6)
     (471.6962, 9.50476, 2.803733)
     """
-    request = tracked_peak(problem, parameter, span, omega, dof, requested, options)
-    with one_thread():
-        return request.branch()
+    return tracked_peak(problem, parameter, span, omega, dof, requested, options).branch()
 
 
 def tracked_peak(
@@ -113,36 +102,30 @@ def tracked_peak(
     InputError
         With all faults.
     """
-    found = Gathering()
-    checked = found.take(followed_problem, problem)
-    name = found.take(text, "parameter", parameter, 'a name such as "damper.mu"') or ""
-    points = found.take(requested_values, requested) or ()
-    if checked is not None and name:
-        found.take(parameter_path, checked, name)
-        found.end()
-        span = _start(checked, name, span) if span is None or isinstance(span, Real) else span
-    ends = found.take(two_numbers, span, f"range of {name}" if name else "range")
-    sought = found.take(two_numbers, omega, "frequency range")
-    if ends is not None:
-        found.faults += range_faults(*ends, name=f"range of {name}", positive=False) or requested_faults(points, *ends)
-    if sought is not None:
-        found.faults += range_faults(*sought, name="frequency range", positive=True)
-    if checked is not None and name:
-        found.take(_takes, checked, name, ends)
-        found.take(one_dof, checked, dof)
-    given = {**TRACKING, **options} if isinstance(options, Mapping) else TRACKING if options is None else options
-    if isinstance(given, Mapping) and given.get("adapt_harmonics") is not None:
+    checks = Checks(problem)
+    name = checks.name(parameter)
+    if checks.problem is not None and name:
+        checks.takes(name, None)
+        checks.end()
+        span = _start(checks.problem, name, span) if span is None or isinstance(span, Real) else span
+    ends, points = checks.range(span, requested, f"range of {name}" if name else "range", positive=False)
+    sought, _ = checks.range(omega, (), "frequency range", positive=True)
+    checks.takes(name, ends)
+    output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None and name else None
+    chosen = {**TRACKING, **options} if isinstance(options, Mapping) else TRACKING if options is None else options
+    if isinstance(chosen, Mapping) and chosen.get("adapt_harmonics") is not None:
         with_all = Fault("options, adapt_harmonics", "a peak is tracked with all harmonics", remedy="leave it out")
-        found.faults.append(with_all)
-    common = found.take(common_arguments, checked, points, None, given)
-    found.end()
-    assert checked is not None
+        checks.faults.append(with_all)
+    common = checks.common(points, options=chosen)
+    assert checks.problem is not None
     assert ends is not None
     assert sought is not None
-    assert common is not None
+    assert output is not None
+    balance = common["balance"]
     return TrackedPeak(
-        problem=checked, balance=common["balance"], parameter=name, span=ends, omega=sought,
-        dof=one_dof(checked, dof), requested=points, options=common["options"],
+        problem=checks.problem, balance=balance, parameter=name, start=ends[0], stop=ends[1], omega=sought, dof=output,
+        requested=points, options=common["options"],
+        warnings=parameter_warnings(checks.problem, name, ends, sought[0], balance.receptance.static),
     )  # fmt: skip
 
 
@@ -152,12 +135,6 @@ def _start(problem: Problem, name: str, given: Any) -> tuple[float, float]:
     if value == 0.0:
         raise InputError(Fault("start", f"{name} is 0, round which nothing is sought", remedy="give another start"))
     return value, 2.0 * value
-
-
-def _takes(problem: Problem, parameter: str, span: tuple[float, float] | None) -> None:
-    parameter_path(problem, parameter)
-    for end in span or ():
-        problem.at_parameter(parameter, end)
 
 
 def one_dof(problem: Problem, given: Any) -> str:
@@ -172,110 +149,94 @@ def one_dof(problem: Problem, given: Any) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackedPeak:
-    """A peak to be followed."""
+class TrackedPeak(Request):
+    """A peak to be followed: of the amplitude at ``dof``, between the frequencies ``omega``."""
 
-    problem: Problem
-    balance: Balance
-    parameter: str
-    span: tuple[float, float]
     omega: tuple[float, float]
     dof: str
-    requested: tuple[float, ...]
-    options: ContinuationOptions
 
-    def branch(self) -> Branch:
-        """The locus as a branch."""
-        clock, warnings, system = time.perf_counter(), self.warned(), self.system()
-        locus, found = self.locus(system, self.span), list[PeakPoint]()
-        try:
-            first = self.first(system)
-            if first is None:
-                locus.outcome, locus.message = Outcome.NO_FIRST_POINT, self.none_found
-            else:
-                found.extend(locus.points(first))
-        except KeyboardInterrupt:
-            locus.outcome, locus.message = Outcome.INTERRUPTED, Outcome.INTERRUPTED.text
-        except Exception as error:
-            if not found:
-                raise
-            locus.outcome, locus.message = failed(error)
-        work = locus.work
-        return self.recorded(
-            found, locus.outcome or Outcome.INTERRUPTED, locus.message, warnings,
-            evaluations=work.evaluations, linear_solves=work.solves, rejected_steps=work.rejected,
-            factorisations=system.factorisations, seconds=time.perf_counter() - clock,
-        )  # fmt: skip
-
-    def warned(self) -> Sequence[str]:
-        """What looks wrong, said."""
-        static = self.balance.receptance.static
-        warnings = parameter_warnings(self.problem, self.parameter, self.span, self.omega[0], static)
-        self.problem.warn(warnings)
-        return warnings
-
-    def system(self) -> PeakSystem:
-        """The peaks of the output over the parameter."""
-        self.balance.anchor_if_undamped(self.omega[0])
-        outputs = Outputs(self.balance, (self.dof,))
-        return PeakSystem(StateSpace(outputs, self.problem.inputs, parameter_path(self.problem, self.parameter)))
-
-    def locus(self, system: PeakSystem, span: tuple[float, float]) -> PeakContinuation:
-        """The locus, to be followed."""
-        return PeakContinuation(system, span, (min(self.omega), max(self.omega)), self.options, self.requested)
+    def run(self) -> PeakRun:
+        """What follows it."""
+        return PeakRun(self)
 
     def first(self, system: PeakSystem) -> Array | None:
         """The highest peak at the first value, (N + 1,)."""
-        return highest_peak(system.space, self.span[0], self.omega, self.dof)
+        return highest_peak(system.space, self.start, self.omega, self.dof)
+
+
+class PeakRun(Run[TrackedPeak]):
+    """A peak under way.
+
+    Attributes
+    ----------
+    system
+        The peaks of the output over the parameter.
+    """
+
+    def __init__(self, request: TrackedPeak) -> None:
+        super().__init__(request)
+        balance = request.balance
+        balance.anchor_if_undamped(request.omega[0])
+        path = parameter_path(request.problem, request.parameter)
+        self.system = PeakSystem(StateSpace(Outputs(balance, (request.dof,)), request.problem.inputs, path))
+        self._peaks = self.continuation(request.start, request.stop)
+
+    def continuation(self, start: float, stop: float) -> PeakContinuation:
+        """The peak between two values of the parameter, to be followed."""
+        request = self.request
+        bounds = min(request.omega), max(request.omega)
+        return PeakContinuation(self.system, (start, stop), bounds, request.options, request.requested)
+
+    def points(self) -> Generator[Point, None, None]:
+        """From the highest peak at the first value on."""
+        first, peaks, request = self.request.first(self.system), self._peaks, self.request
+        if first is None:
+            self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
+            return
+        for peak in peaks.points(first):
+            self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
+            yield self.point(peak)
+            pass_on()
+        self.outcome, self.message = peaks.outcome or Outcome.INTERRUPTED, peaks.message
+
+    def point(self, peak: PeakPoint) -> Point:
+        """A peak as a point of the results; minima of the curve, beyond a fold, are peaks of nothing."""
+        return Point.at(
+            peak.detail, x=peak.y[:-1], residual=peak.residual, iterations=peak.iterations, kind=peak.kind,
+            parameter=peak.parameter, peak_of=self.request.dof if peak.detail.bend < 0.0 else "",
+        )  # fmt: skip
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Whose peak, and the work."""
+        return {
+            "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations
+        }  # fmt: skip
 
     @property
     def none_found(self) -> str:
-        """What is said where there is none."""
-        where = " to ".join(f"{w:g}" for w in self.omega)
-        none = f"no peak of {self.dof} was found from {where} {self.problem.units.angular}"
-        return f"{none} at {self.parameter} = {self.span[0]:g}"
-
-    def recorded(
-        self, found: Sequence[PeakPoint], outcome: Outcome, message: str, warnings: Sequence[str], **work: Any
-    ) -> Branch:
-        """Points as a branch."""
-        recorder, problem = Recorder(self.balance, parameter=self.parameter), self.problem
-        points = [
-            Point.at(
-                p.detail, x=p.y[:-1], residual=p.residual, iterations=p.iterations, kind=p.kind, parameter=p.parameter,
-                peak_of=self.dof if p.detail.bend < 0.0 else "",
-            )
-            for p in found
-        ]  # fmt: skip
-        values = recorder.values(points)
-        if points:
-            wrong = partial(
-                result_warnings, self.parameter, values, problem.elements, problem.units.angular,
-                requested=self.requested,
-            )  # fmt: skip
-            said = recorder.besides.said(wrong)
-            warn(said)
-            warnings = [*warnings, *said]
-        attributes = attributes_of(
-            problem, outcome, message, warnings, parameter=self.parameter, peak_of=self.dof,
-            jacobian=self.balance.kind.name, **requested_attribute(self.requested), **work,
-        )  # fmt: skip
-        return Branch(make_table(recorder.layout, values, attributes), outcome, problem, message)
+        """What is said where there is no peak."""
+        request = self.request
+        where = " to ".join(f"{w:g}" for w in request.omega)
+        none = f"no peak of {request.dof} was found from {where} {request.problem.units.angular}"
+        return f"{none} at {request.parameter} = {request.start:g}"
 
 
 def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], dof: str) -> Array | None:
     """Unknowns and frequency (N + 1,) of the highest peak of the curve at a value of the parameter."""
     balance, inputs = space.outputs.balance, space.at_value(value)
-    task = Task(
+    run = CurveRequest(
         problem=balance.problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs,
         omega=omega[0], start=omega[0], stop=omega[1], peaks_of=(dof,),
-    )  # fmt: skip
-    best: tuple[float, Array] | None = None
-    for point in walk(task, held):
+    ).run()  # fmt: skip
+    highest: tuple[float, Array] | None = None
+    for point in run.follow(guard=held):
         if point.kind == "peak":
             heat = point.detail.heat
             here = space.at(point.x, point.omega, value, None if heat is None else heat.temperature)
             size = Extreme.largest(balance.harmonics, here.motion()[0]).value
-            if best is None or size > best[0]:
-                best = size, np.append(point.x, point.omega)
-    return None if best is None else best[1]
+            if highest is None or size > highest[0]:
+                highest = size, np.append(point.x, point.omega)
+    if run.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return None if highest is None else highest[1]

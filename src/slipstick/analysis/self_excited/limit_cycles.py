@@ -1,26 +1,55 @@
-"""Self-excited vibration over a parameter: from steady sliding through the Hopf point to limit cycles."""
+"""Self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.request import common_arguments, followed_problem
-from slipstick.analysis.curve.threads import one_thread
-from slipstick.analysis.self_excited.cycles import SelfExcited
-from slipstick.balance.checks import range_faults, requested_faults, requested_values, two_numbers
+from slipstick.analysis.curve.record import Run, counted
+from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.curve.thermal_continuation import NO_WORK, Work
+from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.self_excited.start import CycleStart
+from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
+from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
 from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.preflight import parameter_warnings
 from slipstick.balance.problem import Problem
+from slipstick.balance.residual import terms
 from slipstick.contact.friction_law import is_friction
-from slipstick.errors import Fault
-from slipstick.faults import Gathering, text
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.interrupts import pass_on
 from slipstick.results.branch import Branch
+from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.schema import SELF_EXCITED
+from slipstick.results.stability import HOPF, STATE_CHANGE
+from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
+from slipstick.solve.norm import relative
+from slipstick.typing import Array
 
 CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
 """Options of limit cycles where nothing else is said."""
+
+CYCLE_PART, SLIDING_PART = 1, 2
+"""Parts of the branch."""
+
+_SLIDING_POINTS = 61
+_SAME = 1e-9
+"""Values of the parameter that are one, of the range."""
+_TOLD = 1e-6
+"""Of the range, that two Hopf points are apart: it is told."""
+_GONE = 1e-3
+"""Of the first cycle's motion: what has less vibrates no more."""
+_NONE = "no limit cycle beside the Hopf point is in the range"
+_HYSTERETIC = (
+    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers are told with "
+    "viscous damping that is equal at {}, the limit cycles with hysteretic damping"
+)
 
 
 def limit_cycles(
@@ -84,39 +113,55 @@ def limit_cycles(
     >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
     9.9945
     """
-    request = asked_cycles(problem, parameter, span, requested, options)
-    with one_thread():
-        return request.branch()
+    return cycles_request(problem, parameter, span, requested, options).branch()
 
 
-def asked_cycles(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
+def cycles_request(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
     """What is asked for, checked; InputError with all faults."""
-    found = Gathering()
-    checked = found.take(followed_problem, problem)
-    name = found.take(text, "parameter", parameter, 'a name such as "brake.mu"') or ""
-    points = found.take(requested_values, requested) or ()
-    ends = found.take(two_numbers, span, f"range of {name}" if name else "range")
-    if ends is not None:
-        found.faults += range_faults(*ends, name=f"range of {name}", positive=False) or requested_faults(points, *ends)
-    if checked is not None:
-        own = autonomous_faults(checked)
-        found.faults += own
+    checks = Checks(problem)
+    name = checks.name(parameter, "brake.mu")
+    ends, points = checks.range(span, requested, f"range of {name}" if name else "range", positive=False)
+    if checks.problem is not None:
+        faults = autonomous_faults(checks.problem)
+        checks.faults += faults
         if name:
-            varied = found.take(_varied_faults, checked, name, ends) or []
-            found.faults += [fault for fault in varied if fault not in own]
-    given = CYCLE_OPTIONS if options is None else options
-    if isinstance(given, Mapping):
-        given = {**CYCLE_OPTIONS, **given}
-        found.faults += _option_faults(given)
-    common = found.take(common_arguments, checked, points, None, given)
-    found.end()
-    assert checked is not None
+            varied = checks.take(_varied_faults, checks.problem, name, ends) or []
+            checks.faults += [fault for fault in varied if fault not in faults]
+    chosen = CYCLE_OPTIONS if options is None else options
+    if isinstance(chosen, Mapping):
+        chosen = {**CYCLE_OPTIONS, **chosen}
+        checks.faults += _option_faults(chosen)
+    common = checks.common(points, options=chosen)
+    assert checks.problem is not None
     assert ends is not None
-    assert common is not None
+    return self_excited(checks.problem, common["balance"], name, ends, points, common["options"])
+
+
+def self_excited(
+    problem: Problem, balance: Balance, parameter: str, span: tuple[float, float], requested: tuple[float, ...],
+    options: Any,
+) -> SelfExcited:  # fmt: skip
+    """The request, and what looks wrong: also that hysteretic damping is taken as viscous, equal at a frequency."""
+    values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
+    ordered = sorted(values, reverse=span[1] < span[0])
+    sliding = SteadySliding(balance, parameter)
+    if not sliding.in_time:
+        raise InputError("limit cycles need equations in time: give the structure as matrices or modes")
+    if _hysteretic(problem, parameter, span):
+        sliding = damped_as_vibrating(balance, parameter, ordered)
+    warnings = [*parameter_warnings(problem, parameter, span, 1.0, balance.receptance.static)]
+    if sliding.damping_at is not None:
+        warnings.append(_HYSTERETIC.format(problem.units.frequency_text(sliding.damping_at)))
     return SelfExcited(
-        problem=checked, balance=common["balance"], parameter=name, span=ends, requested=points,
-        options=replace(common["options"], output_step=np.inf),
+        problem=problem, balance=balance, parameter=parameter, start=span[0], stop=span[1], requested=requested,
+        options=replace(options, output_step=np.inf), warnings=warnings, sliding=sliding, values=tuple(ordered),
     )  # fmt: skip
+
+
+def _hysteretic(problem: Problem, parameter: str, span: tuple[float, float]) -> bool:
+    """Whether there is hysteretic damping anywhere in the range."""
+    ends = (problem.at_parameter(parameter, end).structure for end in span)
+    return any(np.any(np.asarray(getattr(structure, "loss_factor", 0.0))) for structure in ends)
 
 
 def _option_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
@@ -155,3 +200,176 @@ def _varied_faults(problem: Problem, parameter: str, span: tuple[float, float] |
     parameter_path(problem, parameter)
     ends = [autonomous_faults(problem.at_parameter(parameter, end)) for end in span or ()]
     return max(ends, key=len, default=[])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelfExcited(Request):
+    """Self-excited vibration to be followed over a parameter.
+
+    Attributes
+    ----------
+    sliding
+        Steady sliding of the problem.
+    values
+        Of the parameter, at which it is looked at; in their order.
+    """
+
+    sliding: SteadySliding
+    values: tuple[float, ...]
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """The states over the parameter."""
+        path = parameter_path(self.problem, self.parameter)
+        return StateSpace(Outputs(self.balance, ()), self.problem.inputs, path)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last value of the parameter."""
+        return self.start, self.stop
+
+    def run(self) -> SelfExcitedRun:
+        """What follows it."""
+        return SelfExcitedRun(self)
+
+    def recorder(self) -> Recorder:
+        """With stability at every point."""
+        return Recorder(self.balance, parameter=self.parameter, stability=True)
+
+
+class SelfExcitedRun(Run[SelfExcited]):
+    """Limit cycles from the first Hopf point, then steady sliding over the range.
+
+    Attributes
+    ----------
+    beginning
+        Value of the parameter at which the cycles begin; nan without.
+    """
+
+    def __init__(self, request: SelfExcited) -> None:
+        super().__init__(request)
+        self.beginning = np.nan
+        self._work: Work = NO_WORK
+
+    def points(self) -> Generator[Point, None, None]:
+        """Those of limit cycles; however they end, those of steady sliding."""
+        known, hopf = self._slid()
+        if hopf:
+            self.outcome, self.message, self.beginning = Outcome.NO_FIRST_POINT, _NONE, hopf[0].value
+            yield from self.found(self._cycles(hopf[0]))
+        self._ended(known, hopf)
+        for sliding in known:
+            yield self._sliding_point(sliding, known, hopf)
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """What kind of vibration, and the work."""
+        return {"vibration": SELF_EXCITED, **counted(self._work)}
+
+    def _slid(self) -> tuple[list[Sliding], list[Sliding]]:
+        """Steady sliding over the range, and its Hopf points, which are among it."""
+        request = self.request
+        known = []
+        for sliding in request.sliding.over(request.values):
+            known.append(sliding)
+            pass_on()
+        hopf = request.sliding.hopf_points(known)
+        near = _SAME * abs(request.stop - request.start)
+        apart = [s for s in known if all(abs(s.value - point.value) > near for point in hopf)]
+        return sorted([*apart, *hopf], key=lambda s: s.value, reverse=request.stop < request.start), hopf
+
+    def _sliding_point(self, sliding: Sliding, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> Point:
+        kind = "start" if sliding is known[0] else "end" if sliding is known[-1] else "regular"
+        kind = HOPF if sliding in hopf else "requested" if sliding.value in self.request.requested else kind
+        x, stability = at_rest(self.request.balance, sliding), sliding.stability
+        return self._uncorrected(x, sliding.omega, sliding.value, kind=kind, part=SLIDING_PART, stability=stability)
+
+    def _uncorrected(self, x: Array, omega: float, value: float, **names: Any) -> Point:
+        """A motion (N,) that was not corrected, with what is left of the balance."""
+        here = self.request.space.at(x, omega, value)
+        residual = relative(here.at.residual, terms(self.request.balance, x, here.at))
+        return Point.at(here.found, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
+
+    def _ended(self, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> None:
+        """Put down how it ended."""
+        request = self.request
+        where = f"over the whole range of {request.parameter}"
+        if not known:
+            self.outcome, self.message = Outcome.NO_FIRST_POINT, "no steady sliding was found"
+        elif hopf:
+            others = ", ".join(f"{s.value:.6g}" for s in hopf[1:])
+            more = f"; further Hopf points, not followed from: {others}" if others else ""
+            at = f"{self.beginning:.6g} ({request.parameter})"
+            if abs(self.beginning - hopf[0].value) > _TOLD * abs(request.stop - request.start):
+                at += f", by eigenvalues at {hopf[0].value:.6g}: equations in time leave out part of the compliance"
+            self.message = f"{self.message}; Hopf point at {at}{more}"
+        elif any(s.growing for s in known):
+            self.outcome = Outcome.NO_FIRST_POINT
+            self.message = (
+                f"steady sliding is unstable and there is no Hopf point {where}: begin where it is stable, such as at "
+                "a smaller friction coefficient"
+            )
+        else:
+            self.outcome = Outcome.COMPLETED
+            self.message = f"steady sliding is stable {where}: no vibration begins by itself"
+
+    def _cycles(self, hopf: Sliding) -> Iterator[Point]:
+        """From the Hopf point straight up to the first change of state, then along the branch."""
+        request = self.request
+        request.balance.anchor_if_undamped(hopf.omega)
+        start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
+        if not start.found:
+            self.message = "the balance has no vibration near the Hopf point that eigenvalues tell of"
+            return
+        self.beginning = start.value
+        yield self._rising(start, hopf, 0.0, "start")
+        if start.largest is None:
+            self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
+            return
+        yield self._rising(start, hopf, start.largest, STATE_CHANGE)
+        first = start.first()
+        if first is not None:
+            yield from self._beyond(start, first)
+
+    def _rising(self, start: CycleStart, hopf: Sliding, size: float, kind: str) -> Point:
+        """Of the straight rise at the Hopf point."""
+        x, stability = start.vibrating(size), hopf.stability
+        return self._uncorrected(x, start.omega, start.value, kind=kind, part=CYCLE_PART, stability=stability)
+
+    def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
+        """Where contacts change their states, along the branch."""
+        request, system = self.request, start.system
+        special = CycleSpecialPoints(CycleWatch(request.balance, damping_at=request.sliding.damping_at), system)
+        least = _GONE * start.size(first.x[:-1])
+        gone = BranchEvent(
+            name="the vibration dies away in steady sliding", kind="end", terminal=True, direction=-1,
+            function=lambda step: start.size(step.x[:-1]) - least,
+        )  # fmt: skip
+        run = continuation(
+            system, first.x, *request.span, at=first.parameter, direction=first.tangent, options=request.options,
+            scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
+            events=(gone, *special.events),
+        )  # fmt: skip
+        for step in run:
+            pass_on()
+            # steady sliding solves the balance at every frequency: what is located there is no cycle
+            if start.size(step.x[:-1]) > 0.5 * least:
+                yield self._followed(step, special)
+        self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
+        self._work = Work(1, run.evaluations, run.solves, run.rejected)
+
+    def _followed(self, step: Step, special: CycleSpecialPoints) -> Point:
+        value = step.evaluation
+        kind = step.kind if special.confirmed(step) and step.kind != "start" else "regular"
+        return Point.at(
+            value.detail, x=step.x[:-1], residual=relative(value.residual, value.terms()), iterations=step.iterations,
+            kind=kind, parameter=step.parameter, peak_of="", part=CYCLE_PART,
+            stability=special.judged(step, compare=kind not in ("regular", STATE_CHANGE)),
+        )  # fmt: skip
+
+
+def at_rest(balance: Balance, sliding: Sliding) -> Array:
+    """Unknowns (N,) of steady sliding."""
+    X = np.zeros((balance.n_ports, balance.L))
+    X[:, 0] = sliding.x
+    return X.reshape(-1)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.analysis.curve.threads import one_thread
+from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
 from slipstick.balance.inputs import Inputs

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import collect
-from slipstick.analysis.curve.task import Departure, Task
-from slipstick.analysis.curve.tasks import frequency_task, parameter_task
+from slipstick.analysis.curve.follow import CurveRequest, Departure
+from slipstick.analysis.curve.response import frequency_request, parameter_request
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.contact.rubbing import MOTION_PARTS
@@ -69,18 +68,18 @@ def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, *
     kind = str(branch.table["kind"].to_numpy()[point])
     if kind != PERIOD_DOUBLING:
         raise InputError(f"point {point} is a {kind} point; branch.bifurcations() tells where the period doubles")
-    task = _task(branch, {**options, "stability": stability})
-    x, value = _embedded(branch, task, point), float(branch.table[branch.followed].to_numpy()[point])
-    value *= 1.0 if task.parameter else 0.5
-    fresh = _fresh(task)
-    departure = _departure(task, x, value, fresh)
+    request = _request(branch, {**options, "stability": stability})
+    x, value = _embedded(branch, request, point), float(branch.table[branch.followed].to_numpy()[point])
+    value *= 1.0 if request.parameter else 0.5
+    fresh = _fresh(request)
+    departure = _departure(request, x, value, fresh)
     if departure is None:
         raise InputError(f"no motion of twice the period was found beside point {point}; keep more harmonics")
     gone = BranchEvent(
         name="the period is the single one again", kind="end", terminal=True, direction=-1,
         function=lambda step: float(np.linalg.norm(step.x[fresh]) - _GONE * np.linalg.norm(step.x)),
     )  # fmt: skip
-    return collect(replace(task, departure=replace(departure, events=(gone,))))
+    return replace(request, departure=replace(departure, events=(gone,))).branch()
 
 
 def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
@@ -103,7 +102,7 @@ def _ends_at(branch: Branch, value: float, span: float) -> bool:
     return abs(factor * float(branch.table[branch.followed].to_numpy()[-1]) - value) < 1e-3 * span
 
 
-def _task(branch: Branch, options: Mapping[str, Any]) -> Task:
+def _request(branch: Branch, options: Mapping[str, Any]) -> CurveRequest:
     """The range of the branch, with half its frequencies."""
     problem, where = branch.problem, branch.table[branch.followed].to_numpy()
     if problem is None:
@@ -111,10 +110,10 @@ def _task(branch: Branch, options: Mapping[str, Any]) -> Task:
     ends = float(where.min()), float(where.max())
     given = [options.get(name, default) for name, default in _ARGUMENTS.items()]
     if branch.followed == "omega":
-        return frequency_task(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *given)
+        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *given)
     omega = 0.5 * float(branch.table["omega"].to_numpy()[0])
     name = renamed(str(branch.table.attrs["parameter"]))
-    return parameter_task(doubled(problem), name, ends, omega, *given)
+    return parameter_request(doubled(problem), name, ends, omega, *given)
 
 
 _ARGUMENTS: dict[str, Any] = {
@@ -122,41 +121,45 @@ _ARGUMENTS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _fresh(task: Task) -> BoolArray:
+def _fresh(request: CurveRequest) -> BoolArray:
     """Unknowns (N,) of the odd orders."""
-    h = task.balance.harmonics
+    h = request.balance.harmonics
     one = np.concatenate([[False], np.repeat(h.m % 2 == 1, 2)])
-    return np.asarray(np.tile(one, task.balance.n_ports))
+    return np.asarray(np.tile(one, request.balance.n_ports))
 
 
-def _embedded(branch: Branch, task: Task, point: int) -> Array:
+def _embedded(branch: Branch, request: CurveRequest, point: int) -> Array:
     """The unknowns of a point of the branch among those with twice the period."""
-    X, h = branch.guess(point), task.balance.harmonics
+    X, h = branch.guess(point), request.balance.harmonics
     out = np.zeros((len(X), h.size))
     places = [0, *(h.index(2 * m, part) for m in branch.harmonics.orders[1:] for part in ("c", "s"))]
     out[:, places] = X
     return out.reshape(-1)
 
 
-def _departure(task: Task, x: Array, value: float, fresh: BoolArray) -> Departure | None:
+def _departure(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Departure | None:
     """A solution with a little of the new harmonics, at whatever value of the followed quantity it has."""
     way = np.zeros(x.size + 1)
-    way[:-1] = _direction(task, x, value, fresh)
-    metric = Metric(scales(task.balance, task.inputs, task.omega).arclength(), x, abs(task.stop - task.start))
+    way[:-1] = _direction(request, x, value, fresh)
+    metric = Metric(
+        scales(request.balance, request.inputs, request.omega).arclength(), x, abs(request.stop - request.start)
+    )
     for size in _SIZES:
-        corrector = Corrector(task.system, x.size, metric, NewtonOptions())
+        corrector = Corrector(request.system, x.size, metric, NewtonOptions())
         guess = np.append(x, value) + size * float(np.linalg.norm(x)) * way
         normal = way / metric.weights**2
         step, _ = corrector.correct(guess, normal, "start")
-        inside = step is not None and min(task.start, task.stop) < step.parameter < max(task.start, task.stop)
+        inside = step is not None and min(request.start, request.stop) < step.parameter < max(
+            request.start, request.stop
+        )
         if step is not None and inside and np.linalg.norm(step.x[fresh]) > _GONE * np.linalg.norm(step.x):
             return Departure(x=step.x, at=step.parameter, direction=step.tangent)
     return None
 
 
-def _direction(task: Task, x: Array, value: float, fresh: BoolArray) -> Array:
+def _direction(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Array:
     """The direction (N,) in which the balance is singular, by inverse iteration among the new harmonics."""
-    jacobian = task.system.evaluate(x, value).jacobian
+    jacobian = request.system.evaluate(x, value).jacobian
     way = np.where(fresh, np.cos(np.arange(x.size)), 0.0)
     for _ in range(4):
         way = np.where(fresh, jacobian.solve(way), 0.0)

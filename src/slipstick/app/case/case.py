@@ -22,7 +22,7 @@ from slipstick.faults import Gathering, one, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
-    from slipstick.analysis.curve.task import Task
+    from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
@@ -196,21 +196,19 @@ class Case:
             found = problem_warnings(self.problem(), self.omega, static)
         return [*self.body.warnings, *found]
 
-    def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
+    def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
-        from slipstick.analysis.curve.tasks import frequency_task, parameter_task
+        from slipstick.analysis.curve.response import frequency_request, parameter_request
 
         asked = self.response
         given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
         if self.parameter is None:
-            return frequency_task(self.problem(), self.span, *given)
-        return parameter_task(self.problem(), self.parameter, self.span, self.omega[0], *given)
+            return frequency_request(self.problem(), self.span, *given)
+        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *given)
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
-        from slipstick.analysis.curve.follow import collect
-
-        branch = collect(self.task(listeners=listeners))
+        branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
         said = dict.fromkeys([*self.body.warnings, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})

@@ -10,7 +10,7 @@ Length = Annotated[Annotated[float, Field(gt=0)] | None, Field(description="a nu
 
 
 class StepKeys(BaseModel):
-    """Names are those of ``slipstick.analysis.curve.task.ResponseOptions``; what is not given stays as it is there."""
+    """Named as in ``slipstick.analysis.curve.request.ResponseOptions``; what is not given stays as it is there."""
 
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
