@@ -87,7 +87,7 @@ class TimeCheck:
 
 def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
-    from slipstick.analysis.curve.correcting import corrected
+    from slipstick.analysis.curve.steady import corrected
     from slipstick.analysis.time_domain.initial_state import HarmonicStart
     from slipstick.analysis.time_domain.piecewise_model import integration_faults
     from slipstick.analysis.time_domain.transient import transient

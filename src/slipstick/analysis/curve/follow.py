@@ -65,6 +65,8 @@ class CurveRequest(Request):
         Judges every point, where that is asked for.
     departure
         Where the branch is taken up inside its range; None: at its start.
+    context
+        What the first point is solved with, as a point before would hand it on: contact temperatures.
     """
 
     system: FrequencySystem | ParameterSystem
@@ -76,6 +78,7 @@ class CurveRequest(Request):
     checkpoints: Sequence[Checkpoint] = ()
     stability: StabilityWatch | None = None
     departure: Departure | None = None
+    context: Any = None
 
     def run(self) -> CurveRun:
         """What follows it."""
@@ -136,7 +139,7 @@ class CurveRun(Run[CurveRequest]):
 
     def _segment(self, request: CurveRequest) -> Generator[Point, None, None]:
         """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
-        state, self._special = self.state, _special_points(request)
+        state, self._special = self.state, special_points(request)
         segment, meeting = state.segments[-1], state.segments[0].last if len(state.segments) > 1 else None
         steps = self._continuation(request, meeting)
         if steps is None:
@@ -166,11 +169,12 @@ class CurveRun(Run[CurveRequest]):
         state, departure, special = self.state, request.departure, self._special
         places, state.places = state.places, ()
         earlier, state.earlier = state.earlier, NO_WORK
-        inside: dict[str, Any] = {}
+        inside: dict[str, Any] = {"context": request.context}
         if places:
             x: Array | None = places[-1].state[:-1]
         elif departure is not None:
-            x, inside = departure.x, {"at": departure.at, "direction": departure.direction}
+            x = departure.x
+            inside |= {"at": departure.at, "direction": departure.direction}
         else:
             x = self._first(request)
         if x is None:
@@ -217,7 +221,7 @@ class CurveRun(Run[CurveRequest]):
         )  # fmt: skip
 
 
-def _special_points(request: CurveRequest) -> SpecialPoints | None:
+def special_points(request: CurveRequest) -> SpecialPoints | None:
     """Test functions of the kinds of motion, where stability is asked for."""
     if request.stability is None:
         return None

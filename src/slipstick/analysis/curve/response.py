@@ -161,13 +161,7 @@ def frequency_request(problem: Problem, omega: tuple[float, float], requested: A
     common = checks.common(points, *given)
     assert checks.problem is not None
     assert ends is not None
-    problem, (start, stop), balance = checks.problem, ends, common["balance"]
-    balance.anchor_if_undamped(start)
-    return CurveRequest(
-        problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
-        inputs=problem.inputs, omega=start, start=start, stop=stop,
-        warnings=problem_warnings(problem, (start, stop), balance.receptance.static), **common,
-    )  # fmt: skip
+    return curve_over(checks.problem, "", None, ends, common)
 
 
 def parameter_request(
@@ -182,13 +176,27 @@ def parameter_request(
     common = checks.common(points, *given)
     assert checks.problem is not None
     assert ends is not None
-    assert at is not None
-    problem, (start, stop), balance = checks.problem, ends, common["balance"]
+    return curve_over(checks.problem, parameter, at, ends, common)
+
+
+def curve_over(
+    problem: Problem, parameter: str, omega: float | None, ends: tuple[float, float], common: Mapping[str, Any]
+) -> CurveRequest:
+    """A curve over a parameter at a frequency, or over the frequency; of what was checked already."""
+    balance, start, static = common["balance"], ends[0], common["balance"].receptance.static
+    if not parameter:
+        balance.anchor_if_undamped(start)
+        return CurveRequest(
+            problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
+            inputs=problem.inputs, omega=start, start=start, stop=ends[1],
+            warnings=problem_warnings(problem, ends, static), **common,
+        )  # fmt: skip
+    assert omega is not None
     path = parameter_path(problem, parameter)
+    system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
     return CurveRequest(
-        problem=problem, system=_harmonics_by_need(ParameterSystem(balance, path, at), common["options"], parameter),
-        inputs=path.at(start)[0], omega=at, start=start, stop=stop, parameter=parameter,
-        warnings=parameter_warnings(problem, parameter, ends, at, balance.receptance.static), **common,
+        problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
+        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static), **common,
     )  # fmt: skip
 
 
