@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve import references
+from slipstick.analysis.curve import linear
 from slipstick.balance.ports import Balance
 
 
@@ -15,12 +15,12 @@ from slipstick.balance.ports import Balance
 def test_the_largest_amplitudes_are_those_of_the_closed_form(
     seconds: float, zeta: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(references, "_SECONDS", seconds)
+    monkeypatch.setattr(linear, "_SECONDS", seconds)
     k, kt, F = 40.0, 100.0, 2.0
     structure = ss.MatrixStructure(M=[[1.0]], C=[[2 * zeta * np.sqrt(k)]], K=[[k]], dofs=["x"])
     pair = ss.ContactPair(name="damper", contact=ss.FrictionContact(kt=kt, mu=0.3, normal_load=800.0), tangential="x")
     problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=F)], harmonics=range(6))
-    found = dict(references.linear_references(Balance(problem), (2.0, 15.0)))
+    found = dict(linear.linear_references(Balance(problem), (2.0, 15.0)))
     for label, stiffness in {"without contact": k, "stuck": k + kt}.items():
         own = zeta * np.sqrt(k / stiffness)
         data = found[label].dataset

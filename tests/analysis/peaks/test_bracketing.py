@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.peaks.bracketing import bracketed_peak
+from slipstick.analysis.peaks.continuation import bracketed_peak
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.peaks.system import PeakSystem
 from slipstick.balance.parameters import parameter_path

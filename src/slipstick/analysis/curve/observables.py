@@ -13,9 +13,9 @@ from slipstick.balance.many import Together, evaluated_together
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
+from slipstick.solve.continuation.dense_output import Between, Observables
 from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.metric import own_sizes
-from slipstick.solve.continuation.observables import Between, Observables
 from slipstick.typing import Array
 
 

@@ -19,7 +19,7 @@ from slipstick.interrupts import held
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
-from slipstick.solve.continuation.path import failed
+from slipstick.solve.continuation.follow import failed
 from slipstick.solve.linear.factors import one_blas_thread
 from slipstick.typing import Array
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import EventFunction
-from slipstick.analysis.stability.request import StabilityRequest, stability_request
 from slipstick.balance.checks import peak_faults, range_faults, requested_faults, requested_values, two_numbers
 from slipstick.balance.kinds import KINDS, Kind
 from slipstick.balance.parameters import parameter_path
@@ -40,6 +39,9 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.record import Run
     from slipstick.analysis.stability.floquet import StabilityWatch
     from slipstick.results.branch import Branch
+
+StabilityRequest = bool | Literal["full"]
+"""What users ask for."""
 
 PEAK_OUTPUTS = 3
 """Up to that many outputs, the peaks of all of them are located."""
@@ -307,3 +309,10 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tup
     if faults:
         raise InputError(faults)
     return chosen, ()
+
+
+def stability_request(given: object) -> StabilityRequest:
+    """Whether stability is asked for; InputError for anything but True, False, "full"."""
+    if isinstance(given, bool) or (isinstance(given, str) and given == "full"):
+        return given  # type: ignore[return-value]
+    raise InputError(Fault("stability", found=shown(given), expected='True, False, or "full" (all modes in motion)'))

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.analysis.curve.linear import linear_response
-from slipstick.analysis.curve.request import Checks, adapted_to, response_options
+from slipstick.analysis.curve.request import Checks, StabilityRequest, adapted_to, response_options
 from slipstick.analysis.events import EventFunction
-from slipstick.analysis.stability.request import StabilityRequest
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.curve.follow import CurveRequest, CurveRun, special_points
-from slipstick.analysis.curve.request import Checks
+from slipstick.analysis.curve.request import Checks, StabilityRequest
 from slipstick.analysis.curve.response import curve_over
 from slipstick.analysis.events import EventFunction
-from slipstick.analysis.stability.request import StabilityRequest
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem

@@ -17,7 +17,7 @@ from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD
 from slipstick.solve.continuation import Continuation, RestartPoint, Step, continuation
-from slipstick.solve.continuation.path import failed
+from slipstick.solve.continuation.follow import failed
 from slipstick.solve.norm import norm, relative
 from slipstick.thermal.model import Heat
 from slipstick.typing import Array

@@ -16,7 +16,6 @@ from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearizatio
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.solve.linear.eliminated import Eliminated
-from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
 
@@ -89,7 +88,7 @@ class PeakSystem:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""
         found = self.slope(y, parameter, context)
         if found is None:
-            return Evaluation(np.full(y.size, np.nan), UndefinedJacobian(y.size), np.full(y.size, np.nan))
+            return Evaluation.undefined(y.size)
         here, slope = found
         along, beside = self.space.along(parameter), slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))

@@ -4,8 +4,7 @@ from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.follow import Continuation, continuation
 from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
-from slipstick.solve.continuation.restart_point import RestartPoint
-from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step import RestartPoint, Step
 
 __all__ = [
     "ArclengthScaling",

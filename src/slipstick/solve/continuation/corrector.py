@@ -11,8 +11,7 @@ import numpy as np
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.restart_point import RestartPoint
-from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step import RestartPoint, Step
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
 from slipstick.solve.norm import norm

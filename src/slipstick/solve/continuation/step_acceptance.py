@@ -1,4 +1,4 @@
-"""Whether a converged point is the next one of its branch."""
+"""Whether a converged point is the next one of its branch; and the way round a corner, where none lies ahead."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.stepsize import StepOptions
+from slipstick.solve.newton.result import NewtonResult
 from slipstick.typing import Array
 
 _KINK_SHARE = 0.25
@@ -49,3 +50,23 @@ def objection(
     if not kink and angle_of(metric.cosine(last.tangent, new.tangent)) > options.max_angle:
         return Rejection.SHARP
     return None
+
+
+def turn(corrector: Corrector, span: Span, last: Step, length: float) -> tuple[Step | None, NewtonResult]:
+    """The first point beyond the corner next to ``last``; None where there is none.
+
+    Beyond the corner the equations of the next piece hold: their null direction, oriented so that the determinant
+    keeps its sign (B. C. Eaves, Mathematical Programming Study 10 (1979) 1), leads on.
+    """
+    metric = corrector.metric
+    unit = last.tangent / metric.length(last.tangent)
+    ahead = corrector.tangent_at(last.state + 4.0 * length * unit, unit)
+    if ahead is None:
+        return None, NewtonResult(last.state)
+    direction = ahead[0] if ahead[1] == last.orientation else -ahead[0]
+    guess = last.state + 1.5 * length * unit + 4.0 * length * direction
+    new, result = corrector.correct(guess, direction, "regular", name="corner")
+    if new is None or new.orientation != last.orientation or span.passed(new.parameter) is not None:
+        return None, result
+    near = metric.length(new.state - last.state) <= 10.0 * length
+    return (new if near else None), result
