@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.analysis.curve import request
-from slipstick.analysis.curve.response import frequency_request
+from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics

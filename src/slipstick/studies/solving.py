@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.curve.response import frequency_request, parameter_request
+from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of
 from slipstick.studies.plan import StudyPlan

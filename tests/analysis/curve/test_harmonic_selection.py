@@ -11,8 +11,8 @@ import pytest
 from helpers.cases import oscillator as oscillator_case
 
 import slipstick as ss
+from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.curve.harmonic_selection import driven_orders, harmonic_ladder
-from slipstick.analysis.curve.response import frequency_request
 from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.analysis.events import PointFound
 

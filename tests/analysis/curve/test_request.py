@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.analysis.curve.request import common_arguments, followed_problem, response_options
-from slipstick.analysis.curve.response import frequency_request, parameter_request
 from slipstick.balance.ports import Balance
 from slipstick.errors import InputError
 from slipstick.solve.continuation import ContinuationOptions

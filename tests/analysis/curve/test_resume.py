@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.curve.follow import CurveRequest
-from slipstick.analysis.curve.response import frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, frequency_request, parameter_request
 from slipstick.analysis.curve.resume import Checkpoint, resumable
 from slipstick.errors import InputError
 from slipstick.verify.cases import oscillator

@@ -10,22 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.observables import OutputObservables
 from slipstick.analysis.curve.record import Run, counted
-from slipstick.analysis.curve.request import Request, adapted_to
+from slipstick.analysis.curve.request import Checks, Request, adapted_to
 from slipstick.analysis.curve.resume import Checkpoint, ResumeState
 from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
 from slipstick.analysis.curve.thermal_continuation import FOLDS, NO_WORK, ThermalContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
 from slipstick.balance.inputs import Inputs
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.preflight import parameter_warnings, problem_warnings
+from slipstick.balance.problem import Problem
 from slipstick.balance.residual import unanswered
 from slipstick.balance.scaling import scales
 from slipstick.balance.start import FirstPoint
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import InputError, Outcome
+from slipstick.faults import frequency
 from slipstick.interrupts import pass_on
 from slipstick.results.record import Point, Recorder
 from slipstick.results.stability import STATE_CHANGE
 from slipstick.results.truncation import Reaction
-from slipstick.solve.continuation import Step
+from slipstick.solve.continuation import ContinuationOptions, Step
 from slipstick.solve.continuation.events import BranchEvent
 from slipstick.typing import Array
 
@@ -93,6 +97,62 @@ class CurveRequest(Request):
         """The same range from its other end."""
         inputs, omega = self.system.at(self.stop)
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
+
+
+def frequency_request(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> CurveRequest:
+    """What ``forced_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    ends, points = checks.range(omega, requested, "frequency range", positive=True)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    return curve_over(checks.problem, "", None, ends, common)
+
+
+def parameter_request(
+    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
+) -> CurveRequest:
+    """What ``parameter_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    parameter = checks.name(parameter)
+    at = checks.take(frequency, "omega", omega)
+    ends, points = checks.range(span, requested, f"range of {parameter}" if parameter else "range", positive=False)
+    checks.takes(parameter, ends)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    return curve_over(checks.problem, parameter, at, ends, common)
+
+
+def curve_over(
+    problem: Problem, parameter: str, omega: float | None, ends: tuple[float, float], common: Mapping[str, Any]
+) -> CurveRequest:
+    """A curve over a parameter at a frequency, or over the frequency; of what was checked already."""
+    balance, start, static = common["balance"], ends[0], common["balance"].receptance.static
+    if not parameter:
+        balance.anchor_if_undamped(start)
+        return CurveRequest(
+            problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
+            inputs=problem.inputs, omega=start, start=start, stop=ends[1],
+            warnings=problem_warnings(problem, ends, static), **common,
+        )  # fmt: skip
+    assert omega is not None
+    path = parameter_path(problem, parameter)
+    system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
+    return CurveRequest(
+        problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
+        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static), **common,
+    )  # fmt: skip
+
+
+def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
+    """The system as it is, or with harmonics by need where that is asked for."""
+    tolerance = adapted_to(options)
+    if tolerance is None:
+        return system
+    from slipstick.analysis.curve.harmonic_selection import adapted
+
+    return adapted(system, tolerance, parameter)
 
 
 class CurveRun(Run[CurveRequest]):

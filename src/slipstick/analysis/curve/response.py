@@ -8,16 +8,13 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.follow import CurveRequest
+from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.analysis.curve.linear import linear_response
-from slipstick.analysis.curve.request import Checks, StabilityRequest, adapted_to, response_options
+from slipstick.analysis.curve.request import StabilityRequest, response_options
 from slipstick.analysis.events import EventFunction
-from slipstick.balance.parameters import parameter_path
-from slipstick.balance.preflight import parameter_warnings, problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
-from slipstick.faults import frequency, warn, wrong
+from slipstick.faults import warn, wrong
 from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
@@ -151,62 +148,6 @@ def parameter_response(
     given = (requested, peaks_of, options, listeners, guess, stability)
     branch = parameter_request(problem, parameter, span, omega, *given).branch()
     return _with_subharmonics(branch, options, stability) if subharmonics else branch
-
-
-def frequency_request(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> CurveRequest:
-    """What ``forced_response`` follows; its arguments in their order."""
-    checks = Checks(problem)
-    ends, points = checks.range(omega, requested, "frequency range", positive=True)
-    common = checks.common(points, *given)
-    assert checks.problem is not None
-    assert ends is not None
-    return curve_over(checks.problem, "", None, ends, common)
-
-
-def parameter_request(
-    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
-) -> CurveRequest:
-    """What ``parameter_response`` follows; its arguments in their order."""
-    checks = Checks(problem)
-    parameter = checks.name(parameter)
-    at = checks.take(frequency, "omega", omega)
-    ends, points = checks.range(span, requested, f"range of {parameter}" if parameter else "range", positive=False)
-    checks.takes(parameter, ends)
-    common = checks.common(points, *given)
-    assert checks.problem is not None
-    assert ends is not None
-    return curve_over(checks.problem, parameter, at, ends, common)
-
-
-def curve_over(
-    problem: Problem, parameter: str, omega: float | None, ends: tuple[float, float], common: Mapping[str, Any]
-) -> CurveRequest:
-    """A curve over a parameter at a frequency, or over the frequency; of what was checked already."""
-    balance, start, static = common["balance"], ends[0], common["balance"].receptance.static
-    if not parameter:
-        balance.anchor_if_undamped(start)
-        return CurveRequest(
-            problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
-            inputs=problem.inputs, omega=start, start=start, stop=ends[1],
-            warnings=problem_warnings(problem, ends, static), **common,
-        )  # fmt: skip
-    assert omega is not None
-    path = parameter_path(problem, parameter)
-    system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
-    return CurveRequest(
-        problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
-        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static), **common,
-    )  # fmt: skip
-
-
-def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
-    """The system as it is, or with harmonics by need where that is asked for."""
-    tolerance = adapted_to(options)
-    if tolerance is None:
-        return system
-    from slipstick.analysis.curve.harmonic_selection import adapted
-
-    return adapted(system, tolerance, parameter)
 
 
 def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.analysis.curve.follow import CurveRequest, CurveRun, special_points
+from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
 from slipstick.analysis.curve.request import Checks, StabilityRequest
-from slipstick.analysis.curve.response import curve_over
 from slipstick.analysis.events import EventFunction
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.curve.follow import CurveRequest, Departure
-from slipstick.analysis.curve.response import frequency_request, parameter_request
+from slipstick.analysis.curve.follow import CurveRequest, Departure, frequency_request, parameter_request
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
 from slipstick.contact.rubbing import MOTION_PARTS

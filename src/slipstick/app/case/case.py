@@ -198,7 +198,7 @@ class Case:
 
     def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
-        from slipstick.analysis.curve.response import frequency_request, parameter_request
+        from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
         given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)

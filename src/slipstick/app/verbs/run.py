@@ -138,7 +138,7 @@ class Run:
 
     def _follow(self, shown: Progress) -> None:
         from slipstick.analysis.curve.record import undisturbed
-        from slipstick.app.verbs.stored import Stored
+        from slipstick.app.verbs.stored import Clock, Stored
 
         checkpoints = () if self.begun is None else self.begun.checkpoints
         sink: Stored | None = None
@@ -146,9 +146,9 @@ class Run:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
                 run = replace(self.case.curve(), checkpoints=checkpoints).run()
-                sink = Stored(run, self.store, shown, self.case, self.until)
+                sink = Stored(run, self.store, shown, self.case)
                 with undisturbed():
-                    for _ in run.follow(sink, guard=nullcontext):
+                    for _ in run.follow(sink, Clock(self.until), guard=nullcontext):
                         pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.curve.record import Run, Sink
-from slipstick.analysis.events import Event, PointFound, Stopped, StrategyTried
+from slipstick.analysis.events import Listener, PointFound, Started, StrategyTried
 from slipstick.app.case.case import Case
 from slipstick.app.terminal.progress import Progress
 from slipstick.errors import TimeIsUp
@@ -19,27 +19,20 @@ from slipstick.typing import Array
 
 
 class Stored(Sink):
-    """Writes points to the store and shows them; ends the run when its time is up.
+    """Writes points to the store and shows them.
 
-    ``until`` is when that is, of the monotonic clock. The points of an earlier run that this one goes on with are in
-    the store already.
+    The points of an earlier run that this one goes on with are in the store already.
     """
 
-    def __init__(self, run: Run[Any], store: ResultStore, shown: Progress, case: Case, until: float) -> None:
+    def __init__(self, run: Run[Any], store: ResultStore, shown: Progress, case: Case) -> None:
         super().__init__(run)
-        self._store, self._shown, self._case, self._until = store, shown, case, until
+        self._store, self._shown, self._case = store, shown, case
         self._factor, self._unit = case.shown_in
         self._last: float | None = None
         self._part = 1
         for point in run.request.checkpoints[-1:]:
             self._part, self._last = point.part, float(point.state[-1]) / self._factor
             shown.go_on(run.count, self._last)
-
-    def __call__(self, event: Event) -> None:
-        """Take an event, and look at the clock."""
-        super().__call__(event)
-        if time.monotonic() > self._until and not isinstance(event, Stopped):
-            raise TimeIsUp
 
     def strategy_tried(self, event: StrategyTried) -> None:
         """Show how the first point is sought."""
@@ -67,6 +60,29 @@ class Stored(Sink):
         step = abs(value - self._last) if self._last is not None else 0.0
         self._last = value
         self._shown.at(value, step, states_text(record))
+
+
+class Clock(Listener):
+    """Ends a computation when its time is up; ``until`` is when that is, of the monotonic clock."""
+
+    def __init__(self, until: float) -> None:
+        self._until = until
+
+    def started(self, event: Started) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def strategy_tried(self, event: StrategyTried) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def point_found(self, event: PointFound) -> None:
+        """Look at the clock."""
+        self._look()
+
+    def _look(self) -> None:
+        if time.monotonic() > self._until:
+            raise TimeIsUp
 
 
 def states_text(record: Mapping[str, Any]) -> str:
