@@ -81,6 +81,9 @@ def test_a_sink_gets_the_values_that_a_branch_holds():
             self.groups.append([event.kind for event in found])
             self.omega += values["omega"].tolist()
 
+        def values(self):
+            return {"omega": np.array(self.omega)}
+
     request = frequency_request(oscillator(velocity=10.0), (4.0, 8.0))
     run = request.run()
     sink = Kept(run)

@@ -72,14 +72,12 @@ class Run(ABC, Generic[R]):
 
     def __init__(self, request: R, *, count: int = 0, begun: float = 0.0) -> None:
         self.request, self.recorder, self.count = request, request.recorder(), count
-        self.outcome, self.message, self.error = Outcome.INTERRUPTED, "", None
+        self.outcome, self.message = Outcome.INTERRUPTED, ""
+        self.error: Exception | None = None
         self.progress, self.step = 0.0, nan
         self.checkpoint: Checkpoint | None = None
         self._clock = time.perf_counter() - begun
         self._listeners: tuple[EventFunction, ...] = request.listeners
-
-    outcome: Outcome
-    error: Exception | None
 
     @abstractmethod
     def points(self) -> Generator[Point, None, None]:
@@ -180,7 +178,7 @@ class Run(ABC, Generic[R]):
         return memory.branch()
 
 
-class Sink(Listener):
+class Sink(ABC, Listener):
     """Where points go. Those that wait are recorded together, which costs less than one by one.
 
     Attributes
@@ -216,13 +214,13 @@ class Sink(Listener):
         """Whether the points that wait are to be recorded now: solutions, with the interpolated ones before them."""
         return waiting[-1].kind != "interpolated"
 
+    @abstractmethod
     def keep(self, found: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Keep points, whose values by variable are (n_points, ...)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def values(self) -> Mapping[str, Array]:
         """Those of all points so far."""
-        raise NotImplementedError
 
     def said(self) -> list[str]:
         """What could not be computed about the points, and what looks wrong in their values."""
