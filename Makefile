@@ -13,7 +13,7 @@ SCRIPTS = bin
 endif
 BIN = $(VENV)/$(SCRIPTS)
 
-.PHONY: demo test verify docs package lowest lint bench bench-all clean
+.PHONY: demo test verify docs paper package lowest lint bench bench-all clean
 
 $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -28,9 +28,9 @@ test: $(VENV)/.ready
 	$(BIN)/python -m pytest -n 2
 
 verify: $(VENV)/.ready
+	$(MAKE) docs
 	$(BIN)/python -m pytest -m verify -n 2
 	$(BIN)/slipstick verify
-	$(MAKE) docs
 	$(MAKE) lowest
 
 # the site, in build/site; warnings are errors
@@ -40,6 +40,11 @@ docs: $(VENV)/.docs
 $(VENV)/.docs: $(VENV)/.ready
 	$(BIN)/python -m pip install -q --group docs
 	$(BIN)/python -c "open('$(VENV)/.docs', 'w').close()"
+
+# the paper with its figure and citations, in build/paper/paper.html; needs pandoc
+paper:
+	$(PYTHON) -c "import os, shutil; os.makedirs('build/paper', exist_ok=True); shutil.copy('paper/figure.png', 'build/paper')"
+	cd paper && pandoc --fail-if-warnings --standalone --citeproc --mathml --lua-filter figures.lua paper.md -o ../build/paper/paper.html
 
 # what is published, in dist/, checked
 package: $(VENV)/.ready

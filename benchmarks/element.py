@@ -32,7 +32,7 @@ Row = dict[str, Any]
 
 
 def batch(orders: range = range(11), count: int = COUNT, seed: int = 0) -> dict[str, np.ndarray]:
-    """Elements that stick all period, slip and stick, slip for good, open and close; one in three without rubbing."""
+    """Elements that stick all period, slip and stick, slip all period, open and close; one in three without rubbing."""
     rng = np.random.default_rng(seed)
     L = 2 * len(orders) - 1
     m = np.concatenate([[1.0], np.repeat(np.arange(1.0, len(orders)), 2)])

@@ -33,7 +33,7 @@ NOT_RUN = {
     "#!/usr/bin/env python": "workers of a cluster",
     "apiVersion": "workers of a cluster",
     ". rubs": "enters an environment",
-    "flowchart": "a drawing",
+    "case.toml ──>": "a drawing",
     "{eval-rst}": "what the site makes from docstrings",
 }
 """Blocks and lines that are not run, by how they begin, and why."""
@@ -84,7 +84,6 @@ SLOW = {
     "tutorial.md",
     "sensitivity.md",
     "studies.md",
-    "damper-load.md",
     "importing.md",
     "lobed-casing.md",
     "notebook-damper.ipynb",

@@ -101,7 +101,7 @@ def test_fast_rubbing_takes_the_damping_away(curves):
         assert found[0] == pytest.approx(hertz, rel=1e-4), load
         assert float(curves(load, 10.0).dataset.stick_fraction.max()) == 0.0
         assert float(curves(load, 10.0).dataset.slip_fraction.min()) == pytest.approx(1.0)
-        # zero harmonic of full slip: static deflection under mu N at every contact
+        # mean of full slip: static deflection under mu N at every contact
         shift = curves(load, 10.0).dataset["mean"].values
         assert np.ptp(shift) < 1e-6 * abs(shift).max()
 
@@ -132,7 +132,7 @@ def test_hot_contacts(curves):
         assert highest(hot)[1] / highest(cold)[1] == pytest.approx(gain, abs=0.02), velocity
         lost = 1 - total_power(hot)[0] / total_power(cold)[0]
         assert lost == pytest.approx(saved, abs=0.015), velocity
-        # the zero harmonic follows mu: it changes at 2 and 5 m/s only
+        # the mean follows mu: it changes at 2 and 5 m/s only
         if velocity:
             means = [float(b.dataset["mean"][0, 0]) for b in (hot, cold)]
             assert 1 - means[0] / means[1] == pytest.approx(saved, abs=0.015), velocity

@@ -29,7 +29,7 @@ def highest(branch, dof):
 
 
 def test_constant_velocity(tmp_path):
-    """Figs. 6 and 7: peaks and the zero harmonic (exact piecewise-linear integration gives these numbers)."""
+    """Figs. 6 and 7: peaks and the mean (exact piecewise-linear integration gives these numbers)."""
     module = load("oscillator/constant_velocity.py")
     branches = module.compute()
     expected = {0.0: (10.78, 3.340), 1.0: (10.78, 3.362), 10.0: (4.25, 4.820), 50.0: (5.82, 10.034),
@@ -84,7 +84,7 @@ def test_oscillating_rub(tmp_path):
 
 
 def test_rub_excited(tmp_path):
-    """Fig. 11: resonance frequency falls with a, zero harmonic 0."""
+    """Fig. 11: resonance frequency falls with a, mean 0."""
     module = load("oscillator/rub_excited.py")
     branches = module.compute()
     assert highest(branches[1.0], "x") == (pytest.approx(10.63, rel=2e-3), pytest.approx(3.513, rel=1e-3))

@@ -134,17 +134,3 @@ def test_every_example_is_in_the_gallery() -> None:
     gallery = "".join(text(DOCS / name) for name in ("examples.md", "blade.md"))
     for name, example in examples().items():
         assert f"`{name}`" in gallery or f"examples/{name}.py" in gallery or f"`{example.path.name}`" in gallery, name
-
-
-REPLACED = (
-    "slips for good", "permanent slip", "touch-down", "turns a minute", "part of the period", "over frequency",
-    "over the frequency", "counter surface", "what floats", "finds itself", "looks wrong is said", "nature",
-    "published numbers", "| verb |",
-)  # fmt: skip
-"""Words of our own for which the field has terms: full slip, contact closure, rpm, fraction of the period, ..."""
-
-
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md", ROOT / "src/slipstick/app/cli.py"], ids=lambda p: p.name)
-def test_pages_and_help_use_the_terms_of_the_field(page: Path) -> None:
-    prose = " ".join(text(page).split()).replace('the paper\'s "permanent slip"', "")
-    assert [words for words in REPLACED if words in prose] == []

@@ -54,7 +54,7 @@ def problem(height=0.3e-3):
 
 
 def compute():
-    """Over the speed, as the principal frequency (twice the speed); and over the height of the lobes."""
+    """Over the speed, as the fundamental frequency (twice the speed); and over the height of the lobes."""
     return {
         "versus speed": ss.forced_response(problem(), omega=(1250.0, 1650.0), peaks_of="y"),
         "versus height": ss.parameter_response(problem(), "tip.normal_cos1", (0.2e-3, 0.4e-3), omega=LOBES * SPEED),

@@ -118,7 +118,7 @@ class InputError(SlipstickError, ValueError):
     faults
         One fault, or all of them.
     say
-        How a fault is said; in the words of Python by default.
+        How a fault is worded; in the words of Python by default.
 
     >>> str(InputError([Fault(("contact", "tip", "kt"), found="-1", expected="a stiffness >= 0")]))
     "contact 'tip', kt: found -1; expected a stiffness >= 0"
@@ -160,7 +160,7 @@ def reason_of(error: Exception) -> str:
 
 
 class SlipstickWarning(UserWarning):
-    """Something that can be computed but looks wrong; one sentence each."""
+    """Input or a result that can be computed but is suspicious, approximated or unused; one sentence each."""
 
 
 class Reason(Enum):

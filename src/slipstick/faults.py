@@ -101,8 +101,10 @@ def suggestion(name: Any, known: Iterable[str]) -> str:
     >>> suggestion("stifness", ["mass", "stiffness"]), suggestion("q", ["x", "y"])
     ("did you mean 'stiffness'?", 'there are x, y')
     """
-    names = list(known)
-    close = get_close_matches(name if isinstance(name, str) else shown(name), names, n=1, cutoff=0.6)
+    names, text = list(known), name if isinstance(name, str) else shown(name)
+    folded = {each.casefold(): each for each in names}
+    close = get_close_matches(text, names, n=1, cutoff=0.6)
+    close = close or [folded[each] for each in get_close_matches(text.casefold(), folded, n=1, cutoff=0.6)]
     if close:
         return f"did you mean '{close[0]}'?"
     more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
@@ -212,7 +214,7 @@ def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
         pass
     except (OSError, ValueError) as error:  # too long, not permitted, a zero character
         reason = getattr(error, "strerror", None) or str(error)
-        found = f"{shown(value)}, which cannot be reached ({reason})"
+        found = f"{shown(fspath(value))}, which cannot be reached ({reason})"
         raise InputError(Fault(path_of(name), found=found, expected=expected)) from None
     return Path(value)
 

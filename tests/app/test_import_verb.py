@@ -54,7 +54,10 @@ def test_a_mesh_becomes_a_model(tmp_path: Path) -> None:
     [
         ((), "is a mesh without material; give young, poisson and density"),
         (("--young", "2e11"), "--poisson is missing"),
-        ((*MATERIAL, "--fix", "ROOTS"), "node set 'ROOTS' is not in the mesh; it has: BACK, ROOT, TIP\n"),
+        (
+            (*MATERIAL, "--fix", "ROOTS"),
+            "node set 'ROOTS' is not in the mesh; it has: BACK, ROOT, TIP; did you mean 'ROOT'?\n",
+        ),
         ((*MATERIAL, "--name", "KGG"), "expected K=NAME"),
         ((*MATERIAL, "--map", "nowhere.txt"), "nowhere.txt: there is no such file"),
         (("--young", "-1", "--poisson", "0.3", "--density", "1"), "young: found -1.0; expected a modulus > 0"),

@@ -82,3 +82,12 @@ def test_numbers_asked_for():
             two_numbers(bad, "omega")
     with pytest.raises(InputError, match="requested"):
         requested_values(["a"])
+
+
+@pytest.mark.parametrize("side", ["tangential", "normal"])
+def test_an_empty_direction_is_none(side: str) -> None:
+    structure = ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"])
+    contact = ss.FrictionContact(kt=1.0, mu=0.3, kn=1.0, gap=-1.0)
+    pair = ss.ContactPair(name="pad", contact=contact, **{"tangential": "x"} | {side: {}})
+    with pytest.raises(ss.InputError, match=f"contact 'pad', {side}: found {{}}, which has no direction"):
+        ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1])

@@ -109,6 +109,29 @@ def test_a_factor_survives_the_file(tmp_path) -> None:  # type: ignore[no-untype
     assert again.dataset.parameter.attrs["units"] == "1"
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("belt.speed", "there are damper.velocity, shroud.velocity"),
+        ("dampr.speed", "did you mean 'damper.velocity'"),
+        ("damper.nu", "did you mean 'damper.mu'"),
+        ("damper.speed", "did you mean 'damper.velocity'"),
+        ("damper.width", "damper has kt, mu, kn, gap, normal_load, velocity"),
+        ("load.x.amplitud", "did you mean 'load.x.amplitude'"),
+        ("amplitude", "did you mean 'load.x.amplitude'"),
+        ("los_factor", "did you mean 'loss_factor'"),
+        ("omega", "the frequency is what a response goes over"),
+    ],
+)
+def test_an_unknown_name_is_answered_by_what_was_meant(name: str, words: str) -> None:
+    contact = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=1.0)
+    pairs = [ss.ContactPair(name=name, tangential="x", contact=contact) for name in ("damper", "shroud")]
+    structure = ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"])
+    given = ss.Problem(structure, contacts=pairs, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1], told=None)
+    with pytest.raises(ss.InputError, match=f"there is no parameter '{name}'; {words}"):
+        given.parameter(name)
+
+
 def test_what_a_structure_does_not_have_is_no_parameter() -> None:
     bare = ss.Problem(ss.MatrixStructure(M=[[1.0]], K=[[9.0]], dofs=["x"]), told=None)
     assert bare.parameter("loss_factor") == 0.0

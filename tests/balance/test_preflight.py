@@ -47,6 +47,30 @@ SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
     (lambda: problem(harmonics=2), "at least 0..5"),
     (lambda: problem(loads=[], velocity=0.0), "nothing moves"),
     (lambda: problem(loads=[ss.Load(dof="x", sin=0.0)], velocity=0.0), "nothing moves"),
+    (lambda: ss.forced_response(problem(loads=[]), omega=(2.0, 3.0), options=SHORT), "was a load forgotten?"),
+    (lambda: ss.linear_response(problem(loads=[ss.Load(dof="x", harmonic=0, cos=1.0)]), omega=2.0), "load forgotten?"),
+    (lambda: problem(loads=[ss.Load(dof="x", sin=1.0)] * 2), "load on 'x', harmonic 1: given 2 times alike"),
+    (lambda: problem(loads=ss.Load(dof="x", amplitude=1.0, phase=90.0)), "load on 'x': a phase of 90 rad is more than"),
+    (
+        lambda: ss.parameter_response(problem(), "load.x.phase", (0.0, 90.0), omega=2.0, options=SHORT),
+        "load on 'x': a phase of 90 rad is more than",
+    ),
+    (lambda: problem(normal="x", kn=1.0), "'damper': normal is the tangential direction"),
+    (lambda: problem(C=-0.4), "feeds energy in (mode 1 at 6.3246 rad/s, damping ratio -0.0316; mode 2 at 6.3246"),
+    (lambda: ss.forced_response(problem(C=400.0), omega=(2.0, 8.0), options=SHORT), "a damping ratio of 31.6"),
+    (lambda: ss.linear_response(modal(damping_ratio=2.0), omega=[8.0, 9.0]), "a damping ratio of 2 (1 is critical"),
+    (
+        lambda: problem(normal="y", normal_load=None, gap=1.0, kn=1.0),
+        "the gap 1 is open and no load moves the structure across it",
+    ),
+    (
+        lambda: ss.study(problem(), {"damper.mu": [0.1, 0.2], "damper.gap": [-7.0, -8.0]}, omega=(2.0, 2.1)),
+        "mu N alone",
+    ),
+    (
+        lambda: ss.forced_response(problem(), omega=(2.0, 2.1)).sensitivity(["friction", "*.normal_load"]),
+        "mu N alone",
+    ),
     (lambda: problem(mu=30.0), "mu = 30 is more than"),
     (lambda: problem(kt=1e9), "kt = 1e+09 is 2.5e+07 times"),
     (lambda: problem(kt=1e-6), "kt = 1e-06 is only 2.5e-08"),
@@ -75,10 +99,11 @@ def free(C: Any = ((0.4,),)) -> ss.Problem:
     return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
 
 
-def modal(residual: float = 0.01) -> ss.Problem:
+def modal(residual: float = 0.01, **damping: float) -> ss.Problem:
     structure = ss.ModalStructure(
-        omega=[10.0], mode_shapes=[[1.0]], static_compliance=[[0.01 + residual]], dofs=["x"], loss_factor=0.01
-    )
+        omega=[10.0], mode_shapes=[[1.0]], static_compliance=[[0.01 + residual]], dofs=["x"],
+        **{"loss_factor": 0.01} | damping,
+    )  # fmt: skip
     return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
 
 

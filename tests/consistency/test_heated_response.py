@@ -95,7 +95,7 @@ def test_a_jump_between_thermal_equilibria_is_said() -> None:
     """Friction that rises steeply at 300: with growing velocity the cool equilibrium ends and the hot one is taken.
 
     The cool one ends where T - T0 = R mu N v touches the curve, the hot branch is the same formula at mu = 0.4; all in
-    permanent slip, so the temperatures are known.
+    full slip, so the temperatures are known.
     """
     steep = FrictionCurve(temperature=[25, 200, 280, 300, 330, 360, 2000], mu=[0.1, 0.1, 0.1, 0.12, 0.35, 0.4, 0.4])
     problem = oscillator(260.0, ThermalModel(curve=steep, background=25.0, resistance=0.012), 100.0)

@@ -15,6 +15,7 @@ import pytest
 from helpers import blocks
 from helpers.pages import needs_node, opened
 from helpers.reports import branch as made_branch
+from scipy.interpolate import PchipInterpolator
 
 import slipstick as ss
 from slipstick.report.content import content_of
@@ -324,6 +325,35 @@ def test_on_logarithmic_axes_the_pen_is_lifted_where_nothing_is_positive() -> No
     assert bars == [["R", -0.25, 0, 0.5 if 0.5 > 1 else 1, 1], ["R", 0.75, -2, 1, 2]]
     assert rings[0][:3] == ["M", 1 + 3.6, 2]
     assert len(rings) == 2
+
+
+def test_lines_of_few_points_are_cubics_through_all_of_them() -> None:
+    """Slopes over arclength as scipy has them; lines where the pen is lifted, at a corner, and between two points."""
+    rng = np.random.default_rng(2)
+    places = np.stack([np.cumsum(rng.uniform(-10.0, 50.0, 12)), 100.0 * rng.normal(size=12)], axis=1)
+    corner, pen = [int(i == 4) for i in range(12)], [int(i != 9) for i in range(12)]
+    steps, straight = drawn(f"""
+      const places = {places.tolist()}, smooth = {corner}, pen = {pen};
+      return [stepsOf(places, {{ smooth, pen }}), stepsOf(places, {{ pen }})]""")
+    assert "".join(step for step, *_ in steps) == "MCCCCCCCCMCC"
+    assert "".join(step for step, *_ in straight) == "MLLLLLLLLMLL"
+    np.testing.assert_allclose([step[-2:] for step in steps], places, rtol=0, atol=0)
+    for first, last in ((0, 4), (4, 8), (9, 11)):
+        own = places[first : last + 1]
+        s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(own, axis=0).T))])
+        slope = PchipInterpolator(s, own).derivative()(s)
+        third = np.diff(s)[:, None] / 3.0
+        wanted = np.hstack([own[:-1] + third * slope[:-1], own[1:] - third * slope[1:]])
+        np.testing.assert_allclose([step[1:5] for step in steps[first + 1 : last + 1]], wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("key, smooth", [("peak_of", True), ("peaks_of", False)])
+def test_tracked_peaks_are_drawn_smoothly(key: str, smooth: bool) -> None:
+    data = branch().dataset.assign_attrs({key: "a"}).assign(parameter=branch().dataset["omega"])
+    made = content_of(ss.Branch(data, branch().outcome), "first", contacts=3, dofs=3)
+    pens = drawn("return lines(app.curves.plotHost).map((line) => line.pen).filter((pen) => pen?.length > 9)", made)
+    assert pens
+    assert all(("C" in pen) is smooth for pen in pens)
 
 
 def test_two_results_are_named_and_the_cursor_goes_to_the_same_place() -> None:

@@ -43,7 +43,7 @@ def jumps(branch: Branch) -> list[tuple[float, float, float]]:
 
 
 def folds(curve: FrictionCurve, load: float, resistance: float) -> tuple[Array, Array]:
-    """In permanent slip ``T - T0 = R mu(T) N v``, so the velocity of an equilibrium is known over T: folds turn it."""
+    """In full slip ``T - T0 = R mu(T) N v``, so the velocity of an equilibrium is known over T: folds turn it."""
     T = np.linspace(curve.limits[0] + 1e-3, curve.limits[1], 400_001)
     return T, (T - BACKGROUND) / (resistance * load * curve.mu(T))
 
@@ -137,7 +137,7 @@ def coupled(curves: dict[str, FrictionCurve], loads: Array, influence: Array) ->
     "span", [pytest.param((1300.0, 2600.0), marks=pytest.mark.verify), (2600.0, 700.0)], ids=["up", "down"]
 )
 def test_coupled_contacts_settle_where_the_body_settles(span: tuple[float, float]) -> None:
-    """Three contacts that heat each other, in permanent slip: beyond each jump the end of ``dT/dt = T0 + R P - T``."""
+    """Three contacts that heat each other, in full slip: beyond each jump the end of ``dT/dt = T0 + R P - T``."""
     shift = [0.0, 60.0, 150.0]
     curves = {
         f"c{i}": FrictionCurve(temperature=[25, 200 + s, 230 + s, 3000], mu=[0.1, 0.1, 0.3, 0.3])

@@ -66,6 +66,7 @@ class Path2D {
   constructor() { this.steps = []; }
   moveTo(x, y) { this.steps.push(["M", x, y]); }
   lineTo(x, y) { this.steps.push(["L", x, y]); }
+  bezierCurveTo(...numbers) { this.steps.push(["C", ...numbers]); }
   rect(x, y, width, height) { this.steps.push(["R", x, y, width, height]); }
   closePath() { this.steps.push(["Z"]); }
   arc(x, y, radius) { this.steps.push(["A", x, y, radius]); }

@@ -14,7 +14,7 @@ from slipstick.results.schema import Declared, Layout
 LAYOUT = Layout(
     labels={"dof": ("x", "y"), "coefficient": ("0", "c1", "s1"), "contact": ("tip",)},
     variables={
-        "omega": Declared((), "rad/s", "principal frequency"),
+        "omega": Declared((), "rad/s", "fundamental frequency"),
         "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
         "power": Declared(("contact",), "force length/s", "dissipated power"),
         "count": Declared((), "1", "count", whole=True),

@@ -49,7 +49,10 @@ def test_a_mesh_alone_is_the_model_not_its_positions():
         (("a.mtx", "m.mtx"), {"quadratic": True}, "quadratic: the matrices have elements already"),
         (("a.mtx", "m.mtx"), {"material": STEEL}, "material: matrices hold their material already"),
         (("model.h5",), {"quadratic": True}, "model.h5: holds matrices"),
-        (("mesh.inp", "rows.dof"), {}, None),
+        (("mesh.inp", "rows.dof"), {}, "rows.dof: what it is for does not show"),
+        (("mesh.inp",), {"names": {"K": "KGG"}}, "names has no effect on mesh.inp"),
+        (("mesh.inp",), {"constraints": 3}, "constraints has no effect on mesh.inp"),
+        (("mesh.bdf",), {"constraints": 3}, None),
     ],
 )
 def test_nothing_is_without_effect(names, options, said):

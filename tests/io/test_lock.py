@@ -38,7 +38,7 @@ def test_a_file_that_says_nothing_or_is_left_from_elsewhere(tmp_path):
     (tmp_path / NAME).write_text("not a lock at all")
     lock = FolderLock(tmp_path)
     os.truncate(tmp_path / NAME, 0)
-    with pytest.raises(InputError, match="it has not said who it is"):
+    with pytest.raises(InputError, match="its process is not known"):
         FolderLock(tmp_path)
     lock.release()
 

@@ -13,9 +13,9 @@ def test_branches_are_compared_by_label() -> None:
     top, middle, bottom = ss.plots.compare([branch(), branch(5.0)], labels=["still", "rubbed"], dof="x1")
     assert named(top) == ["still", "rubbed", "peak"]
     assert [ax.get_ylabel() for ax in (top, middle, bottom)] == [
-        "Amplitude [mm]", "Zero harmonic [mm]", "Dissipated power [N mm/s]",
+        "Amplitude [mm]", "Mean [mm]", "Dissipated power [N mm/s]",
     ]  # fmt: skip
-    assert bottom.get_xlabel() == "Principal frequency [rad/s]"
+    assert bottom.get_xlabel() == "Fundamental frequency [rad/s]"
     assert title(top) == "Chain (x1)"
     assert [ax.get_legend() is None for ax in (top, middle, bottom)] == [False, True, True]  # said once
     for k, b in enumerate((branch(), branch(5.0))):

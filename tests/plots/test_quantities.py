@@ -20,7 +20,7 @@ def test_labels() -> None:
 
 def test_the_frequency_in_its_unit() -> None:
     hertz = abscissa(branch().dataset, "Hz")
-    assert (hertz.label, hertz.unit) == ("Principal frequency [Hz]", "Hz")
+    assert (hertz.label, hertz.unit) == ("Fundamental frequency [Hz]", "Hz")
     np.testing.assert_allclose(hertz.values(branch().dataset) * 2 * np.pi, branch().dataset["omega"], rtol=1e-15)
     assert abscissa(dataset()).text(dataset(), 0) == "2 rad/s"
     assert held_text(dataset()) == ""

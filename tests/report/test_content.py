@@ -54,6 +54,10 @@ def test_the_dofs_that_were_asked_for(made: ss.Branch) -> None:
     asked = ss.forced_response(made.problem, omega=(10.0, 11.0), peaks_of="a")
     assert content_of(asked, "a", contacts=2, dofs=3)["asked"] == [0]  # z moves more
     assert content_of(made, "a", contacts=2, dofs=3)["asked"] == [0, 1, 2]
+    largest = made.dataset.assign_attrs(peaks_of="b", largest_of="a\nz")  # by default, of more than a few dofs
+    assert content_of(ss.Branch.from_dataset(largest), "a", contacts=2, dofs=3)["asked"] == [0, 1, 2]
+    tracked = largest.assign_attrs(peak_of="b").assign(parameter=largest["omega"])
+    assert content_of(ss.Branch.from_dataset(tracked), "a", contacts=2, dofs=3)["asked"] == [1]
 
 
 def test_frequencies_in_the_unit_of_the_results(made: ss.Branch) -> None:

@@ -36,7 +36,7 @@ def test_units_that_have_names_stand_after_numbers(made: ss.Branch) -> None:
     data = made.dataset.copy()
     data["amplitude"].attrs["units"] = "mm"
     assert meaning(data, "amplitude") == {
-        "label": "Amplitude (0-to-peak, without the zero harmonic)", "units": "mm", "after": " mm",
+        "label": "Amplitude (0-to-peak, without the mean)", "units": "mm", "after": " mm",
     }  # fmt: skip
 
 

@@ -82,7 +82,7 @@ BESIDE = {
     "stability": (floquet.StabilityWatch, "difference", ("multiplier", "multiplier_max", "hill_pw_difference")),
     "what contacts do at interpolated points": (record, "Together", None),
     "stick_fraction": (record, "_detail_of", None),
-    "what looks wrong in the results": (request, "result_warnings", ()),
+    "what is suspicious in the results": (request, "result_warnings", ()),
 }
 """What fails: where it is computed, and the variables that are then not known."""
 

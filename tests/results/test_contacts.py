@@ -175,7 +175,7 @@ def test_a_law_that_tells_nothing_is_unknown() -> None:
     both = ss.Problem(plain.structure, contacts=[pair, *plain.contacts], loads=plain.loads, harmonics=H)
     found = ss.forced_response(both, omega=(OMEGA, OMEGA + 0.05))
     assert found.states(0)["silent"] == [(0.0, 2.0 * np.pi, "unknown")]
-    with pytest.raises(ss.InputError, match="the law of contact 'silent', a Silent, does not tell its force in time"):
+    with pytest.raises(ss.InputError, match="the law of contact 'silent', a Silent, does not give its force in time"):
         found.loop(0, "silent")
     alone = ss.Problem(plain.structure, contacts=[pair], loads=plain.loads, harmonics=H)
     with pytest.raises(ss.InputError, match="these results hold no friction contact"):

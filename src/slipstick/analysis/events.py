@@ -40,7 +40,7 @@ class PointFound:
 
     @property
     def omega(self) -> float:
-        """Principal frequency, rad/s."""
+        """Fundamental frequency, rad/s."""
         return self.point.omega
 
     @property

@@ -1,4 +1,4 @@
-"""The command line: stateless verbs; heavy modules are imported inside them."""
+"""The command line: stateless commands; heavy modules are imported inside them."""
 
 from __future__ import annotations
 
@@ -98,7 +98,10 @@ def run(
 
 @app.command()
 def resume(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run.", show_default=False)],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run or study.", show_default=False)],
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Of a study: processes; by default one a processor.")
+    ] = None,
     figures: Figures = None,
     formats: Formats = None,
     no_figures: NoFigures = False,
@@ -114,7 +117,7 @@ def resume(
         manner = _manner(
             time_limit, (figures, formats), figures=not no_figures, report=report, quiet=quiet, answer=answer
         )
-        raise typer.Exit(resume_run(folder, manner))
+        raise typer.Exit(resume_run(folder, manner, workers))
 
 
 def _manner(time_limit: str | None, wanted: tuple[str | None, str | None] = (None, None), **how: Any) -> Manner:

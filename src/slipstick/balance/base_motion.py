@@ -126,7 +126,7 @@ class BaseReceptance:
         self.static: Array = plain.static * _factors(self._motions, np.zeros(()))[0]
 
     def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
-        """As of every receptance, with the derivative by the principal frequency."""
+        """As of every receptance, with the derivative by the fundamental frequency."""
         value, slope = self._plain.at(orders, omega)
         factor, rate = self._factor(orders, omega)
         order = np.asarray(orders, dtype=float)[:, None, None]

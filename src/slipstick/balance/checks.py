@@ -45,7 +45,7 @@ class Known:
         factor = common_period(*self.period_ratio)[side]
         if order * factor not in self.orders:
             own = f"harmonic {order}" + (
-                f" (harmonic {order * factor} of the principal frequency)" if factor > 1 else ""
+                f" (harmonic {order * factor} of the fundamental frequency)" if factor > 1 else ""
             )
             yield Fault(statement=f"{own} is not among the harmonics kept, {list(self.orders)}", remedy="keep it too")
 

@@ -199,6 +199,18 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
         for k, cosines in enumerate(directions):
             at = pair.place(port) if len(directions) == 1 else (*pair.place(port), k)
             yield from (fault.inside(*at) for fault in cosine_faults(cosines or {}, dofs))
+            if cosines is not None and not cosines:
+                yield Fault(at, found="{}, which has no direction", expected="the dofs along which the port moves")
+
+
+_MOST_OF_BOTH = 0.75
+"""Of a slanted contact on one dof both cosines are at most 0.71."""
+
+
+def same_direction(tangential: Direction, normal: Direction) -> bool:
+    """Whether one motion is said to be along the contact and across it."""
+    equal = any({dof: sign * c for dof, c in tangential.items()} == dict(normal) for sign in (1.0, -1.0))
+    return equal and max(map(abs, normal.values()), default=0.0) > _MOST_OF_BOTH
 
 
 def cosine_faults(cosines: Mapping[str, float], dofs: Sequence[str] | None) -> Iterator[Fault]:

@@ -23,7 +23,7 @@ class Given:
     velocity: Array
     """Constant velocity of the rubbing motion along each port, (n_ports, n), length/time."""
     velocity_per_omega: Array
-    """What is added to it for each rad/s of the principal frequency, (n_ports, n), length."""
+    """What is added to it for each rad/s of the fundamental frequency, (n_ports, n), length."""
     motion: Array
     """Periodic part of the rubbing motion along each port, (n_ports, n, L)."""
 
@@ -40,7 +40,7 @@ class Given:
         return np.asarray((self.velocity != 0) | (self.velocity_per_omega != 0))
 
     def speed(self, omega: float | Array) -> Array:
-        """Constant velocity along each port at a principal frequency (rad/s), (n_ports, n), length/time."""
+        """Constant velocity along each port at a fundamental frequency (rad/s), (n_ports, n), length/time."""
         return self.velocity + omega * self.velocity_per_omega
 
     def drift(self, omega: float | Array) -> Array:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Container, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, hypot, pi, sin
 from typing import Any
 
 from slipstick.errors import Fault
-from slipstick.faults import Gathering, number, table, text, whole, wrong
+from slipstick.faults import Gathering, number, table, text, warn, whole, wrong
 
 MOTIONS = ("displacement", "acceleration")
 """What can be given of a support that moves."""
@@ -95,6 +95,7 @@ class Load:
         values |= _parts(force)
         for key, value in values.items():
             object.__setattr__(self, key, value)
+        warn(phase_warnings(self.target, force.get("phase")))
 
     @property
     def target(self) -> str:
@@ -126,6 +127,18 @@ def _parts(force: Mapping[str, Any]) -> dict[str, float]:
         return {"cos": force.get("cos", 0.0), "sin": force.get("sin", 0.0)}
     size, phase = force["amplitude"], force.get("phase", 0.0)
     return {"cos": size * cos(phase), "sin": -size * sin(phase) if phase else 0.0}
+
+
+def phase_warnings(name: str, phase: float | None) -> Iterator[str]:
+    """Whether the phase of a load, rad, looks like degrees."""
+    if phase is not None and abs(phase) > _TURN:
+        yield (
+            f"load on '{name}': a phase of {phase:g} rad is more than a turn; was it meant in degrees? 90 degrees are "
+            'pi/2 = 1.5708 rad, in a case file also "90 deg"'
+        )
+
+
+_TURN = 2.0 * pi * (1.0 + 1e-12)
 
 
 def place_faults(given: Container[str]) -> Iterator[Fault]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
 from slipstick.contact import traits
+from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
@@ -79,9 +81,36 @@ def parameter_target(problem: Parts, name: str) -> Target:
         return Target(quantity=found[1], load=found[0])
     if name in structure_values(problem.structure):
         return Target(quantity=name, structure=True)
-    raise InputError(
-        Fault(statement=f"there is no parameter '{name}'", remedy=suggestion(name, [*known_parameters(problem)]))
-    )
+    raise InputError(Fault(statement=f"there is no parameter '{name}'", remedy=_meant(problem, name)))
+
+
+_OTHER_WORDS = {
+    "speed": "velocity", "preload": "normal_load", "normal_force": "normal_load", "clearance": "gap",
+    "friction_coefficient": "mu", "tangential_stiffness": "kt", "normal_stiffness": "kn",
+}  # fmt: skip
+"""What quantities are called elsewhere."""
+
+
+def _meant(problem: Parts, name: str) -> str:
+    """What an unknown name was meant to be: by its owner, by its last part, as a whole; else what there is."""
+    if name in ("omega", "frequency"):
+        return "the frequency is what a response goes over where no parameter is given"
+    known = [*known_parameters(problem)]
+    owner, _, quantity = name.rpartition(".")
+    quantity = _OTHER_WORDS.get(quantity, quantity)
+    own = [other.rpartition(".")[2] for other in known if owner and other.rpartition(".")[0] == owner]
+    if own:
+        close = get_close_matches(quantity, own, n=1, cutoff=0.5)
+        return f"did you mean '{owner}.{close[0]}'?" if close else f"{owner} has {', '.join(own)}"
+    owners = [other for other in known if other.rpartition(".")[2] == quantity]
+    owners = [other for other in owners if other.partition(".")[0] not in (ALL, RUBBING)] or owners
+    if len(owners) > 1:
+        owners = get_close_matches(f"{owner}.{quantity}", owners, n=1, cutoff=0.8) or owners
+    if close := owners[:1] if len(owners) == 1 else get_close_matches(name, known, n=1, cutoff=0.8):
+        return f"did you mean '{close[0]}'?"
+    if len(problem.contacts) < 2:
+        known = [other for other in known if other.partition(".")[0] not in (ALL, RUBBING)]
+    return suggestion("", owners or known)
 
 
 def changed(parts: Parts, target: Target, name: str, value: float) -> dict[str, Any]:
@@ -125,6 +154,33 @@ def known_parameters(problem: Parts) -> Iterator[str]:
     yield from load_names(problem)
     yield from structure_values(problem.structure)
     yield from FACTORS
+
+
+def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
+    """Of parameters that are looked at together: which of them a constant normal load makes one, ``mu N``."""
+    targets = {name: parameter_target(problem, name) for name in names}
+    told: set[tuple[str, ...]] = set()
+    for p, pair in enumerate(problem.contacts):
+        constant = pair.given.get("normal", (None,)) == (None,) and not any(
+            name.startswith("normal_") and np.any(value) for name, value in pair.rubbing.components()
+        )
+        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.heated is not None:
+            continue
+        for k in range(len(pair)):
+            same = tuple(
+                name
+                for name, target in targets.items()
+                if name == "friction" or (target.quantity in _OF_LIMIT and (p, k) in target.members)
+            )
+            if len(same) > 1 and same not in told:
+                told.add(same)
+                yield (
+                    f"contact '{pair.elements[k]}': its normal load is constant, so that {' and '.join(same)} act "
+                    "through the friction limit mu N alone: their effects cannot be told apart, keep one of them"
+                )
+
+
+_OF_LIMIT = ("mu", "normal_load", "gap", "kn")
 
 
 def parameter_units(problem: Problem, name: str) -> str:

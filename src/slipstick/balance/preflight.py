@@ -1,7 +1,8 @@
-"""Physics pre-flight: what can be computed but looks wrong, one sentence each, the same on every road."""
+"""Physics pre-flight: what can be computed but is suspicious, one sentence each, the same on every road."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import gcd, pi
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.balance.compliance import lossless
+from slipstick.balance.contacts import same_direction
+from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
 from slipstick.contact import traits
 from slipstick.typing import Array
@@ -28,8 +31,10 @@ _UNDAMPED = 1e-14
 _WIDE_GAP = 100.0
 
 
-def problem_warnings(problem: Problem, omega: Sequence[float] = (), static: Array | None = None) -> list[str]:
-    """What can be computed but looks wrong.
+def problem_warnings(
+    problem: Problem, omega: Sequence[float] = (), static: Array | None = None, *, steady: bool = False
+) -> list[str]:
+    """What can be computed but is suspicious.
 
     Parameters
     ----------
@@ -38,8 +43,15 @@ def problem_warnings(problem: Problem, omega: Sequence[float] = (), static: Arra
     static
         Static compliance from contact ports, loaded dofs and load shapes to the contact ports, (n_ports, n_columns),
         where it is known (``Balance.receptance.static``).
+    steady
+        Steady sliding is looked at for its own sake: nothing need vary in time.
     """
-    found = [*_motion_warnings(problem), *_harmonic_warnings(problem), *_contact_warnings(problem)]
+    found = [
+        *_motion_warnings(problem, still=bool(len(omega)) and not steady),
+        *_fed_warnings(problem),
+        *_sum_warnings(problem),
+    ]
+    found += [*_harmonic_warnings(problem), *_contact_warnings(problem)]
     if static is None and (len(omega) or len(problem.elements) <= FEW_CONTACTS):
         static = _static(problem)
     if static is not None:
@@ -47,18 +59,23 @@ def problem_warnings(problem: Problem, omega: Sequence[float] = (), static: Arra
     if len(omega):
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
-        found += [*_damping_warnings(problem, natural, low), *reduction_warnings(problem, omega)]
+        found += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
+        found += [*reduction_warnings(problem, omega)]
         found += _unit_warnings(problem, natural, low, high, static)
     return list(dict.fromkeys(found))
 
 
 def parameter_warnings(
-    problem: Problem, parameter: str, span: Sequence[float], omega: float, static: Array | None = None
-) -> list[str]:
+    problem: Problem, parameter: str, span: Sequence[float], omega: float, static: Array | None = None, *,
+    steady: bool = False,
+) -> list[str]:  # fmt: skip
     """The same of a problem whose parameter is followed over a range at one frequency."""
     start, stop = (float(value) for value in span)
     inside = problem.at_parameter(parameter, start + INSIDE * (stop - start))
-    return problem_warnings(inside, (omega, omega), static)
+    load, found = problem.parameter_target(parameter).load, list[str]()
+    if load is not None and parameter.endswith("phase"):
+        found += phase_warnings(load.target, max(span, key=abs))
+    return [*found, *problem_warnings(inside, (omega, omega), static, steady=steady)]
 
 
 def _static(problem: Problem) -> Array:
@@ -68,9 +85,58 @@ def _static(problem: Problem) -> Array:
     return np.asarray(problem.load_columns.receptance(problem.structure, ports, ports).static, dtype=float)
 
 
-def _motion_warnings(problem: Problem) -> Iterator[str]:
+def _motion_warnings(problem: Problem, *, still: bool) -> Iterator[str]:
+    """``still``: also where nothing varies in time."""
     if not problem.load_coefficients().any() and not any(pair.rubbing.moves for pair in problem.contacts):
         yield "nothing moves the structure: there is no load and no rubbing motion; give one of them"
+    elif still and not excited_orders(problem):
+        yield (
+            "nothing varies in time: there is no load of a harmonic above 0 and no periodic rubbing motion, so that "
+            "there is steady sliding, or rest, and no vibration; was a load forgotten?"
+        )
+
+
+def _fed_warnings(problem: Problem) -> Iterator[str]:
+    """Structures that grow by themselves, by their damping."""
+    if where := getattr(problem.structure, "energy_fed", ""):
+        yield (
+            f"the structure's damping feeds energy in ({where}): without friction vibration grows, and a periodic "
+            "motion need not be stable; judge it with stability, or correct the signs of the damping and write its "
+            "numbers with more digits"
+        )
+
+
+_HEAVY = 0.5
+"""Damping ratio above which there is next to no resonance."""
+
+
+def _ratio_warnings(problem: Problem, natural: Array, low: float, high: float) -> Iterator[str]:
+    """Modes met over the range, else the first one, that are damped as no structure is."""
+    ratios = getattr(problem.structure, "damping_ratios", None)
+    if ratios is None or natural.size == 0:
+        return
+    factor = problem.load_order
+    met = np.flatnonzero((natural >= 0.5 * low * factor) & (natural <= 2.0 * high * factor))
+    met = met if met.size else np.array([0])
+    worst = int(met[np.argmax(np.asarray(ratios)[met])])
+    if ratios[worst] > _HEAVY:
+        yield (
+            f"mode {worst + 1} at {natural[worst]:.5g} rad/s has a damping ratio of {ratios[worst]:.3g} (1 is critical "
+            "damping, machines have 0.0001 to 0.05): check the damping, its units, and whether it was meant in percent"
+        )
+
+
+def _sum_warnings(problem: Problem) -> Iterator[str]:
+    """Loads that were perhaps given twice, and heat that nothing depends on."""
+    counted = Counter((load.target, load) for load in problem.loads if load.cos or load.sin)
+    for (target, load), times in counted.items():
+        if times > 1:
+            yield f"load on '{target}', harmonic {load.harmonic}: given {times} times alike; their forces add up"
+    if problem.thermal is not None and not problem.thermal.parameters:
+        yield (
+            "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the results "
+            "are those of cold contacts, with their temperatures beside"
+        )
 
 
 def _harmonic_warnings(problem: Problem) -> Iterator[str]:
@@ -102,6 +168,12 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
             ports = {port for port in batch.law.ports if pair.direction(port, k) is not None}
             approach = float(given.motion[1:, e, 0].sum() + np.abs(given.motion[1:, e, 1:]).sum())
             own = {name: float(pair.values(name)[k]) for name in given.values}
+            along, across = (pair.direction(port, k) if port in ports else None for port in ("tangential", "normal"))
+            if along and across and own.get("mu", 0.0) > 0.0 and same_direction(along, across):
+                yield (
+                    f"contact '{pair.elements[k]}': normal is the tangential direction, so that one motion presses and "
+                    "slides: give the direction across the contact, or leave normal out for a constant normal load"
+                )
             for name, parameter in traits.factors(batch.law).items():
                 own[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
             for sentence in traits.warnings(batch.law, own, ports, approach):
@@ -113,8 +185,10 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
 
     A very soft normal spring under preload is the common way to a constant normal load, and no slip of the pen.
     """
-    own = np.diag(static[:, : len(static)])
-    for port, where, name, given in _springs(problem):
+    own, springs = np.diag(static[:, : len(static)]), list(_springs(problem))
+    apart = {where for _, where, name, given in springs if name == "kn" and given["gap"] > 0}
+    acting = len(apart) < len(problem.elements)
+    for port, where, name, given in springs:
         stiffness = given[name]
         ratio = stiffness * own[port]
         soft = 0 < ratio < 1 / _STIFFNESS_RATIO and not (name == "kn" and given["gap"] < 0)
@@ -128,6 +202,11 @@ def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
         if name == "kn" and gap > 0:
             reach = float(np.abs(static[port, len(static) :]) @ np.abs(problem.load_coefficients()).sum(axis=1))
             reach += given["approach"]
+            if not reach and not acting:
+                yield (
+                    f"{where}: the gap {gap:g} is open and no load moves the structure across it, so that it never "
+                    "closes: give a load in its normal direction, or gap < 0 (interference)"
+                )
             if reach and gap > _WIDE_GAP * reach:
                 yield (
                     f"{where}: the gap {gap:g} is more than {_WIDE_GAP:g} times the static deflection "

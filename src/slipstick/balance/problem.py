@@ -58,7 +58,7 @@ class Problem:
     contacts, loads
         The contacts and the loads; a single one will do.
     harmonics
-        Harmonics of the principal frequency kept in the balance; orders such as ``[0, 1, 3]``, or a count such as 10
+        Harmonics of the fundamental frequency kept in the balance; orders such as ``[0, 1, 3]``, or a count such as 10
         for ``0..10``, will do.
     outputs
         Names of the dofs in the results; by default all of at most 100, else the first 100 with
@@ -88,7 +88,7 @@ class Problem:
     Warns
     -----
     SlipstickWarning
-        For what can be computed but looks wrong, one sentence each. A copy (``with_parameter``,
+        For what can be computed but is suspicious, one sentence each. A copy (``with_parameter``,
         ``dataclasses.replace``) says only what the original did not.
     """
 
@@ -170,17 +170,17 @@ class Problem:
 
     @cached_property
     def orders(self) -> tuple[int, int]:
-        """Harmonics of the principal frequency on which excitation and rubbing motion sit [THEORY.md (1.2)]."""
+        """Harmonics of the fundamental frequency on which excitation and rubbing motion sit [THEORY.md (1.2)]."""
         return common_period(*self.period_ratio)
 
     @property
     def load_order(self) -> int:
-        """Harmonic of the principal frequency on which the excitation sits."""
+        """Harmonic of the fundamental frequency on which the excitation sits."""
         return self.orders[0]
 
     @property
     def rubbing_order(self) -> int:
-        """Harmonic of the principal frequency on which the rubbing motion sits."""
+        """Harmonic of the fundamental frequency on which the rubbing motion sits."""
         return self.orders[1]
 
     @cached_property
@@ -261,7 +261,7 @@ class Problem:
         return replace(self, **self._changed(name, value))
 
     def at_parameter(self, name: str, value: float) -> Problem:
-        """As ``with_parameter`` on the way along a curve: says nothing of what looks wrong there."""
+        """As ``with_parameter`` on the way along a curve: gives no warning."""
         return replace(self, told=None, **self._changed(name, value))
 
     def _changed(self, name: str, value: float) -> dict[str, Any]:

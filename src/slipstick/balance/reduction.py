@@ -61,7 +61,7 @@ def harmonic_weights(problem: Problem) -> tuple[Array, Array]:
 
 
 def excited_orders(problem: Problem) -> list[int]:
-    """Harmonics of the principal frequency at which loads and rubbing motions act, without 0."""
+    """Harmonics of the fundamental frequency at which loads and rubbing motions act, without 0."""
     found = {load.harmonic * problem.load_order for load in problem.loads if load.cos or load.sin}
     found |= {m * problem.rubbing_order for pair in problem.contacts for m in pair.rubbing.orders}
     return sorted(found - {0})
@@ -91,7 +91,7 @@ def reduction_faults(
 
 
 def reduction_warnings(problem: Problem, omega: Sequence[float]) -> list[str]:
-    """What looks wrong about the reduced structure over the range: beyond its modes, or an error that shows."""
+    """What is suspicious about the reduced structure over the range: beyond its modes, or an error that shows."""
     worst = worst_error(problem, omega)
     if worst is None:
         return []

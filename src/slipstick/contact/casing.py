@@ -117,7 +117,7 @@ def casing_motion(
     """Motion of a lobed, oval or eccentric opposing surface as the contacts of a rotor feel it.
 
     A contact at ``angle`` runs along the profile with ``speed``: it meets the height ``h(angle + speed t)``, which
-    moves the surface towards it, and slides with ``radius * speed``. The principal frequency ``omega`` is ``lobes *
+    moves the surface towards it, and slides with ``radius * speed``. The fundamental frequency ``omega`` is ``lobes *
     abs(speed)``; without a speed this is ``omega / lobes`` at every frequency, and the velocity grows with it.
 
     Parameters
@@ -135,10 +135,10 @@ def casing_motion(
         directions of the contacts point towards growing angles too. A disc that turns under contacts at rest: its own
         speed with the opposite sign. None: it sweeps with the frequency.
     orders
-        Orders of the principal frequency that are kept, as in ``Harmonics``.
+        Orders of the fundamental frequency that are kept, as in ``Harmonics``.
     lobes
-        Number of equal lobes, or the engine order of the principal frequency: with 2 that is twice the speed, and order
-        1 is the oval itself.
+        Number of equal lobes, or the engine order of the fundamental frequency: with 2 that is twice the speed, and
+        order 1 is the oval itself.
     backward
         Of a speed that sweeps: the contacts move towards falling angles.
 
@@ -155,7 +155,7 @@ def casing_motion(
     Warns
     -----
     SlipstickWarning
-        Where the series misses the profile by more than a hundredth of its range (``profile_series`` tells the error).
+        Where the series misses the profile by more than a hundredth of its range (``profile_series`` gives the error).
 
     Examples
     --------

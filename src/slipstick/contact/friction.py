@@ -176,7 +176,7 @@ def contact_forces(
         Coefficients of the relative tangential and normal motion (node 1 minus node 2), length;
         (L,) or (n_elements, L).
     omega
-        Principal frequency, rad/s, > 0.
+        Fundamental frequency, rad/s, > 0.
     rubbing
         Prescribed rubbing motion; none by default.
 
@@ -192,7 +192,7 @@ def contact_forces(
 
     Examples
     --------
-    Permanent slip: the friction force is ``mu N`` in the direction of the rubbing motion.
+    Full slip: the friction force is ``mu N`` in the direction of the rubbing motion.
 
     >>> contact = FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0)
     >>> h = Harmonics(range(4))

@@ -103,7 +103,7 @@ class FrictionLaw:
 
     @staticmethod
     def warnings(values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What looks wrong in one contact's parameters."""
+        """What is suspicious in one contact's parameters."""
         mu, kt, kn = values["mu"], values["kt"], values["kn"]
         if "normal" not in ports and values["gap"] >= approach:
             yield "the normal load is 0 and the contact has no normal direction, so it never acts"

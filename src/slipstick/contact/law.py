@@ -33,7 +33,7 @@ class Motion(NamedTuple):
 
     harmonics: Harmonics
     omega: float | Array
-    """Principal frequency, rad/s; (n,) where the elements belong to different solutions."""
+    """Fundamental frequency, rad/s; (n,) where the elements belong to different solutions."""
     Q: tuple[Array, ...]
     """Coefficients (n, L) for each port, length; zero where an element does not have the port."""
     drift: Array

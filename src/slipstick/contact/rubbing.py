@@ -33,7 +33,7 @@ class RubbingMotion:
     velocity
         Constant part, length per time, positive along the tangential direction of the contact; scalar or (n_elements,).
     velocity_per_omega
-        What is added to it for each rad/s of the principal frequency, length; scalar or (n_elements,): a rotor whose
+        What is added to it for each rad/s of the fundamental frequency, length; scalar or (n_elements,): a rotor whose
         speed sweeps with the frequency, ``radius / k`` at the engine order k.
     cos, sin
         Amplitudes of the periodic part by harmonic order, length; order 0 is allowed in ``cos`` (an offset, which
@@ -82,13 +82,13 @@ class RubbingMotion:
         return bool(slides or any(m > 0 for m in self.orders))
 
     def speed(self, omega: ArrayLike) -> NDArray[np.float64]:
-        """Constant velocity at a principal frequency (rad/s), length per time."""
+        """Constant velocity at a fundamental frequency (rad/s), length per time."""
         return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
 
     def coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
         """Coefficients ``U`` of the periodic part, (L,) or (n_elements, L).
 
-        ``order_factor`` turns harmonics of the rubbing motion into harmonics of the principal frequency.
+        ``order_factor`` turns harmonics of the rubbing motion into harmonics of the fundamental frequency.
         """
         return _coefficients(harmonics, self.cos, self.sin, order_factor)
 
@@ -164,7 +164,7 @@ def amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
 
 
 def common_period(j1: int, j2: int) -> tuple[int, int]:
-    """Harmonics of the principal frequency on which excitation and rubbing motion sit [THEORY.md (1.2)].
+    """Harmonics of the fundamental frequency on which excitation and rubbing motion sit [THEORY.md (1.2)].
 
     With periods in the ratio ``T_p / T_u = j1 / j2`` the response has the period ``T = (T_p / j1) lcm(j1, j2)``; the
     excitation sits on harmonic ``lcm / j1`` of ``2 pi / T`` and its multiples, the rubbing motion on ``lcm / j2``.

@@ -23,7 +23,7 @@ class Linear(NamedTuple):
     stiffness: Mapping[tuple[int, int], Array]
     """(n,) each."""
     constant: Mapping[int, Array]
-    """(n,) each, on the zero harmonic."""
+    """(n,) each, on harmonic 0."""
 
 
 class Variable(NamedTuple):
@@ -157,7 +157,7 @@ def stiffness_names(law: Law) -> Mapping[int, str]:
 
 
 def warnings(law: Law, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-    """What looks wrong in one contact with these ports, whose opposing surface comes no nearer than ``approach``."""
+    """What is suspicious in one contact with these ports, whose opposing surface comes no nearer than ``approach``."""
     own = getattr(law, "warnings", None)
     return iter(()) if own is None else own(values, ports, approach)
 

@@ -68,7 +68,7 @@ def at_speed(
 def turned_model(
     model: Any, speed: Any, *, axis: Any = None, others: Any = None, cache: Path | None = None
 ) -> ImportedModel:
-    """The same, kept in a folder; what looks wrong is in the model's warnings alone."""
+    """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
     found = Gathering()
     found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
     wanted = found.take(number, "speed", speed, "a speed >= 0, rad/s", above=0.0)

@@ -46,8 +46,8 @@ class ImportedModel:
         Degrees of freedom which were removed because equations give them from the others, (n_dependent, 2): node label,
         direction; and how, sparse (n_dependent, n): their motion is ``dependence @ q``.
     source, units, notes, warnings
-        The files read; what is known of the units; what was left out without effect; what is approximated or looks
-        wrong, one sentence each.
+        The files read; what is known of the units; what was left out without effect; what is approximated or
+        suspicious, one sentence each.
     mesh, materials
         The mesh and its materials (by element set) where the file had one.
     speed
@@ -179,8 +179,10 @@ class ImportedModel:
     def nodes_of(self, name: str) -> IntArray:
         """Node labels of a named set; InputError says which there are."""
         if name not in self.node_sets:
-            known = ", ".join(user_names(self.node_sets)) or "none"
-            raise InputError(f"node set '{name}' is not in the imported model; it has: {known}")
+            known = user_names(self.node_sets)
+            sentence = f"node set '{name}' is not in the imported model; it has: {', '.join(known) or 'none'}"
+            close = suggestion(name, known)
+            raise InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
         return self.node_sets[name]
 
     def positions(self, nodes: IntArray) -> Array:

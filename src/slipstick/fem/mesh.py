@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.faults import suggestion
 from slipstick.fem.elements import ELEMENTS, FACES, Element
 from slipstick.typing import Array, IntArray
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,13 +105,27 @@ class Mesh:
 
     def surface(self, name: str) -> Surface:
         """The surface of that name; InputError says which there are."""
-        return _named(self.surfaces, name, "surface")
+        if name not in self.surfaces:
+            raise self._unknown("surface", name, self.surfaces)
+        return self.surfaces[name]
 
     def node_set(self, name: str) -> IntArray:
         """Nodes of the node set of that name, or of the surface of that name; InputError says which there are."""
         if name not in self.node_sets and name in self.surfaces:
             return self.surfaces[name].nodes
-        return _named(self.node_sets, name, "node set", [*self.node_sets, *self.surfaces])
+        if name not in self.node_sets:
+            raise self._unknown("node set", name, {*self.node_sets, *self.surfaces})
+        return self.node_sets[name]
+
+    def _unknown(self, what: str, name: str, known: Collection[str]) -> InputError:
+        """What is there instead."""
+        sentence = f"{what} '{name}' is not in the mesh; it has: {', '.join(user_names(known)) or 'none'}"
+        if name in self.node_sets:
+            return InputError(f"{sentence} ('{name}' is a node set that holds no face of the boundary)")
+        if name in self.element_sets:
+            return InputError(f"{sentence} ('{name}' is a set of solid elements)")
+        close = suggestion(name, known)
+        return InputError(f"{sentence}; {close}" if close.startswith("did") else sentence)
 
 
 def user_names(names: Iterable[str]) -> list[str]:
@@ -124,13 +136,6 @@ def user_names(names: Iterable[str]) -> list[str]:
     """
     known = sorted(set(names))
     return [name for name in known if not name.startswith("_")] or known
-
-
-def _named(group: Mapping[str, T], name: str, what: str, known: Iterable[str] | None = None) -> T:
-    if name not in group:
-        listed = ", ".join(user_names(group if known is None else known)) or "none"
-        raise InputError(f"{what} '{name}' is not in the mesh; it has: {listed}")
-    return group[name]
 
 
 def _faults(mesh: Mesh) -> Iterator[str]:
@@ -144,6 +149,7 @@ def _faults(mesh: Mesh) -> Iterator[str]:
         yield "the mesh has no elements"
     for kind, block in mesh.blocks.items():
         yield from _connectivity_faults(f"{kind} elements", ELEMENTS.get(kind), np.asarray(block), len(nodes))
+        yield from _repeated(mesh, kind, np.asarray(block))
     for name, surface in mesh.surfaces.items():
         for kind, faces in surface.faces.items():
             yield from _connectivity_faults(f"surface '{name}', {kind}", FACES.get(kind), np.asarray(faces), len(nodes))
@@ -171,6 +177,18 @@ def _connectivity_faults(what: str, element: Element | None, block: IntArray, n_
         repeated = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
         if len(repeated):
             yield f"{what}: number {int(repeated[0]) + 1} uses a node twice ({len(repeated)} such in all)"
+
+
+def _repeated(mesh: Mesh, kind: str, block: IntArray) -> Iterator[str]:
+    """Elements that have the nodes of another one: they would count twice."""
+    if block.ndim != 2 or len(block) < 2 or not np.issubdtype(block.dtype, np.integer):
+        return
+    ordered = np.sort(block, axis=1)
+    order = np.lexsort(ordered.T)
+    same = np.flatnonzero((ordered[order[1:]] == ordered[order[:-1]]).all(axis=1))
+    if len(same):
+        first, second = sorted(mesh.element_label(kind, int(order[same[0] + at])) for at in (0, 1))
+        yield f"{kind} elements {first} and {second} have the same nodes ({len(same)} such in all): one is given twice"
 
 
 def node_indices(labels: IntArray, wanted: IntArray, what: str) -> IntArray:

@@ -69,7 +69,7 @@ def import_model(
     Warns
     -----
     SlipstickWarning
-        What is approximated or looks wrong, as in the model's ``warnings``.
+        What is approximated or is suspicious, as in the model's ``warnings``.
     """
     found = Gathering()
     paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}

@@ -1,4 +1,4 @@
-"""What looks wrong with a mesh, in the same sentences wherever it is read: linear elements, units, its mass."""
+"""What is suspicious with a mesh, in the same sentences wherever it is read: linear elements, units, its mass."""
 
 from __future__ import annotations
 

@@ -4,42 +4,36 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.fem.elements import ELEMENTS
-from slipstick.fem.mesh import Mesh
 from slipstick.importers.abaqus.mesh import read_input
 from slipstick.importers.ansys.archive import read_archive
 from slipstick.importers.extras import require
-from slipstick.importers.mesh_checks import unit_notes
-from slipstick.importers.mesh_model import MeshModel, matching_surface
+from slipstick.importers.gmsh.mesh_file import read_gmsh
+from slipstick.importers.grouped import KINDS, MARK, Cells, grouped_model
+from slipstick.importers.mesh_model import MeshModel
 from slipstick.importers.nastran.mesh import read_bulk_mesh
 from slipstick.importers.text_numbers import read_bytes
-from slipstick.typing import IntArray
 
 BULK_SUFFIXES = (".bdf", ".nas", ".dat", ".blk")
-MESH_SUFFIXES = (".cdb", ".inp", ".msh", ".vtu", ".vtk", ".med", ".unv", ".xdmf", ".exo", ".e")
-_SOLIDS = {
+MESH_SUFFIXES = (".cdb", ".inp", ".msh", ".vtu", ".vtk", ".med", ".xdmf", ".exo", ".e")
+_MESHIO = {
     "tetra": "tet4",
     "tetra10": "tet10",
     "hexahedron": "hex8",
     "hexahedron20": "hex20",
-    "hexahedron27": "hex20",
     "wedge": "wedge6",
-    "wedge15": "wedge15",
-    "wedge18": "wedge15",
     "pyramid": "pyramid5",
-    "pyramid13": "pyramid13",
-    "pyramid14": "pyramid13",
 }
+"""Our names of the solids of meshio, where they differ."""
+
 _FAMILIES = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
-_NODES_LEFT_OUT = {"hexahedron27", "wedge18", "pyramid14"}
-_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+_DIMENSIONS = ("points", "curves", "surfaces", "volumes")
+_GMSH, _INPUT, _FLUENT = "Gmsh", "Abaqus or CalculiX", "Ansys Fluent"
 
 
 def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
@@ -55,8 +49,8 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     suffix = path.suffix.lower()
     if suffix == ".cdb":
         return read_archive(path)
-    if suffix == ".inp":
-        return read_input(path)
+    if suffix in (".inp", ".msh"):
+        return _by_content(path, suffix)
     if suffix in BULK_SUFFIXES:
         return read_bulk_mesh(path, constraints)
     if suffix not in MESH_SUFFIXES:
@@ -65,86 +59,70 @@ def read_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     return _from_meshio(path)
 
 
+def _by_content(path: Path, suffix: str) -> MeshModel:
+    """Several programs use these suffixes: CalculiX GraphiX writes input files as .msh."""
+    begin = read_bytes(path)[:4096]
+    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise InputError(f"{path.name}: is text in UTF-16; save it as plain text (ASCII or UTF-8)")
+    kind = _program(begin)
+    if kind is None and b"\0" in begin:
+        raise InputError(f"{path.name}: is no mesh: found a binary file; expected text of {_INPUT}, or Gmsh's .msh")
+    if kind is None:
+        kind = _GMSH if suffix == ".msh" else _INPUT
+    if kind == _FLUENT:
+        raise InputError(f"{path.name}: is a mesh of {kind}, which is not read; export it for Abaqus (.inp) or Gmsh")
+    usual = _INPUT if suffix == ".inp" else _GMSH
+    model = read_input(path) if kind == _INPUT else _from_gmsh(path)
+    if kind == usual:
+        return model
+    return replace(model, notes=(f"{path.name}: is a file of {kind}, and read as that", *model.notes))
+
+
+def _program(begin: bytes) -> str | None:
+    """Whose file it is, by its first line that says something."""
+    for line in begin.removeprefix(b"\xef\xbb\xbf").splitlines():
+        if line.startswith(b"$MeshFormat"):
+            return _GMSH
+        if line.startswith(b"*"):
+            return _INPUT
+        if line.lstrip().startswith(b"("):
+            return _FLUENT
+        if line.strip():
+            return None
+    return None
+
+
+def _from_gmsh(path: Path) -> MeshModel:
+    found = read_gmsh(path)
+    model = grouped_model(path.name, found.points, found.cells, found.labels)
+    if not found.unnamed:
+        return model
+    groups = ", ".join(f"{number} of {_DIMENSIONS[dimension]}" for dimension, number in found.unnamed)
+    what = f"{path.name}: physical groups without a name are not read: {groups}; name them in Gmsh to use them"
+    return replace(model, notes=(*model.notes, what))
+
+
 def _from_meshio(path: Path) -> MeshModel:
     meshio = require("meshio", "meshio")
-    _check_counts(path)
+    read_bytes(path)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             data = meshio.read(path)
-    except (Exception, SystemExit):
-        raise InputError(f"{path.name}: is damaged or not a mesh that meshio reads") from None
-    mesh = _mesh(data, path)
-    variants: dict[str, dict[str, int]] = {}
-    for block in data.cells:
-        if block.type in _NODES_LEFT_OUT:
-            counts = variants.setdefault(_SOLIDS[block.type], {})
-            counts[block.type] = counts.get(block.type, 0) + len(block.data)
-    return MeshModel(mesh=mesh, notes=(*_left_out(data, path), *unit_notes(mesh, {})), variants=variants)
-
-
-def _left_out(data: Any, path: Path) -> Iterator[str]:
-    """Cells that are no solids, and groups kept in another way than Gmsh's."""
-    counts: dict[str, int] = {}
-    for block in data.cells:
-        if block.type not in _SOLIDS:
-            counts[block.type] = counts.get(block.type, 0) + len(block.data)
-    if counts:
-        parts = ", ".join(f"{count} {name}" for name, count in counts.items())
-        yield f"{path.name}: cells that are no solids were left out: {parts}"
-    groups = [name for name in (*data.point_sets, *data.cell_sets) if not str(name).startswith("gmsh:")]
-    if groups:
-        yield f"{path.name}: groups that are not read: {', '.join(map(str, groups))}; physical groups of Gmsh are"
-
-
-def _check_counts(path: Path) -> None:
-    """Counts in a Gmsh file must fit its length: the reader allocates by them."""
-    content = read_bytes(path)
-    if path.suffix.lower() != ".msh":
-        return
-    for section in (b"$Nodes", b"$Elements"):
-        at = content.find(section)
-        line = content[at : at + 400].splitlines()[1:2] if at >= 0 else []
-        counts = [int(word) for word in (line[0].split() if line else []) if word.isdigit()]
-        if not line or max(counts, default=0) > max(len(content), 2**31):
-            raise InputError(f"{path.name}: is damaged, truncated or no Gmsh file ({section.decode()} does not fit)")
-
-
-def _mesh(data: Any, path: Path) -> Mesh:
-    blocks: dict[str, list[IntArray]] = {}
-    groups: dict[str, dict[str, list[IntArray]]] = {}
-    skins: dict[str, list[IntArray]] = {}
-    offset: dict[str, int] = {}
-    names = {(int(v[0]), int(v[1])): name for name, v in data.field_data.items() if len(v) == 2}
-    tags = data.cell_data.get("gmsh:physical", [np.zeros(len(block.data), dtype=int) for block in data.cells])
-    for block, tag in zip(data.cells, tags, strict=True):
-        if block.type.startswith(_FAMILIES) and block.type not in _SOLIDS:
+    except (Exception, SystemExit) as error:
+        said = " ".join(str(error).split())[:100]
+        raise InputError(f"{path.name}: is damaged or not a mesh that meshio reads ({said})") from None
+    cells = []
+    for index, block in enumerate(data.cells):
+        if block.type.startswith(_FAMILIES) and block.type not in _MESHIO and block.type not in KINDS:
             raise InputError(f"{path.name}: {len(block.data)} solids are of type {block.type}; mesh with order 1 or 2")
-        cells = np.asarray(block.data, dtype=np.int64)
-        if block.type in _SOLIDS:
-            kind = _SOLIDS[block.type]
-            start = offset.get(kind, 0)
-            blocks.setdefault(kind, []).append(cells[:, : ELEMENTS[kind].n_nodes])
-            offset[kind] = start + len(cells)
-            for number in np.unique(tag).tolist():
-                if (number, 3) in names:
-                    chosen = start + np.flatnonzero(tag == number)
-                    groups.setdefault(names[number, 3], {}).setdefault(kind, []).append(chosen)
-        elif block.type in _CORNERS:
-            for number in np.unique(tag).tolist():
-                if (number, 2) in names:
-                    skins.setdefault(names[number, 2], []).append(cells[tag == number, : _CORNERS[block.type]])
-    if not blocks:
-        raise InputError(f"{path.name}: has no solid element; mesh the volume, and export all physical groups")
-    points = np.asarray(data.points, dtype=float)
-    mesh = Mesh(
-        nodes=points,
-        blocks={kind: np.concatenate(parts) for kind, parts in blocks.items()},
-        element_sets={n: {k: np.concatenate(p) for k, p in parts.items()} for n, parts in groups.items()},
-    )
-    surfaces = {name: matching_surface(mesh, corners) for name, corners in skins.items()}
-    return Mesh(
-        nodes=points,
-        blocks=mesh.blocks,
-        element_sets=mesh.element_sets,
-        surfaces={name: surface for name, surface in surfaces.items() if surface.n_faces},
-    )
+        groups = {
+            str(name): np.asarray(sets[index], dtype=np.int64)
+            for name, sets in data.cell_sets.items()
+            if sets[index] is not None and len(sets[index])
+        }
+        nodes = np.asarray(block.data, dtype=np.int64)
+        cells.append(Cells(kind=_MESHIO.get(block.type, block.type), nodes=nodes, groups=groups))
+    for name, chosen in data.point_sets.items():
+        nodes = np.asarray(chosen, dtype=np.int64).reshape(-1, 1)
+        cells.append(Cells(kind=MARK, nodes=nodes, groups={str(name): np.arange(len(nodes))}))
+    return grouped_model(path.name, np.asarray(data.points, dtype=float), cells)

@@ -170,7 +170,8 @@ def assemble_mesh(
     single = [name for name in fixed if name not in known and names_dofs(name)]
     fixed = [name for name in fixed if name not in single]
     for name in fixed:
-        imported.mesh.node_set(name)
+        if not len(imported.mesh.node_set(name)):
+            raise InputError(f"{source}: the node set '{name}' is empty: nothing is fixed by it; give its nodes")
     mesh = _with_held_sets(imported, source)
     if quadratic:
         mesh = refine.quadratic(mesh)
@@ -181,7 +182,7 @@ def assemble_mesh(
     nodes = Nodes(
         ids=mesh.labels,
         coordinates=mesh.nodes,
-        sets={name: mesh.labels[part] for name, part in _all_sets(mesh).items()},
+        sets={name: mesh.labels[part] for name, part in all_sets(mesh).items()},
         held=held,
     )
     raw = RawModel(
@@ -264,7 +265,8 @@ def _held(mesh: Mesh, fixed: Sequence[str]) -> IntArray:
     return np.unique(np.concatenate(pairs), axis=0).astype(np.int64)
 
 
-def _all_sets(mesh: Mesh) -> dict[str, IntArray]:
+def all_sets(mesh: Mesh) -> dict[str, IntArray]:
+    """Node indices of every node set and surface, by name."""
     return {**{name: surface.nodes for name, surface in mesh.surfaces.items()}, **mesh.node_sets}
 
 

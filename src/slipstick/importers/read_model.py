@@ -13,7 +13,7 @@ from slipstick.fem.materials import Material
 from slipstick.fem.refine import linear_warnings
 from slipstick.importers.mesh_checks import mass_warnings
 from slipstick.importers.mesh_files import read_mesh
-from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.importers.mesh_model import MeshModel, all_sets, assemble_mesh
 from slipstick.importers.nastran.mesh import holds_solids
 from slipstick.importers.raw_model import Nodes, RawModel, build_model, place_warnings
 from slipstick.importers.roles import BULK, MODELS, ImportOptions, Roles, refuse_unread, refuse_unused, roles_of
@@ -28,7 +28,7 @@ def read_model(
 ) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
 
-    What is approximated or looks wrong is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
+    What is approximated or is suspicious is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
 
     Raises
     ------
@@ -219,7 +219,11 @@ def _plain(roles: Roles, first: Path) -> RawModel:
 
     if first.suffix.lower() == ".npz" and matrices.is_bundle(first):
         return matrices.read_bundle(first)
-    if first.suffix.lower() == ".mtx" and not read_bytes(first)[:14].lower().startswith(b"%%matrixmarket"):
+    head = read_bytes(first)[:60].splitlines()[0] if first.suffix.lower() == ".mtx" else b""
+    if head.startswith(b"%%") and head[:14].lower() != b"%%matrixmarket":
+        shown = head.decode("ascii", "replace")
+        raise InputError(f"{first.name}: found the first line '{shown}'; expected '%%MatrixMarket matrix ...'")
+    if first.suffix.lower() == ".mtx" and not head.startswith(b"%%"):
         from slipstick.importers.abaqus.calculix import read_abaqus_matrices
         from slipstick.importers.dof_map import read_dof_map
 
@@ -246,6 +250,6 @@ def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | 
         return replace(raw, nodes=nodes, **told(data)), None
     imported = read_mesh(roles.nodes)
     mesh = imported.mesh
-    sets = {name: mesh.labels[part] for name, part in mesh.node_sets.items()}
+    sets = {name: mesh.labels[part] for name, part in all_sets(mesh).items()}
     nodes = Nodes(ids=mesh.labels, coordinates=mesh.nodes, sets=sets, held=raw.nodes.held)
     return replace(raw, nodes=nodes), imported

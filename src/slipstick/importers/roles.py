@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -147,13 +147,15 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
     told = (options.mass, options.damping, options.dof_map, options.nodes)
     used = {*roles.matrices.values(), roles.dof_map, roles.nodes, *(Path(path) for path in told if path)}
     if not roles.matrices:
-        used.add(paths[0])
+        used = {paths[0]}
     beside = {path.with_suffix(suffix) for path in roles.matrices.values() for suffix in (".mas", ".dof")}
     faults = [
         Fault(path.name, "what it is for does not show", remedy="leave it out")
         for path in paths
         if path not in used | beside
     ]
+    if not roles.matrices:
+        faults += _without_effect(paths[0], options)
     if roles.matrices and options.quadratic:
         faults.append(
             Fault(
@@ -170,3 +172,13 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
         )
     if faults:
         raise InputError(faults)
+
+
+def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
+    """Options of matrices, given with a mesh or a model file."""
+    given: dict[str, object] = {"dof_map": options.dof_map, "nodes": options.nodes, "names": options.names or None}
+    if path.suffix.lower() not in BULK:
+        given["constraints"] = options.constraints
+    for key, value in given.items():
+        if value is not None:
+            yield Fault(key, f"has no effect on {path.name}, which is no matrix", remedy="leave it out")

@@ -226,6 +226,9 @@ def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
             raise ValueError
         return layout, _plain(header["about"])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError):
+        ours = line[9:].startswith(b'{"magic": "slipstick journal')
+        if ours and not line.endswith(b"\n"):
+            raise InputError(f"{path}: the journal is cut short in its header: no point in it can be read") from None
         raise InputError(
             f"{path}: damaged, or not a journal of slipstick; expected one written by 'slipstick run'"
         ) from None

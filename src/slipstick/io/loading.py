@@ -13,6 +13,7 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.faults import one, warn
 from slipstick.faults import path as path_of
 from slipstick.io.journal import journal_of, read_journal
+from slipstick.io.model_file import is_model
 from slipstick.io.netcdf import StoredVariable, read_netcdf
 from slipstick.io.store import file_variables
 from slipstick.results.schema import ENDING, Layout, make_table
@@ -48,12 +49,17 @@ def load_table(path: str | Path) -> ResultTable:
         raise InputError(f"{path}: is a folder; expected a results file such as results.nc: {remedy}")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; expected a results file such as results.nc")
+    kind = _no_results(path)
+    if kind:
+        raise InputError(f"{path}: not a results file: it is {kind}; give a results.nc of 'slipstick run'")
     try:
         found = read_netcdf(path)
         table = _as_table(found.variables, found.attributes)
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, RuntimeError) as error:
+        if is_model(path):
+            raise InputError(f"{path}: not a results file: it is a model, the structure of a case") from None
         raise InputError(
             f"{path}: damaged, or not a results file in netCDF-4 ({error}); give one from 'slipstick run'"
         ) from None
@@ -62,6 +68,37 @@ def load_table(path: str | Path) -> ResultTable:
     except InputError as error:
         warnings.warn(f"{error}; {path.name} was read without it", SlipstickWarning, stacklevel=2)
         return table
+
+
+_OTHERS = {
+    b"\x89PNG": "a picture (PNG)",
+    b"\xff\xd8\xff": "a picture (JPEG)",
+    b"%PDF": "a PDF",
+    b"PK\x03\x04": "a zip archive, or arrays of numpy (.npz)",
+    b"CDF": "netCDF-3, which slipstick does not write",
+}
+
+
+def _no_results(path: Path) -> str:
+    """What a file is by its first bytes, where it cannot be netCDF-4; empty where it may be."""
+    try:
+        with path.open("rb") as stream:
+            begin = stream.read(4096)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
+    if not begin:
+        return "empty"
+    for mark, kind in _OTHERS.items():
+        if begin.startswith(mark):
+            return kind
+    if b"\0" in begin:
+        return ""
+    if begin[9:].startswith(b'{"magic": "slipstick journal'):
+        return "a journal, the points of a run that did not end; go on with it by 'slipstick resume', in its folder"
+    page = begin.lstrip().lower().startswith((b"<!doctype", b"<html"))
+    if page:
+        return "a page for a browser"
+    return f"text{', such as a case file' if path.suffix.lower() == '.toml' else ''}"
 
 
 def _continued(table: ResultTable, journal: Path) -> ResultTable:
@@ -145,6 +182,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     if problem is not None:
         problem = one("problem", problem, Problem, "an ss.Problem or None")
     table = load_table(path)
+    _require_branch(table, path)
     if problem is not None:
         fault = misfit(problem, table)
         if fault:
@@ -152,3 +190,18 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     else:
         problem, without = read_problem(path, table)
     return Branch.from_dataset(table, problem, without)
+
+
+def _require_branch(table: ResultTable, path: Path) -> None:
+    """Raises InputError for netCDF that holds something else than a branch."""
+    if "omega" in table and "displacement" in table:
+        return
+    if "study_parameters" in table.attrs:
+        raise InputError(
+            f"{path}: holds a study, not the motion of one run; give the results.nc of a run "
+            "(xarray.open_dataset reads a study)"
+        )
+    held = ", ".join(sorted(map(str, table))[:4]) or "nothing"
+    raise InputError(
+        f"{path}: is netCDF, but holds no results of slipstick: found {held}; expected omega, displacement, ..."
+    )

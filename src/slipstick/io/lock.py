@@ -102,4 +102,4 @@ def _holder(file: int) -> str:
         known = json.loads(os.read(file, 1000))
         return f"process {int(known['process'])} on {known['host']!s}, since {known['since']!s}"
     except (OSError, ValueError, KeyError, TypeError):
-        return "it has not said who it is"
+        return "its process is not known"

@@ -192,3 +192,14 @@ def _mesh(group: h5py.Group, path: Path) -> Mesh:
         node_labels=_array(group, "labels", path),
         element_labels=_group(group, "element_labels", path) or None,
     )
+
+
+def is_model(path: Path) -> bool:
+    """Whether a file begins as a model of ours."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return bool(file.attrs.get("format") == MODEL_FORMAT)
+    except (OSError, KeyError, ValueError, RuntimeError):
+        return False

@@ -19,6 +19,7 @@ from slipstick.faults import (
     frequency,
     names,
     number,
+    number_or_numbers,
     one,
     shown,
     suggestion,
@@ -70,7 +71,7 @@ class ReducedBody:
     source
         Where the model comes from and its units.
     notes, warnings
-        Of the imported model: what was left out; what is approximated or looks wrong.
+        Of the imported model: what was left out; what is approximated or is suspicious.
     full
         Gives the full model, for comparison; that of a stored reduction may have to be made again.
     """
@@ -253,7 +254,7 @@ def _wanted(
         "up_to": None if up_to is None else found.take(frequency, "up_to", up_to),
     }
     found.take(non_negative, "loss_factor", loss_factor)
-    found.take(non_negative, "damping_ratio", damping_ratio)
+    found.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
     found.take(truth, "force", force)
     found.take(tools, None, cache, listener)
     found.end()

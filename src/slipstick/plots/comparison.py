@@ -1,4 +1,4 @@
-"""Branches beside each other: amplitude, zero harmonic and power over the same axis."""
+"""Branches beside each other: amplitude, mean and power over the same axis."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def compare(
     frequency: str | None = None,
     log: bool | None = None,
 ) -> list[Axes]:
-    """Several branches in one figure: amplitude, zero harmonic where there is one, and dissipated power.
+    """Several branches in one figure: amplitude, mean where there is one, and dissipated power.
 
     Parameters
     ----------

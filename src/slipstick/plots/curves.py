@@ -1,4 +1,4 @@
-"""Curves over the followed quantity: amplitude, phase, zero harmonic, dissipated power, friction, temperature.
+"""Curves over the followed quantity: amplitude, phase, mean, dissipated power, friction, temperature.
 
 All take a branch or its dataset, a list of them, or ``{label: branch}`` to be overlaid; one name of a dof or contact,
 or several; and return Axes. Common arguments:
@@ -46,7 +46,7 @@ def response(
     label: str | None = None,
     frequency: str | None = None,
 ) -> Axes:
-    """Amplitude (0-to-peak, without the zero harmonic) over frequency or the followed parameter.
+    """Amplitude (0-to-peak, without the mean) versus frequency or the followed parameter.
 
     Where stability is known, unstable motion is dashed, and folds, period doublings and the like are marked.
 
@@ -144,7 +144,7 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
 def mean(
     branches: Any, dof: Names = None, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
 ) -> Axes:
-    """Zero harmonic (mean position) over frequency or the followed parameter.
+    """Mean of the motion (harmonic 0) versus frequency or the followed parameter.
 
     A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
     """

@@ -9,6 +9,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa, chosen, dataset_of, quantity, values_of
+from slipstick.plots.smooth import corners_of, smooth
 from slipstick.plots.style import GREY, legend, styled, titled
 
 if TYPE_CHECKING:
@@ -42,7 +43,8 @@ def backbone(
     ax = curves.draw("amplitude", "dof", name)
     x, y = abscissa(data, curves.abscissa.unit).values(data), values_of(data, "amplitude", "dof", name)
     if forced is not None:
-        ax.plot(x, y, color=GREY, linestyle="-.", linewidth=1.3, label="nonlinear mode", zorder=3)
+        line = smooth(x, y, corners_of(data))
+        ax.plot(*line, color=GREY, linestyle="-.", linewidth=1.3, label="nonlinear mode", zorder=3)
     at = np.flatnonzero(data["kind"].to_numpy() == "requested")
     if at.size:
         label = "predicted peak" if forced is not None else "load factor"
@@ -59,7 +61,7 @@ def damping(mode: Any, *, ax: Axes | None = None) -> Axes:
     data, new = mode_dataset(mode), ax is None
     ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
     a, D = data["modal_amplitude"].to_numpy(), data["modal_damping"].to_numpy()
-    ax.plot(a, D, linewidth=1.6)
+    ax.plot(*smooth(a, D, corners_of(data)), linewidth=1.6)
     if a.size and a.max() > 10.0 * a.min():
         ax.set_xscale("log")
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)

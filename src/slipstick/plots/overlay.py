@@ -11,6 +11,7 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.faults import text
 from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, parted, quantity, title_of, values_of
+from slipstick.plots.smooth import corners_of, is_sparse, smooth
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
 from slipstick.typing import Names
@@ -61,7 +62,12 @@ class Curves:
             for name, series in values[id(dataset)].items():
                 label = self._label(own, name, len(values[id(dataset)]))
                 stable = dataset["stable"].to_numpy() if "stable" in dataset else np.ones(dataset.sizes["point"])
-                x, y, stable = parted(dataset, self.abscissa.values(dataset), series, stable)
+                x, y, stable, corners = parted(
+                    dataset, self.abscissa.values(dataset), series, stable, corners_of(dataset)
+                )
+                if is_sparse(dataset) and "stable" not in dataset:
+                    x, y = smooth(x, y, corners)
+                    stable = np.ones(len(x))
                 _line(ax, x, y, stable, label)
         every = np.concatenate([series for own in values.values() for series in own.values()])
         if self.new:

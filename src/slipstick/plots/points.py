@@ -135,7 +135,7 @@ def spectrum(
         text, series = _forces(dataset, point, names)
     y_label = f"Amplitude of the {text[0].lower()}{text[1:]}"
     sizes = {name: _sizes(values) for name, values in series.items()}
-    ax = styled(ax, "Harmonic of the principal frequency", y_label)
+    ax = styled(ax, "Harmonic of the fundamental frequency", y_label)
     width = 0.8 / len(names)
     for k, (name, values) in enumerate(sizes.items()):
         places = np.arange(len(orders)) + (k + 0.5) * width - 0.4

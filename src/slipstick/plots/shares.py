@@ -19,7 +19,7 @@ _STATES = {"stick": "stick", "slip": "slip+", "separation": "separation"}
 
 
 def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None) -> Axes:
-    """Parts of the period in stick, slip and separation of one contact (by default the first).
+    """Fractions of the period in stick, slip and separation of one contact (by default the first).
 
     Stacked to 1; a curve that turns back has several values at one frequency, so its parts are drawn as lines. States
     that never occur are left out.

@@ -174,10 +174,12 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
 
 
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
-    """Places of the dofs that were asked for, whose peaks were sought; those whose peaks are there; or none."""
+    """Places of the dofs that were asked for, whose peaks or largest amplitudes were sought; those whose peaks are
+    there; or none."""
     names = [str(name) for name in dataset["dof"].to_numpy()]
-    attributes = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of")]
-    told = [names.index(name) for name in next(filter(None, attributes), []) if name in names]
+    sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
+    sought[2:] = [[*sought[2], *sought[3]]]
+    told = [names.index(name) for name in next(filter(None, sought), []) if name in names]
     if not told and "peak_dof" in dataset:
         told = sorted({int(d) for d in dataset["peak_dof"].to_numpy() if d >= 0})
     return [place for place, d in enumerate(kept) if d in told]

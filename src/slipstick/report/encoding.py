@@ -47,7 +47,7 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, in steps of their own for each (n, m).
 
     A step is a power of two: the next one above that given, (n, m), and above 2^(1 - 8 width) of the largest
-    coefficient. The zero harmonic, which may be far larger, stays apart in eight bytes, rounded to the same steps.
+    coefficient. The mean, which may be far larger, stays apart in eight bytes, rounded to the same steps.
     """
     values = np.asarray(coefficients, dtype=float)
     least = np.abs(values[:, :, 1:]).max(axis=2, initial=0.0) / (2.0 ** (8 * width - 1) - 1.0)

@@ -1,4 +1,4 @@
-"""What looks wrong in the results of a branch, one sentence each, the same on every road."""
+"""What is suspicious in the results of a branch, one sentence each, the same on every road."""
 
 from __future__ import annotations
 

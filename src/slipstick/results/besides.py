@@ -55,7 +55,7 @@ class Besides:
     def said(self, compute: Callable[[], Sequence[str]]) -> list[str]:
         """What failed, and what ``compute`` finds wrong in the results."""
         nothing: Sequence[str] = ()
-        found = self.take("what looks wrong in the results", compute, nothing)
+        found = self.take("what is suspicious in the results", compute, nothing)
         return [*self.sentences, *found]
 
 

@@ -1,4 +1,4 @@
-"""Points of a branch at which the kind of its motion changes, with what they say."""
+"""Points of a branch at which the kind of its motion changes, with their multipliers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Bifurcation:
     value
         Of the followed quantity.
     omega
-        Principal frequency, rad/time.
+        Fundamental frequency, rad/time.
     multiplier
         The one nearest to where it leaves the unit circle; nan where multipliers are not known.
     second_omega
@@ -67,7 +67,7 @@ class Bifurcation:
 def bifurcations_of(branch: Branch) -> list[Bifurcation]:
     """As ``Branch.bifurcations``."""
     if "unstable_multipliers" not in branch.table:
-        raise InputError("these results do not tell stability: compute them with stability=True")
+        raise InputError("these results hold no stability: compute them with stability=True")
     return list(_found(branch))
 
 

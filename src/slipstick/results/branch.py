@@ -89,7 +89,7 @@ class Branch:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What could be computed but looked wrong, one sentence each."""
+        """What could be computed but is suspicious, one sentence each."""
         return tuple(str(self.table.attrs.get("warnings", "")).splitlines())
 
     @classmethod
@@ -161,7 +161,7 @@ class Branch:
 
         Its ``omega`` is half of this one's: loads act at harmonic 2 of it, and the odd harmonics are new. It is
         followed within the range of this branch until the new harmonics vanish. ``options`` are those of
-        ``ss.forced_response``; stability is told unless ``stability=False``.
+        ``ss.forced_response``; stability is computed unless ``stability=False``.
 
         Raises InputError where the period does not double there, the problem is not known, or no such motion is found.
         """
@@ -199,9 +199,9 @@ class Branch:
         return forces
 
     def states(self, point: int) -> dict[str, list[tuple[float, float, str]]]:
-        """Intervals (start, end, state) of one period, rad, by contact: as its law tells them.
+        """Intervals (start, end, state) of one period, rad, by contact: as its law gives them.
 
-        The one interval of a contact whose law does not tell its states, or is not known, is "unknown". Raises
+        The one interval of a contact whose law does not give its states, or is not known, is "unknown". Raises
         InputError where that is all of them.
         """
         return states_at(self, point)
@@ -209,16 +209,16 @@ class Branch:
     def loop(
         self, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
     ) -> dict[str, Array]:
-        """One period of a contact along a port, by default the first: "tau", "motion" (without that of the counter
+        """One period of a contact along a port, by default the first: "tau", "motion" (without that of the opposing
         surface), "total" motion, "force"; of the friction of a friction contact "friction", the same, and "limit".
 
-        Each is (samples,). The force is what the law tells at each time, not the truncated series: its area over the
+        Each is (samples,). The force is that of the law at each time, not the truncated series: its area over the
         total motion is the energy dissipated along the port. ``contact`` is by default the first.
 
         Raises
         ------
         InputError
-            If the law does not tell its force in time, or is not known: that of a friction contact always is, others
+            If the law does not give its force in time, or is not known: that of a friction contact always is, others
             are known with the problem.
         """
         c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
@@ -324,7 +324,7 @@ class Branch:
             heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed value of what the
             branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over (parameter, peak), where
             ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a
-            state is born, those of a peak where it is a corner of the curve, and those by the velocity of a counter
+            state is born, those of a peak where it is a corner of the curve, and those by the velocity of an opposing
             surface at rest where its contact is stuck all period: the mean force jumps.
 
         Raises
@@ -352,7 +352,7 @@ class Branch:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
 
         An interpolated point is solved for first. Both use the same structure, so an error of its reduction to modes
-        stays unseen: ``reduction_error`` of the outcome tells its estimate. Heated contacts keep the parameters they
+        stays unseen: ``reduction_error`` of the outcome is its estimate. Heated contacts keep the parameters they
         have at this point. ``options`` are those of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """

@@ -150,7 +150,7 @@ def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Arr
     i = _port(own.law, name, port)
     forces = traits.forces_in_time(own.law, own.motion, own.values, tau)
     if forces is None:
-        raise InputError(f"the law of contact '{name}', a {type(own.law).__name__}, does not tell its force in time")
+        raise InputError(f"the law of contact '{name}', a {type(own.law).__name__}, does not give its force in time")
     H, v = own.motion.harmonics.H_minus(tau), float(own.motion.drift[i, 0])
     found = {
         "tau": tau, "motion": H @ own.relative[i][0], "total": H @ own.motion.Q[i][0] + v * tau, "force": forces[i][0],

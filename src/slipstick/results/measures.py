@@ -22,14 +22,14 @@ class Amplitude(NamedTuple):
 
 @lru_cache(maxsize=32)
 def _times(orders: tuple[int, ...]) -> Array:
-    """``H_-`` without the zero harmonic at equidistant times, (2 n, times)."""
+    """``H_-`` without the mean at equidistant times, (2 n, times)."""
     harmonics = Harmonics(orders)
     count = max(32, 8 * harmonics.highest)
     return np.ascontiguousarray(harmonics.H_minus(np.arange(count) * (2.0 * np.pi / count))[:, 1:].T)
 
 
 def amplitude(harmonics: Harmonics, X: ArrayLike) -> Amplitude:
-    """``max over the period of |x - zero harmonic|``, exact to rounding.
+    """``max over the period of |x - mean|``, exact to rounding.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ REQUESTED = "requested"
 """Attribute of the values at which points are wanted."""
 
 RELATIVE = "relative to the moving support"
-"""Said of the motion of a structure whose support moves."""
+"""Added to the name of the motion of a structure whose support moves."""
 
 SELF_EXCITED = "self-excited"
 """What the attribute "vibration" says of limit cycles."""
@@ -69,12 +69,12 @@ class Declared(NamedTuple):
 _DIMENSIONS = ("point", "dof", "coefficient", "contact", "bound", "rank", "part")
 
 VARIABLES: dict[str, Declared] = {
-    "omega": Declared((), ANGULAR, "principal frequency"),
+    "omega": Declared((), ANGULAR, "fundamental frequency"),
     "excitation_frequency": Declared((), ANGULAR, "excitation frequency"),
     "parameter": Declared((), "1", "followed parameter"),
     "displacement": Declared(("dof", "coefficient"), "length", "displacement coefficients"),
-    "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the zero harmonic)"),
-    "mean": Declared(("dof",), "length", "zero harmonic"),
+    "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the mean)"),
+    "mean": Declared(("dof",), "length", "mean"),
     "dissipated_power": Declared(("contact",), "force length/time", "dissipated power"),
     "temperature": Declared(("contact",), "temperature", "contact temperature"),
     "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),

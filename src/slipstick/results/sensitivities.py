@@ -87,7 +87,7 @@ class PointDerivatives(NamedTuple):
 
 SUBJECTS = {
     "amplitude": "amplitude of {dof}",
-    "mean": "zero harmonic of {dof}",
+    "mean": "mean of {dof}",
     "dissipated_power": "dissipated power of all contacts",
     "temperature": "temperature of the hottest contact",
 }

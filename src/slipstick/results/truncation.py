@@ -81,7 +81,7 @@ class Reaction(NamedTuple):
 def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
     """Largest deviation of what is left out over the largest deviation of the motion itself, (n_points,).
 
-    Both are the largest over the period, without the zero harmonic, among all relative motions of the contacts and all
+    Both are the largest over the period, without the mean, among all relative motions of the contacts and all
     outputs; 0 where nothing moves. ``x`` (n, N) and ``motion`` (n, n_outputs, L) are those of the balance. The answer
     of the kept harmonics is in it at points that have a ``reaction``; where the further orders
     move next to nothing, they alone count: an iterative Jacobian takes as long as a correction of the point.
@@ -177,7 +177,7 @@ def truncation_sentence(
 
 
 def moved(receptance: Receptance, orders: Array, G: Array, omega: Array, structures: Structures) -> Array:
-    """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), zero harmonic 0.
+    """``-A G`` (n, n_rows, 1 + 2 k) for forces (n, n_columns, 2 k), harmonic 0 zero.
 
     ``structures`` (n) holds the parameters of the structure at each point that are not its own.
     """

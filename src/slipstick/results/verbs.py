@@ -46,11 +46,11 @@ def save_shape(branch: Branch, path: str | Path, point: int, **options: Any) -> 
     return write_shape(branch, path, point, **options)
 
 
-def sensitivity(branch: Branch, parameters: Names, dof: str | None) -> xarray.Dataset:
-    """As ``Branch.sensitivity``."""
+def sensitivity(branch: Branch, parameters: Names, dof: str | None, *, together: bool = True) -> xarray.Dataset:
+    """As ``Branch.sensitivity``; ``together``: parameters that are the same thing twice are warned of."""
     from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
-    return sensitivity_of(branch, parameters, dof)
+    return sensitivity_of(branch, parameters, dof, together=together)
 
 
 def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
@@ -78,7 +78,7 @@ class TimeCheck:
     mean: Array
     mean_in_time: Array
     relative_difference: float
-    """Largest difference of amplitudes and zero harmonics over the largest of all of them."""
+    """Largest difference of amplitudes and means over the largest of all of them."""
     converged: bool
     """Whether the time integration became periodic."""
     reduction_error: float | None = None
@@ -152,7 +152,7 @@ class BranchPlots:
         return _plots().phase(self._branch, dof, **options)
 
     def mean(self, dof: Names = None, **options: Any) -> Axes:
-        """Zero harmonic."""
+        """Mean of the motion (harmonic 0)."""
         return _plots().mean(self._branch, dof, **options)
 
     def power(self, contact: Names = None, **options: Any) -> Axes:
@@ -168,7 +168,7 @@ class BranchPlots:
         return _plots().temperature(self._branch, contact, **options)
 
     def fractions(self, contact: str | None = None, **options: Any) -> Axes:
-        """Parts of the period in stick, slip and separation."""
+        """Fractions of the period in stick, slip and separation."""
         return _plots().fractions(self._branch, contact, **options)
 
     def loop(self, point: int, contact: Names = None, **options: Any) -> Axes:

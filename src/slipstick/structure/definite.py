@@ -1,4 +1,4 @@
-"""Whether stiffness and mass are positive definite and damping takes energy out, dense and sparse alike."""
+"""Whether stiffness and mass are positive definite, and whether damping takes energy out, dense and sparse alike."""
 
 from __future__ import annotations
 
@@ -57,15 +57,15 @@ def _not_definite(name: str, found: str) -> Fault:
     return Fault(name, f"{statement} ({found})", remedy=remedy)
 
 
-def damping_faults(C: Sparse, M: Sparse) -> list[Fault]:
-    """Faults of viscous damping that feeds energy in: C (n, n) must be positive semidefinite to rounding.
+def energy_fed(C: Sparse, M: Sparse) -> str:
+    """How viscous damping C (n, n) feeds energy in, in words; empty where it is positive semidefinite to rounding.
 
     C is scaled by the masses, which settles units, then to unit diagonal. Dense: its smallest eigenvalue must not lie
     below ``-DAMPING_ROUNDING``. Sparse: with as much added to the diagonal, all pivots must be positive, which is the
     same condition (Sylvester).
     """
     if abs(C).max() == 0.0:
-        return []
+        return ""
     per_mass = C.diagonal() / M.diagonal()
     floor = _SMALLEST_DIAGONAL * np.abs(per_mass).max()
     unit = scaled(C, np.maximum(per_mass, floor if floor > 0.0 else 1.0) * M.diagonal())
@@ -77,16 +77,22 @@ def damping_faults(C: Sparse, M: Sparse) -> list[Fault]:
         smallest = float(np.linalg.eigvalsh(unit)[0])
         found = f"smallest eigenvalue with unit diagonal {smallest:.2g}"
         right = smallest >= -DAMPING_ROUNDING
-    if right:
-        return []
-    return [
-        Fault(
-            "C",
-            f"the damping matrix feeds energy in ({found})",
-            remedy="negative damping has no steady vibration: look for wrong signs, and write a file of few digits "
-            "with more of them",
-        )
-    ]
+    return "" if right else found
+
+
+_FED = 3
+"""Modes that are named."""
+
+
+def fed_modes(omega: Array, ratios: Array) -> str:
+    """Modes with a damping ratio below 0, in words.
+
+    >>> fed_modes(np.array([6.0, 9.0]), np.array([-0.01, 0.02]))
+    'mode 1 at 6 rad/s, damping ratio -0.01'
+    """
+    fed = np.flatnonzero(ratios < -DAMPING_ROUNDING)
+    words = [f"mode {k + 1} at {omega[k]:.5g} rad/s, damping ratio {ratios[k]:.3g}" for k in fed[:_FED]]
+    return "; ".join(words) + (f"; ... ({fed.size} modes)" if fed.size > _FED else "")
 
 
 def semidefinite_to(matrix: Array, diagonal: Array, tolerance: float) -> float | None:

@@ -20,6 +20,7 @@ from slipstick.structure.checks import (
     number_faults,
     real,
 )
+from slipstick.structure.definite import energy_fed, fed_modes
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
@@ -43,7 +44,8 @@ class MatrixStructure:
     ----------
     M, C, K
         Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real and symmetric; M and K
-        positive definite (a grounded structure), C positive semidefinite.
+        positive definite (a grounded structure). C that is not positive semidefinite feeds energy in: a problem with it
+        warns.
     dofs
         A name for each degree of freedom, in the order of the matrices.
     loss_factor
@@ -113,7 +115,8 @@ class MatrixStructure:
     def changed(self, **values: float) -> MatrixStructure:
         """A copy with another ``loss_factor`` or factor ``damping``; InputError below 0."""
         new, given = copy(self), checked_values(self.values, values)
-        new.__dict__.pop("_poles", None)
+        for known in ("_poles", "energy_fed"):
+            new.__dict__.pop(known, None)
         new.loss_factor = given.get("loss_factor", self.loss_factor)
         new.damping = given.get("damping", self.damping)
         return new
@@ -139,12 +142,34 @@ class MatrixStructure:
     @cached_property
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies, rad/s, ascending: all of them, or the lowest 20 of a large sparse structure."""
-        if self._dense:
-            return np.sqrt(self._modes[0])
+        return np.sqrt(self._modes[0] if self._dense else self._lowest[0])
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratio of each of the ``natural_frequencies``: viscous, with half the loss factor."""
+        return self.damping * self._viscous_ratios + 0.5 * self.loss_factor
+
+    @cached_property
+    def _viscous_ratios(self) -> Array:
+        squared, modes = self._modes if self._dense else self._lowest
+        if self._viscous is None:
+            return np.zeros(squared.size)
+        return np.asarray(np.einsum("ir,ir->r", modes, self._viscous @ modes) / (2.0 * np.sqrt(squared)))
+
+    @cached_property
+    def energy_fed(self) -> str:
+        """Where viscous damping feeds energy in, in words; empty where it takes it out of every motion."""
+        found = "" if self._viscous is None or self.damping == 0.0 else energy_fed(self._viscous, self.M)
+        return (fed_modes(self.natural_frequencies, self._viscous_ratios) or found) if found and self._dense else found
+
+    @cached_property
+    def _lowest(self) -> tuple[Array, Array]:
+        """The lowest 20 modes of a large sparse structure, as ``_modes``."""
         from scipy.sparse.linalg import eigsh
 
-        values = eigsh(self.K, k=_LISTED_FREQUENCIES, M=self.M, sigma=0.0, return_eigenvectors=False)
-        return np.sqrt(np.sort(values))
+        values, modes = eigsh(self.K, k=_LISTED_FREQUENCIES, M=self.M, sigma=0.0)
+        order = np.argsort(values)
+        return values[order], modes[:, order]
 
     @cached_property
     def _modes(self) -> tuple[Array, Array]:

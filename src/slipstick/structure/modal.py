@@ -21,6 +21,7 @@ from slipstick.structure.checks import (
     named_shapes,
     real,
 )
+from slipstick.structure.definite import fed_modes
 from slipstick.structure.dynamic import checked_values
 from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_faults, residual_faults
 from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs, size_faults
@@ -79,7 +80,8 @@ class ModalStructure:
     dofs
         A name for each degree of freedom.
     loss_factor, damping_ratio
-        Hysteretic loss factor and viscous damping ratio, scalar or (n_modes,), >= 0.
+        Hysteretic loss factor, >= 0, and viscous damping ratio, scalar or (n_modes,). A mode of negative damping, such
+        as flutter, feeds energy in: a problem with it warns.
     second_residual
         ``K^-1 M K^-1 - sum_r phi_r phi_r^T / w_r^4`` at the dofs (n_dofs, n_dofs), or None. Like the residual in the
         static compliance it is a sum over the modes left out and has no negative eigenvalue.
@@ -300,6 +302,16 @@ class ModalStructure:
     def natural_frequencies(self) -> Array:
         """Natural frequencies of the modes kept, rad/s, ascending."""
         return np.sort(self.omega)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratio of each of the ``natural_frequencies``: viscous, with half the loss factor."""
+        return np.asarray((self.damping_ratio + 0.5 * self.loss_factor)[np.argsort(self.omega)])
+
+    @property
+    def energy_fed(self) -> str:
+        """Modes that damping feeds energy into, in words; empty where there are none."""
+        return fed_modes(self.natural_frequencies, self.damping_ratios)
 
     def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between directions ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) and loads."""

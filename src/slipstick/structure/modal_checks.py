@@ -77,7 +77,7 @@ def _array_faults(name: str, value: Any, n: int | None, modes: int | None) -> li
         square = (n or len(np.atleast_1d(value)),) * 2
         return array_faults(name, value, square) or symmetry_faults(name, value, tolerance=1e-5)
     size = () if name == "damping" or value.ndim == 0 else value.shape if modes is None else (modes,)
-    return array_faults(name, value, size, non_negative=True)
+    return array_faults(name, value, size, non_negative=name != "damping_ratio")
 
 
 def residual_faults(name: str, residual: Array, whole: Array) -> list[Fault]:

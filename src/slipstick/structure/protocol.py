@@ -18,13 +18,13 @@ class Receptance(Protocol):
     """
 
     static: Array
-    """Exact static compliance, (n_rows, n_columns), real, length/force: the zero harmonic."""
+    """Exact static compliance, (n_rows, n_columns), real, length/force: harmonic 0."""
 
     def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
 
         Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the
-        principal frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
+        fundamental frequency: it has the order as a factor. Orders may differ in more than frequency (a phase from
         sector to sector), which is why they are asked for by number. Where they do, stability asks for
         ``of_order(0, frequency)`` too, (n_rows, n_columns): the receptance of order 0 away from rest.
         """

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipstick.errors import Fault
 from slipstick.structure.checks import DAMPING_ELSEWHERE, entry_faults, number_faults, real, symmetry_faults
-from slipstick.structure.definite import damping_faults, definite_faults
+from slipstick.structure.definite import definite_faults
 from slipstick.typing import Matrix
 
 
@@ -30,8 +30,6 @@ def system_matrices(given: Mapping[str, Any], n: int, *, dense: bool) -> tuple[d
         faults += wrong
         if wrong:
             del right[name]
-    if "C" in right and "M" in right:
-        faults += damping_faults(right["C"], right["M"])
     return right, faults
 
 

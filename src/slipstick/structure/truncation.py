@@ -153,7 +153,7 @@ class WorstError:
             at += ")" if self.value == self.relative else f", which counts {self.value:.1e} there)"
         may = "is wrong by about" if self.kind == "estimate" else "may be wrong by up to"
         more = f"all {count} below" if count else "about all below"
-        known = "" if self.kind == "estimate" else "give second_residual, which tells more, or "
+        known = "" if self.kind == "estimate" else "give second_residual for a closer estimate, or "
         force = "; force = true takes it as it is" if self.refused else ""
         return (
             f"the receptance of the reduced structure {may} {self.relative:.1e} of itself at {at}: its modes "

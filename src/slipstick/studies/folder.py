@@ -72,7 +72,12 @@ class StudyFolder:
         self.folder, self.job, self.plan, self._about, self.share = folder, job, plan, dict(about), share
         self._mark, self._layout = study_mark(job, plan), row_layout(job, plan)
         self._journal: Journal | None = None
-        self._path = path
+        self._path, self._begun = path, False
+        if folder.exists() and not folder.is_dir():
+            raise InputError(
+                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
+            )
+        self._made = not folder.exists()
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder, f".{share.name}.lock")
@@ -130,6 +135,11 @@ class StudyFolder:
         done = [case for case, solved in self.found.items() if solved.outcome.ok or not missing]
         return [case for case in range(len(self.plan)) if case in self.share and case not in set(done)]
 
+    def begin(self) -> None:
+        """Open the journal of this share: a study that is killed before its first case can be gone on with."""
+        if self._journal is None:
+            self._opened()
+
     def add(self, solved: CaseSolved) -> None:
         """Keep a case; it survives a kill from here on."""
         journal = self._journal or self._opened()
@@ -141,6 +151,7 @@ class StudyFolder:
 
     def _opened(self) -> Journal:
         path = self.folder / f"{self.share.name}.journal"
+        self._begun = not path.exists()
         keep = read_journal(path).ends[-1] if path.exists() else 0
         layout = replace(self._layout, attributes=self.attributes())
         self._journal = Journal(path, layout, {"study": self._mark, "case_path": self._path}, keep)
@@ -181,6 +192,15 @@ class StudyFolder:
         if self._journal is not None:
             self._journal.close(remove=False)
             self._journal = None
+
+    def abandon(self) -> None:
+        """Remove what was begun here: nothing was computed, and nothing can be."""
+        if self._journal is not None and self._begun and not self.found:
+            self._journal.close(remove=True)
+            self._journal = None
+        self.release()
+        if self._made and not any(self.folder.iterdir()):
+            self.folder.rmdir()
 
     def release(self) -> None:
         """Let others in."""

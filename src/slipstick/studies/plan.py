@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipstick.balance.parameters import FACTORS
+from slipstick.balance.loads import phase_warnings
+from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.contact import traits
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
@@ -44,7 +45,7 @@ class StudyPlan:
     method, seed
         How the values were found.
     warnings
-        What looks wrong.
+        What is suspicious.
     """
 
     names: tuple[str, ...]
@@ -92,7 +93,12 @@ def make_plan(
     order = sorted(asked.parts, key=lambda name: _is_derived(problem, name))
     plan = _plan(order, asked.parts, asked.method, asked.size, asked.seed)
     _allowed(problem, plan)
-    return plan
+    said = [*plan.warnings, *product_warnings(problem, plan.names)]
+    for name, values in zip(plan.names, plan.values.T, strict=True):
+        load = problem.parameter_target(name).load
+        if load is not None and name.endswith("phase"):
+            said += phase_warnings(load.target, max(values.tolist(), key=abs))
+    return replace(plan, warnings=tuple(said))
 
 
 def study_faults(parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0) -> list[Fault]:

@@ -128,6 +128,7 @@ def study(
     try:
         todo, total = place.todo(missing=missing), len(plan)
         if todo or not (place.folder / STUDY_FILE).exists() or not (place.folder / CURVES_FILE).exists():
+            place.begin()
             try:
                 for solved in solutions(job, plan, todo, workers=workers, client=client):
                     place.add(solved)

@@ -25,7 +25,7 @@ _ROWS = {
     "peak_amplitude": Declared(
         ("dof",), "length", "largest amplitude over the curve (0-to-peak), nan where it was not sought"
     ),
-    "peak_omega": Declared(("dof",), "rad/time", "principal frequency of the largest amplitude"),
+    "peak_omega": Declared(("dof",), "rad/time", "fundamental frequency of the largest amplitude"),
     "peak_parameter": Declared(("dof",), "1", "value of the followed parameter at the largest amplitude"),
     "peak_located": Declared(
         ("dof",),

@@ -73,7 +73,7 @@ def _largest(X: Array, dX: Array, tables: Any, out: Array) -> None:
 
 
 def largest_deviations(harmonics: Harmonics, X: Array) -> tuple[Array, Array]:
-    """The largest deviation of each row of ``X`` (k, L) from its zero harmonic, signed, and its time, both (k,).
+    """The largest deviation of each row of ``X`` (k, L) from its mean, signed, and its time, both (k,).
 
     Times are in rad within ``[0, 2 pi)``; where several deviations are equally large one of them is given.
     """

@@ -25,7 +25,7 @@ EXACT_OSCILLATOR: Mapping[tuple[float, float], tuple[float, float]] = {
     (100.0, 6.1): (-5.528718, 18.236659),
     (0.0, 10.8): (0.0, 3.339879),
 }
-"""(velocity, omega) -> (zero harmonic, amplitude), without harmonic truncation (exact piecewise linear integration)."""
+"""(velocity, omega) -> (mean, amplitude), without harmonic truncation (exact piecewise linear integration)."""
 
 
 def oscillator(

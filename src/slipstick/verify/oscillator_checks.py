@@ -36,7 +36,7 @@ def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive:
 
 @cache
 def point(velocity: float, omega: float, highest: int = 10) -> tuple[float, float, float]:
-    """Zero harmonic, amplitude and stick fraction at one frequency."""
+    """Mean, amplitude and stick fraction at one frequency."""
     from slipstick.analysis.curve.response import forced_response
 
     problem = oscillator(velocity=velocity, harmonics=range(highest + 1))

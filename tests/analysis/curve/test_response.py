@@ -167,7 +167,7 @@ def test_events_and_generator() -> None:
 
 @pytest.mark.parametrize("velocity", [0.0, 10.0])
 def test_time_integration_leads_to_a_first_point(velocity: float) -> None:
-    """The last rung of the ladder: what nature settles to is a guess that Newton's method accepts."""
+    """The last rung of the ladder: where the motion settles is a guess that Newton's method accepts."""
     from slipstick.analysis.curve.follow import frequency_request, settled_in_time
 
     request = frequency_request(oscillator(velocity=velocity), (5.0, 6.0))

@@ -53,7 +53,7 @@ def test_curvature_is_that_of_peaks_nearby():
 
 
 def test_none_is_an_outcome():
-    """The peak at permanent slip does not depend on the stiffness: nothing is lowest."""
+    """The peak at full slip does not depend on the stiffness: nothing is lowest."""
     found = ss.optimal(oscillator(), "damper.normal_load", omega=(2.0, 3.0))
     assert found.outcome is ss.Outcome.NO_FIRST_POINT
     assert np.isnan(found.value)

@@ -57,7 +57,7 @@ def test_energy_balance():
 
 
 def test_slip_threshold():
-    """CF10: above the threshold no stick, below it one interval, and the power is mu N v_tilde in permanent slip."""
+    """CF10: above the threshold no stick, below it one interval, and the power is mu N v_tilde in full slip."""
     omega = 5.0
     threshold = cf.slip_threshold(1.0, 0.4, 40.0, 100.0, omega)
     above = ss.transient(oscillator(velocity=threshold * 1.001), omega)
@@ -172,7 +172,7 @@ def test_start_from_a_harmonic_solution_needs_few_periods():
 
 
 def test_period_ratio_and_recorded_periods():
-    """Excitation on the second, rubbing on the third harmonic of the principal frequency."""
+    """Excitation on the second, rubbing on the third harmonic of the fundamental frequency."""
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     contact = ss.FrictionContact(kt=100.0, mu=0.3, gap=-800.0)
     pair = ss.ContactPair(

@@ -35,8 +35,8 @@ def test_the_curve_goes_through_them_all(at: str, values: np.ndarray) -> None:
     ("at = { count = 1 }", r"\.count: found 1; expected a whole number from 2 to 100000"),
     ("at = { count = 3.0 }", r"\.count: found 3.0"), ("at = { count = true }", r"\.count: found true"),
     ('at = { count = 3, spacing = "cubic" }', r'\.spacing: found "cubic"; expected "linear" or "log"'),
-    ('at = { spacing = "log" }', ": found a table; expected a list of values, or a table such as"),
-    ("at = { count = 3, number = 4 }", ": found a table; expected a list"),
+    ('at = { spacing = "log" }', ': found { spacing = "log" }; expected a list of values, or a table such as'),
+    ("at = { count = 3, number = 4 }", ": found { count = 3, number = 4 }; expected a list"),
     ("at = 3.0", ": found 3.0; expected a list of values"),
 ])  # fmt: skip
 def test_faults(at: str, words: str) -> None:

@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.cases import oscillator
+from typer.testing import CliRunner
 
 import slipstick as ss
+from slipstick.app.cli import app
 from slipstick.app.verbs.check import dragged
 
 FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
@@ -90,3 +93,20 @@ def test_a_law_that_is_no_friction_is_not_said_to_hold() -> None:
         "contact 'damper': its side slides at 2 over the opposing surface in the direction of +x: "
         "the opposing surface moves towards -x"
     )
+
+
+def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
+    """``C / (2 w)`` of unit masses, and half the loss factor; verbs of other tables are named."""
+    (tmp_path / "case.toml").write_text(
+        oscillator(
+            head="harmonics = [0, 1, 2, 3, 4]\n",
+            rubbing="velocity = 10.0",
+            response="from = 2.0\nto = 15.0\n[track]\nparameter = 'damper.mu'\nfrom = 0.1\nto = 0.5\n",
+        ).replace("stiffness", "loss_factor = 0.02\nstiffness"),
+        encoding="utf-8",
+    )
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml")])
+    ratio = 0.4 / (2.0 * np.sqrt(40.0)) + 0.01
+    assert result.exit_code == 0
+    assert f"1  6.32456 rad/s (1.0066 Hz), damping ratio {ratio:.3g}\n" in result.output
+    assert f"[track]: 'slipstick track {tmp_path / 'case.toml'}' computes it" in result.output

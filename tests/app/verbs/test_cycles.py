@@ -62,7 +62,7 @@ def test_what_began_nowhere_is_said(tmp_path):
         ('[cycles]\nparameter = "pad.nu"\nfrom = 0.3\nto = 0.4\n', "there is no parameter 'pad.nu'"),
         ('[cycles]\nparameter = "pad.mu"\nfrom = 0.3\nto = 0.4\ndof = "z"\n', "there is no output"),
         ('[cycles]\nparameter = "pad.mu"\nfrom = 0.3\nto = 0.4\nat = [0.5]\n', "0.5"),
-        (TABLE + "[[load]]\ndof = 'y'\nsin = 1.0\n", "it excites at harmonic 1; expected harmonic 0 alone"),
+        (TABLE + "[[load]]\ndof = 'y'\nsin = 1.0\n", "it excites at harmonic 1 (expected harmonic 0 alone)"),
     ],
 )
 def test_faults_are_sentences(tmp_path, table, sentence):

@@ -67,10 +67,15 @@ def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
     for arguments, words in (
         ((results, "--point", 100000), "--point: found 100000; expected a whole number from"),
         ((results, "--at", "fast"), "--at: found 'fast'; expected a frequency such as"),
+        (
+            (results, "--at", "60"),
+            "--at: found '60', which lies outside the range computed; expected a value from 2 to 15",
+        ),
+        ((results, "--at", "60 Hz"), "--at: found '60 Hz', which lies outside the range computed"),
         ((results, "--only", "CF1"), "--only: chooses rows of the installation's table"),
         (("--point", 3), "--point, --at: found no RESULTS"),
         ((tmp_path / "none.nc",), "there is no such file"),
-        ((tmp_path,), "there is no such file"),
+        ((tmp_path,), "found a folder without results.nc or study.nc"),
     ):
         result = verify(*arguments)
         assert result.exit_code == 2

@@ -83,6 +83,6 @@ def test_the_lock_of_a_killed_process_is_free(tmp_path: Path) -> None:
 def test_a_lock_file_with_strange_content(tmp_path: Path, content: bytes) -> None:
     held = FolderLock(tmp_path)
     (tmp_path / NAME).write_bytes(content)
-    with pytest.raises(InputError, match="it has not said who it is"):
+    with pytest.raises(InputError, match="its process is not known"):
         FolderLock(tmp_path)
     held.release()

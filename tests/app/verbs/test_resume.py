@@ -123,7 +123,7 @@ def test_python_goes_on_too(
     assert branch.problem is not None
     assert branch.dataset.drop_attrs(deep=False).identical(whole.drop_attrs(deep=False))
     assert capsys.readouterr().out == ""
-    with pytest.raises(ss.InputError, match="there is no run in it"):
+    with pytest.raises(ss.InputError, match="there is no run or study in it"):
         ss.resume(case.parent / "out" / "..")
 
 
@@ -193,8 +193,11 @@ REFUSED: dict[str, tuple[Callable[[Path], object], str]] = {
     "version": (other_version, "the run was begun by slipstick 0.0.1, this is "),
     "journal": (lambda case: (case.parent / "out/results.nc.journal").unlink(), "results.nc.journal, from which"),
     "garbage": (lambda case: (case.parent / "out/results.nc.journal").write_bytes(b"x"), "not a journal of slipstick"),
-    "empty": (lambda case: [p.unlink() for p in (case.parent / "out").iterdir()], "there is no run in it; expected"),
-    "missing": (lambda case: shutil.rmtree(case.parent / "out"), "there is no such folder; expected one that"),
+    "empty": (
+        lambda case: [p.unlink() for p in (case.parent / "out").iterdir()],
+        "there is no run or study in it; expected",
+    ),
+    "missing": (lambda case: shutil.rmtree(case.parent / "out"), "there is no such folder; expected a folder that"),
 }
 
 

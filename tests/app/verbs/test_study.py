@@ -124,7 +124,9 @@ def test_a_case_that_fails_is_a_row_and_missing_computes_it(case: Path, monkeypa
         patch.setattr(workers, "solve", sometimes)
         result = slipstick("study", case, "-o", out, *BARE)
     assert result.exit_code == 1
-    assert "1 cases did not complete: 1 FAILED case 1: no luck" in told(result)
+    assert "1 cases did not complete: 1 failed: a fault ended it, which its message names case 1: no luck" in told(
+        result
+    )
     assert load_dataset(out / "study.nc")["outcome"].to_numpy().tolist() == ["COMPLETED", "FAILED", "COMPLETED"]
     assert slipstick("study", case, "-o", out, "--missing", *BARE).exit_code == 0
     assert result_of(out).identical(whole(case))

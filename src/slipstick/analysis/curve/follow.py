@@ -139,9 +139,11 @@ def curve_over(
     assert omega is not None
     path = parameter_path(problem, parameter)
     system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
+    steady = common["stability"] is not None
     return CurveRequest(
         problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
-        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static), **common,
+        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static, steady=steady),
+        **common,
     )  # fmt: skip
 
 
@@ -304,7 +306,7 @@ def _reaction(step: Step, before: Step | None) -> Reaction | None:
 
 
 def settled_in_time(request: CurveRequest) -> Array | None:
-    """Motion of the contacts (N,) that nature settles to from rest, roughly, by time integration; None without it."""
+    """Motion of the contacts (N,) settled from rest, roughly, by time integration; None without it."""
     from slipstick.analysis.time_domain.transient import transient
 
     problem = request.problem

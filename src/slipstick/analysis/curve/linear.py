@@ -33,7 +33,7 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     Parameters
     ----------
     omega
-        Principal frequencies (n,), rad/s.
+        Fundamental frequencies (n,), rad/s.
     state
         "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
         follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other
@@ -201,10 +201,13 @@ def _tops(size: Array) -> NDArray[np.intp]:
 
 
 def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
-    """Frequencies (n,) and motion with those of further frequencies, in order."""
+    """Frequencies (n,) and motion with those of further frequencies, in order; without any where it has no bound."""
     new = np.setdiff1d(more, w)
     if not new.size:
         return w, motion
-    together = np.concatenate([w, new])
+    with np.errstate(divide="ignore", invalid="ignore"):  # an undamped structure at its natural frequencies
+        found = limit.motion(new)
+    bounded = np.all(np.isfinite(found), axis=(1, 2))
+    together = np.concatenate([w, new[bounded]])
     order = np.argsort(together)
-    return together[order], np.concatenate([motion, limit.motion(new)])[order]
+    return together[order], np.concatenate([motion, found[bounded]])[order]

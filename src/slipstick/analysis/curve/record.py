@@ -223,7 +223,7 @@ class Sink(ABC, Listener):
         """Those of all points so far."""
 
     def said(self) -> list[str]:
-        """What could not be computed about the points, and what looks wrong in their values."""
+        """What could not be computed about the points, and what is suspicious in their values."""
         values = self.values()
         return self.run.recorder.besides.said(
             partial(self.run.request.doubts, values) if len(values["omega"]) else list

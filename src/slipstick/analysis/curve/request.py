@@ -97,7 +97,7 @@ class Request(ABC):
     requested
         Values of it at which points are wanted.
     warnings
-        What looks wrong, said to the user and written on the results.
+        Given to the user and kept with the results.
     """
 
     problem: Problem

@@ -1,4 +1,4 @@
-"""Forced response: branches of steady vibration over frequency or over any named parameter."""
+"""Forced response: branches of steady vibration versus frequency or over any named parameter."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def forced_response(
     stability: StabilityRequest = False,
     follow: FollowRequest = None,
 ) -> Branch:
-    """Follow the steady vibration over frequency.
+    """Follow the steady vibration versus frequency.
 
     Parameters
     ----------
     problem
         What vibrates.
     omega
-        First and last principal frequency, rad/s, in either order.
+        First and last fundamental frequency, rad/s, in either order.
     requested
         Frequencies at which exact points are wanted, rad/s; one or a list.
     peaks_of
@@ -78,8 +78,8 @@ def forced_response(
     Warns
     -----
     SlipstickWarning
-        For what looks wrong over that range, such as frequencies in Hz or a structure without damping; all that looks
-        wrong, also in the problem itself, is in ``dataset.attrs["warnings"]``, one sentence a line. Also where the
+        For what is suspicious over that range, such as frequencies in Hz or a structure without damping; all of that,
+        also in the problem itself, is in ``dataset.attrs["warnings"]``, one sentence a line. Also where the
         harmonics left out would add more than 1 % of the amplitude (``truncation`` in the dataset).
 
     Examples
@@ -140,7 +140,7 @@ def parameter_response(
     span
         First and last value.
     omega
-        Principal frequency, rad/s.
+        Fundamental frequency, rad/s.
 
     The other arguments, the result and the errors are those of ``forced_response``.
     """

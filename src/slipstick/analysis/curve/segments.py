@@ -21,6 +21,10 @@ _ENDED = {
     Outcome.NO_FIRST_POINT: "found no first point",
     Outcome.STEP_TOO_SMALL: "found no way on",
     Outcome.SINGULAR: "met a singular Jacobian",
+    Outcome.POINT_LIMIT: "had all points it was allowed",
+    Outcome.OUTSIDE_TABLE: "left the table of a temperature",
+    Outcome.INTERRUPTED: "was interrupted",
+    Outcome.TIME_LIMIT: "met the time limit",
     Outcome.FAILED: "failed",
 }
 
@@ -76,7 +80,7 @@ class Segment:
         """From where to where, and how it ended."""
         if not self.points:
             return f"from {self.start:.6g} no first point was found"
-        how = "" if self.outcome.ok else f", where it {_ENDED.get(self.outcome, self.outcome.name.lower())}"
+        how = "" if self.outcome.ok else f", where it {_ENDED[self.outcome]}"
         return f"from {self.start:.6g} to {self.reach:.6g}{how}"
 
 

@@ -53,7 +53,7 @@ def steady_response(
         Name of a parameter as of ``parameter_response`` and its values, one or a list. Without, points are over the
         frequency.
     omega
-        Principal frequencies, rad/s, one or a list; one alone with a ``parameter``.
+        Fundamental frequencies, rad/s, one or a list; one alone with a ``parameter``.
     guess
         What to try first: a branch, of which the point nearest to each one is taken (with its contact temperatures), or
         unknowns as of ``forced_response``, such as ``branch.guess(point)``.

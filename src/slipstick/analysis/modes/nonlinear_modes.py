@@ -201,6 +201,20 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     if not isinstance(structure, ModalStructure):
         name = type(structure).__name__
         raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
+    faults = motion_faults(problem)
+    count = structure.omega.size
+    shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)
+    if number >= count:
+        faults.append(Fault("mode", found=str(number + 1), expected=f"a number from 1 to {count}"))
+    elif shape[structure.dofs.index(dof)] <= _STILL * shape.max():
+        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
+    if faults:
+        raise InputError(faults)
+    return structure
+
+
+def motion_faults(problem: Problem) -> list[Fault]:
+    """What moves the structure so that there is no free vibration in a mode."""
     faults = [
         Fault(("contact", pair.name), "its opposing surface moves periodically", remedy=_ALONE)
         for pair in problem.contacts
@@ -208,17 +222,9 @@ def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
     ]
     if 1 not in problem.harmonics.orders:
         faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
-    count = structure.omega.size
-    shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)
-    if number >= count:
-        faults.append(Fault("mode", found=str(number + 1), expected=f"a number from 1 to {count}"))
-    elif shape[structure.dofs.index(dof)] <= _STILL * shape.max():
-        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
     if any(load.motion is not None for load in problem.loads):
         faults.append(Fault("loads", "a support moves", remedy=_ALONE))
-    if faults:
-        raise InputError(faults)
-    return structure
+    return faults
 
 
 _STILL = 1e-6

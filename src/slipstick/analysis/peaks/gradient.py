@@ -85,7 +85,7 @@ class Extreme:
 
     @property
     def h(self) -> Array:
-        """Its derivative by the motion, (1, L): ``sign H_-(time)`` without the zero harmonic."""
+        """Its derivative by the motion, (1, L): ``sign H_-(time)`` without the mean."""
         H = self.sign * self.harmonics.H_minus(self.time)[None]
         H[0, 0] = 0.0
         return H

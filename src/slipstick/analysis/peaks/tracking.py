@@ -65,7 +65,7 @@ def track_peak(
         peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
-        state. Look at ``outcome``; ``message`` tells what happened on the way.
+        state. Look at ``outcome``; ``message`` says what happened on the way.
 
     Raises
     ------

@@ -42,13 +42,13 @@ _SLIDING_POINTS = 61
 _SAME = 1e-9
 """Values of the parameter that are one, of the range."""
 _TOLD = 1e-6
-"""Of the range, that two Hopf points are apart: it is told."""
+"""Of the range, that two Hopf points are apart: each is reported."""
 _GONE = 1e-3
 """Of the first cycle's motion: what has less vibrates no more."""
 _NONE = "no limit cycle beside the Hopf point is in the range"
 _HYSTERETIC = (
-    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers are told with "
-    "viscous damping that is equal at {}, the limit cycles with hysteretic damping"
+    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers have viscous "
+    "damping, equal to it at {}; the limit cycles have hysteretic damping"
 )
 
 
@@ -141,7 +141,7 @@ def self_excited(
     problem: Problem, balance: Balance, parameter: str, span: tuple[float, float], requested: tuple[float, ...],
     options: Any,
 ) -> SelfExcited:  # fmt: skip
-    """The request, and what looks wrong: also that hysteretic damping is taken as viscous, equal at a frequency."""
+    """The request and its warnings: also that hysteretic damping is taken as viscous, equal at a frequency."""
     values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
     ordered = sorted(values, reverse=span[1] < span[0])
     sliding = SteadySliding(balance, parameter)
@@ -149,7 +149,7 @@ def self_excited(
         raise InputError("limit cycles need equations in time: give the structure as matrices or modes")
     if _hysteretic(problem, parameter, span):
         sliding = damped_as_vibrating(balance, parameter, ordered)
-    warnings = [*parameter_warnings(problem, parameter, span, 1.0, balance.receptance.static)]
+    warnings = [*parameter_warnings(problem, parameter, span, 1.0, balance.receptance.static, steady=True)]
     if sliding.damping_at is not None:
         warnings.append(_HYSTERETIC.format(problem.units.frequency_text(sliding.damping_at)))
     return SelfExcited(
@@ -319,7 +319,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         request.balance.anchor_if_undamped(hopf.omega)
         start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
         if not start.found:
-            self.message = "the balance has no vibration near the Hopf point that eigenvalues tell of"
+            self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
             return
         self.beginning = start.value
         yield self._rising(start, hopf, 0.0, "start")

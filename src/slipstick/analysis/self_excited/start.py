@@ -62,7 +62,7 @@ class CycleStart:
         self.found = self._settle()
 
     def size(self, x: Array) -> float:
-        """Of the vibration in a motion (N,): length of all but its zero harmonic."""
+        """Of the vibration in a motion (N,): length of all but its mean."""
         return float(np.linalg.norm(x.reshape(self._balance.n_ports, -1)[:, 1:]))
 
     def unit(self, x: Array) -> Array:

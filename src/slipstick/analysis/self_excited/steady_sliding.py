@@ -103,7 +103,7 @@ class Sliding:
 
 
 class SteadySliding:
-    """Steady sliding of a problem over a parameter: the balance with the zero harmonic alone.
+    """Steady sliding of a problem over a parameter: the balance with harmonic 0 alone.
 
     Disturbances are damped by viscous damping that is equal to hysteretic at each natural frequency, or at
     ``damping_at`` (rad/s).

@@ -18,11 +18,12 @@ from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
 from slipstick.balance.inputs import Inputs
-from slipstick.balance.parameters import parameter_path
+from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
 from slipstick.contact import traits
 from slipstick.errors import InputError
+from slipstick.faults import warn
 from slipstick.results.record import Outputs, unknowns
 from slipstick.results.schema import is_self_excited
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
@@ -195,8 +196,10 @@ def _along(
     return found
 
 
-def sensitivity_of(branch: Branch, parameters: Any = None, dof: str | None = None) -> xarray.Dataset:
-    """As ``Branch.sensitivity``."""
+def sensitivity_of(
+    branch: Branch, parameters: Any = None, dof: str | None = None, *, together: bool = True
+) -> xarray.Dataset:
+    """As ``Branch.sensitivity``; ``together``: the parameters are compared, and must not be the same thing twice."""
     if branch.problem is None:
         raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
     if is_self_excited(branch.table):
@@ -207,6 +210,8 @@ def sensitivity_of(branch: Branch, parameters: Any = None, dof: str | None = Non
     problem, table = branch.problem, branch.table
     chosen = parameter_names(problem, parameters)
     d = branch.dof_index(dof)
+    if parameters is not None and together:
+        warn(product_warnings(problem, chosen))
     name = str(table["dof"].to_numpy()[d])
     found = Sensitivities(branch, chosen, name)
     with one_thread():

@@ -1,6 +1,6 @@
 """How many disturbances grow, counted on the imaginary axis: structures known by receptances alone (THEORY.md (13.8)).
 
-The turns of the phase of ``det D`` over frequency count its zeros at growing disturbances, less its poles there. A
+The turns of the phase of ``det D`` versus frequency count its zeros at growing disturbances, less its poles there. A
 structure that takes up power at all its ports has no such poles. Where one gives power, dampers in place of the
 contacts tell how many poles there are at least.
 """

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.structure.definite import DAMPING_ROUNDING, semidefinite_to
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
 
@@ -45,10 +46,19 @@ class Dynamics:
         return None if np.any(self.K - np.diag(squared)) else squared
 
     def count_below(self, frequency: float) -> int:
-        """How many coordinates stay in motion for modes up to a frequency, rad/s."""
+        """How many coordinates stay in motion for modes up to a frequency, rad/s, and for those that may grow."""
         if self._squared is None:
             return self.size
-        return min(self.size, max(FEWEST, int(np.sum(self._squared <= frequency**2))))
+        return min(self.size, max(FEWEST, self._growing, int(np.sum(self._squared <= frequency**2))))
+
+    @cached_property
+    def _growing(self) -> int:
+        """How many of the slowest modes hold all that damping feeds energy into; all, where it couples them so."""
+        assert self._squared is not None
+        C, order = 0.5 * (self.C + self.C.T), np.argsort(self._squared, kind="stable")
+        fed = np.flatnonzero(np.diag(C)[order] < 0.0)
+        coupled = np.any(C - np.diag(np.diag(C))) and semidefinite_to(C, np.diag(C), DAMPING_ROUNDING) is not None
+        return self.size if coupled else int(fed.max(initial=-1)) + 1
 
     def slowest(self, count: int) -> Dynamics:
         """Only the slowest modes in motion, the others' compliance in ``R``: they cannot lose their stability then."""

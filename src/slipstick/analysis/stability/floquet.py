@@ -43,8 +43,8 @@ REAL = 1e-7
 """Imaginary part beside the magnitude below which a multiplier is real."""
 
 _WITHOUT_ORDER_0 = (
-    "stability: the receptance differs from order to order, and has no of_order(order, frequency) to tell it for "
-    "order 0 away from rest: stability is not known"
+    "stability: the receptance differs from order to order, and has no of_order(order, frequency) that gives "
+    "it for order 0 away from rest: stability is not known"
 )
 
 _DEAD = 1e-3

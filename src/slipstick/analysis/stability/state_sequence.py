@@ -140,7 +140,7 @@ class StickStarts:
         return float(c.kt[i]) * sliding / closing if closing > 0.0 else 0.0
 
     def _rates(self, change: Change, before: StateCodes) -> tuple[float, float]:
-        """``x' + u' + v`` and ``y'`` just before a touch-down, per radian."""
+        """``x' + u' + v`` and ``y'`` just before a contact closure, per radian."""
         m, i, h = self._motion, change.contact, self._motion.harmonics
         v = float(m.given["v"][i])
         if not np.any(self._combinations.dynamics.R):

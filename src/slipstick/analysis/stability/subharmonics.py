@@ -33,7 +33,7 @@ _GONE = 1e-3
 
 
 def doubled(problem: Problem) -> Problem:
-    """The same problem with half the principal frequency: orders are twice what they were, with odd ones between."""
+    """The same problem with half the fundamental frequency: orders are twice what they were, with odd ones between."""
     even = [2 * m for m in problem.harmonics.orders]
     orders = sorted({*even, *range(1, max(even), 2)})
     loads = [replace(load, harmonic=2 * load.harmonic) for load in problem.loads]
@@ -66,7 +66,7 @@ def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, *
         raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
     kind = str(branch.table["kind"].to_numpy()[point])
     if kind != PERIOD_DOUBLING:
-        raise InputError(f"point {point} is a {kind} point; branch.bifurcations() tells where the period doubles")
+        raise InputError(f"point {point} is a {kind} point; branch.bifurcations() lists where the period doubles")
     request = _request(branch, {**options, "stability": stability})
     x, value = _embedded(branch, request, point), float(branch.table[branch.followed].to_numpy()[point])
     value *= 1.0 if request.parameter else 0.5

@@ -50,7 +50,7 @@ class FrictionSystem:
     equations
         Equations of motion in time (t, not tau).
     omega
-        Principal frequency, rad/s.
+        Fundamental frequency, rad/s.
     kt, mu, kn, velocity
         Contact parameters, (n_contacts,); velocity in length/time.
     approach

@@ -66,7 +66,7 @@ class TransientResult:
     amplitude: Array
     """Largest ``|x - mean|`` over the last period, (n_outputs,)."""
     mean: Array
-    """Zero harmonic, (n_outputs,)."""
+    """Mean of the motion (harmonic 0), (n_outputs,)."""
     power: Array
     """Dissipated power of each contact, force x length / time, (n_contacts,)."""
     fractions: Array
@@ -96,7 +96,7 @@ def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
     yield "outcome", f"{ended} after {result.periods} periods, relative change {result.change:.1e} over the last"
     yield "omega", f"{result.omega:.6g}"
     for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST_SHOWN]:
-        yield dof, f"amplitude {size:.5g}, zero harmonic {mean:.5g}"
+        yield dof, f"amplitude {size:.5g}, mean {mean:.5g}"
     names = ("separation", "stick", "slip+", "slip-")
     for contact, power, parts in list(zip(result.contacts, result.power, result.fractions, strict=True))[:MOST_SHOWN]:
         shares = ", ".join(f"{name} {part:.0%}" for name, part in zip(names, parts, strict=True) if part > 0.0005)
@@ -123,14 +123,14 @@ def transient(
         What is to be integrated; hysteretic damping becomes viscous, equal at each mode's own frequency. A reduced
         structure is integrated as it is: what its modes leave out is left out here too.
     omega
-        Principal frequency, rad/s.
+        Fundamental frequency, rad/s.
     periods
         Largest number of periods before the recorded ones.
     tolerance
         Stops once the state changes by less than this over a period, relative to its size.
     method
-        "march" goes on period by period as nature does; "shooting" corrects the start of a period by Newton's method on
-        the period map (needed where damping is light).
+        "march" integrates period after period; "shooting" corrects the start of a period by Newton's method on the
+        period map (needed where damping is light).
     initial
         Periodic motion of the contacts to start from; None is rest.
     record_periods

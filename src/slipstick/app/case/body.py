@@ -34,6 +34,6 @@ class Body:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is approximated or looks wrong in the model, one sentence each."""
+        """What is approximated or is suspicious in the model, one sentence each."""
         behind = self.reduced or self.model
         return () if behind is None else behind.warnings

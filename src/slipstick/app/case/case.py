@@ -50,6 +50,8 @@ class Case:
     """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
     plan: StudyPlan | None = None
     """What ``[study]`` asks for."""
+    noticed: tuple[str, ...] = ()
+    """What is approximated or looks wrong in the model and in the text itself, one sentence each."""
 
     @classmethod
     def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
@@ -98,6 +100,7 @@ class Case:
             frequency_unit=reading.frequency_unit,
             plan=None if section is None else study_plan(section, reading.problem),
             further=further,
+            noticed=(*reading.body.warnings, *reading.warnings),
         )
 
     def study_job(self) -> Job:
@@ -186,15 +189,22 @@ class Case:
         return response_options(**given)
 
     def warnings(self) -> list[str]:
-        """What can be computed but looks wrong, one sentence each."""
+        """What can be computed but is suspicious, one sentence each."""
         from slipstick.balance.preflight import parameter_warnings, problem_warnings
 
         static = self.balance.receptance.static
         if self.parameter is not None:
-            found = parameter_warnings(self.problem(), self.parameter, self.span, self.omega[0], static)
+            found = parameter_warnings(
+                self.problem(), self.parameter, self.span, self.omega[0], static, steady=self._steady
+            )
         else:
-            found = problem_warnings(self.problem(), self.omega, static)
-        return [*self.body.warnings, *found]
+            found = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        return [*self.noticed, *found]
+
+    @property
+    def _steady(self) -> bool:
+        """Whether steady sliding is of interest by itself."""
+        return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
     def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
@@ -210,7 +220,7 @@ class Case:
         """Follow what ``[response]`` asks for."""
         branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
-        said = dict.fromkeys([*self.body.warnings, *branch.warnings])
+        said = dict.fromkeys([*self.noticed, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
@@ -251,8 +261,8 @@ def load_case(path: str | Path) -> Problem:
     Warns
     -----
     SlipstickWarning
-        What is approximated or looks wrong in the model of the structure.
+        What is approximated or is suspicious in the model of the structure.
     """
     case = Case.from_file(path)
-    warn(case.body.warnings)
+    warn(case.noticed)
     return case.problem()

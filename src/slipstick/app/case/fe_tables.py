@@ -172,7 +172,7 @@ class FeTable(ReductionTable):
     accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
         default=None, description="a number between 0 and 1, the relative error of the receptance"
     )
-    damping_ratio: NotNegative = Field(default=0.0, description="a number >= 0, the ratio to critical damping")
+    damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:

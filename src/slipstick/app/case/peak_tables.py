@@ -6,11 +6,12 @@ A peak over a parameter, where it is lowest, a nonlinear mode, self-excited vibr
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.app.case.sentences import toml, unexpected
+from slipstick.app.case.sentences import place, toml, unexpected
 from slipstick.app.case.tables import Table, positive_frequency
 from slipstick.app.case.validation import ReadTable, read_table
 from slipstick.errors import Fault, InputError
@@ -96,10 +97,20 @@ def take_peak_tables(raw: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: bool) -> Iterator[Fault]:
-    """What of them does not fit the problem; ``swept``: the response is over a parameter, not over frequency."""
+    """What of them does not fit the problem; ``swept``: the response is over a parameter, not versus frequency."""
+    from slipstick.balance.checks import requested_faults
+
     for name, table in tables.items():
+        if refused := _refused(problem, name):
+            cannot = f"cannot be computed of this case: {refused}"
+            yield Fault(name, cannot, remedy=f"leave [{name}] out, or what it does not allow")
         if isinstance(table, TrackTable | OptimalTable | CyclesTable):
             yield from _parameter_faults(problem, name, table)
+        if isinstance(table, TrackTable | CyclesTable):
+            outside = requested_faults(table.at, table.start, table.stop)
+            yield from (replace(fault, where=(name, "at")) for fault in outside)
+        if isinstance(table, ModesTable) and table.mode > (count := len(problem.structure.natural_frequencies)):
+            yield Fault((name, "mode"), found=str(table.mode), expected=f"a mode of the structure, from 1 to {count}")
         if isinstance(table, TrackTable | OptimalTable) and swept and table.omega is None:
             yield Fault((name, "omega"), "is missing", remedy="give the range of frequencies of the peak")
         known = tuple(problem.outputs or ())
@@ -107,6 +118,20 @@ def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: boo
             yield Fault((name, "dof"), f"there is no output {shown(table.dof)}", remedy=suggestion(table.dof, known))
         if name != "optimal" and table.start == table.stop:
             yield Fault((name, "to"), f"is {table.stop:g}, the same as from", remedy="give a range that is not empty")
+
+
+def _refused(problem: Problem, name: str) -> str:
+    """Why there is no mode, or no self-excited vibration, of a problem, whatever the table asks; in one sentence."""
+    from slipstick.analysis.modes.nonlinear_modes import motion_faults
+    from slipstick.analysis.self_excited.limit_cycles import autonomous_faults
+
+    checks = {"modes": motion_faults, "cycles": autonomous_faults}
+    found = checks[name](problem) if name in checks else []
+    return ", ".join(
+        f"{place(fault.where)}: {fault.found or fault.statement}"
+        + (f" (expected {fault.expected})" * bool(fault.expected))
+        for fault in found
+    )
 
 
 def _parameter_faults(problem: Problem, name: str, table: TrackTable | OptimalTable | CyclesTable) -> Iterator[Fault]:

@@ -48,7 +48,8 @@ def read_angle(value: Any) -> float:
     >>> round(read_angle("90 deg"), 4)
     1.5708
     """
-    return _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+    found = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+    return math.fmod(found, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else found
 
 
 def read_duration(value: Any) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,8 @@ class Reading:
     problem: Problem
     response: ResponseTable
     frequency_unit: str
+    warnings: tuple[str, ...]
+    """What looks wrong in the text itself."""
 
 
 def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Reading:
@@ -67,7 +69,16 @@ def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Read
     return Reading(
         title=sections.top.table.title, body=described.body, problem=problem,
         response=sections.response.table, frequency_unit=display_unit(raw, units),
+        warnings=tuple(_phases(sections, parts.loads)),
     )  # fmt: skip
+
+
+def _phases(sections: Sections, loads: Sequence[Load]) -> Iterator[str]:
+    """Phases that look like degrees."""
+    from slipstick.balance.loads import phase_warnings
+
+    for row, load in zip(sections.loads, loads, strict=True):
+        yield from phase_warnings(load.target, row.table.phase)
 
 
 class _Parts:
@@ -77,7 +88,7 @@ class _Parts:
         self._sections, self._described = sections, described
         found = Gathering()
         made = [load_of(row) for row in sections.loads]
-        self._loads: Sequence[Load] = [load for load, _ in made if load is not None]
+        self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         found.faults += [fault for _, faults in made for fault in faults]
         reduced = described.body.reduced if described.body is not None else None
         known = described.body is not None or described.made
@@ -86,10 +97,10 @@ class _Parts:
         on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
         named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]
         unnamed = (on_surface and not known) or not all(row.right("name") for row in sections.contacts)
-        found.faults += heating_faults(self.placed, sections.thermal, None if unnamed else named)
+        found.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
         self._points = reduced.points if reduced is not None else None
         self._influence = None if unnamed else found.take(self._read_influence, folder)
-        found.faults += parameter_faults(sections, self._loads, self.placed, described)
+        found.faults += parameter_faults(sections, self.loads, self.placed, described)
         self.faults = found.faults
 
     def _read_influence(self, folder: Path) -> Any:
@@ -109,7 +120,7 @@ class _Parts:
         problem = Problem(
             self._described.structure,
             contacts=[c.pair for c in self.placed],
-            loads=self._loads,
+            loads=self.loads,
             harmonics=top.harmonics,
             outputs=None if output is None else output.table.dofs,
             period_ratio=self._sections.period_ratio or (1, 1),

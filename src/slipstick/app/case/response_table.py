@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator
 from slipstick.app.case.quantity_texts import ratio_of_periods
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.app.case.spacing import MOST_VALUES, Spacing, spacing_or_list
-from slipstick.app.case.steps import StepKeys
+from slipstick.app.case.steps import StepKeys, step_faults
 from slipstick.app.case.tables import Frequency, Table, is_number, positive_frequency
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 
@@ -62,7 +62,7 @@ class ResponseTable(StepKeys, Table):
         if isinstance(values, Mapping) and values.get("spacing") == "log" and low <= 0:
             remedy = 'give spacing = "linear", or a list'
             faults.append(Fault(("at", "spacing"), found='"log", which needs from and to > 0', remedy=remedy))
-        return faults + _range_faults(raw, swept)
+        return [*faults, *step_faults(raw), *_range_faults(raw, swept)]
 
 
 def frequencies_met(response: ResponseTable) -> tuple[float, float]:

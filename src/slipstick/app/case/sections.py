@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any
 
 from slipstick.app.case.fe_tables import contact_table
+from slipstick.app.case.peak_tables import PEAK_TABLES
 from slipstick.app.case.response_table import ResponseTable
 from slipstick.app.case.sentences import CASE_SECTIONS, toml
 from slipstick.app.case.tables import LoadTable, OutputTable, Table, ThermalTable, TopTable
-from slipstick.app.case.validation import ReadTable, read_table
+from slipstick.app.case.validation import ReadTable, close_key, key_suggestion, read_table
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, Where
-from slipstick.faults import suggestion
 
 MOST_TABLES = 10_000
 
@@ -66,8 +65,10 @@ def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
     keys = [field.alias or name for name, field in TopTable.model_fields.items()]
     absent = [key for key in (*keys, *CASE_SECTIONS) if key not in raw]
     unknown = [key for key in raw if key not in (*keys, *CASE_SECTIONS)]
-    close = {key: get_close_matches(key, absent, n=1) for key in unknown}
-    faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, close[key] or (*keys, *CASE_SECTIONS))) for key in unknown]
+    close = {key: close_key(key, absent) for key in unknown}
+    elsewhere = {"study", *PEAK_TABLES}  # read by themselves, before
+    remedies = {key: key_suggestion(key, absent, () if close[key] else elsewhere) for key in unknown}
+    faults = [Fault(key, UNKNOWN_KEY, remedy=remedy) for key, remedy in remedies.items()]
     row, own = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
     own += [
         Fault(name, IS_MISSING, remedy=remedy)
@@ -99,7 +100,8 @@ class _Reader:
         if not tables or len(given) > MOST_TABLES:
             double = f"tables that begin with [[{section}]] (double brackets)"
             expected = f"at most {MOST_TABLES}" if tables else double
-            self._faults.append(Fault(section, found=toml(given), expected=expected))
+            found = "a table" if isinstance(given, Mapping) else toml(given)
+            self._faults.append(Fault(section, found=found, expected=expected))
             return ()
         names = Counter(table.get("name") for table in given if isinstance(table.get("name"), str))
         return tuple(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import date, time
 from typing import Any
 
 from slipstick.errors import UNKNOWN_KEY, Fault, InputError, Where
@@ -12,7 +13,7 @@ REPEATED_SECTIONS = ("load", "contact")
 _VERBS = ("track", "optimal", "modes", "cycles")
 CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *_VERBS)
 
-_LONGEST = 60
+_LONGEST, _MOST = 60, 20
 
 
 def in_case(fault: Fault) -> str:
@@ -54,20 +55,23 @@ def _which(name: str | int) -> str:
 def toml(value: Any) -> str:
     """A value as it looks in the file, shortened.
 
-    >>> toml(True), toml("x"), toml({"a": 1}), toml([0] * 30)
-    ('true', '"x"', 'a table', 'a list of 30')
+    >>> toml(True), toml("x"), toml({"a": 1}), toml(["x", 2.0]), toml([0] * 30), toml([{}])
+    ('true', '"x"', '{ a = 1 }', '["x", 2.0]', 'a list of 30', 'a list of tables')
     """
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        return "a table"
+        text = f"{{ {', '.join(f'{key} = {toml(inner)}' for key, inner in list(value.items())[:_MOST])} }}"
+        return text if value and len(value) <= _MOST and len(text) <= _LONGEST and text.isprintable() else "a table"
     if isinstance(value, list):
-        text = "a list of tables" if value and isinstance(value[0], Mapping) else shown(value[:20], _LONGEST + 1)
-        return text if len(value) <= 20 and len(text) <= _LONGEST else f"a list of {len(value)}"
+        if value and isinstance(value[0], Mapping):
+            return "a list of tables"
+        text = f"[{', '.join(map(toml, value[:_MOST]))}]"
+        return text if len(value) <= _MOST and len(text) <= _LONGEST else f"a list of {len(value)}"
     if isinstance(value, str):
         text = "".join(c if c.isprintable() else "?" for c in value)
         return f'"{text}"' if len(text) <= _LONGEST - 2 else f'"{text[: _LONGEST - 4]}...'
-    return shown(value)
+    return value.isoformat() if isinstance(value, date | time) else shown(value)
 
 
 def unexpected(expected: str) -> InputError:

@@ -66,14 +66,29 @@ def parse(text: str, name: str) -> dict[str, Any]:
     try:
         raw = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
-        raise InputError(f"{name}: not valid TOML: {reason}; correct that line") from None
+        reason = _reason(str(error), text) if isinstance(error, tomllib.TOMLDecodeError) else "nested too deeply"
+        raise InputError(f"{name}: not valid TOML: {reason}") from None
     except ValueError:  # a date such as 2024-13-45
         raise InputError(f"{name}: not valid TOML: it holds a date or a number that does not exist") from None
     huge = list(_huge_integers(raw, ""))
     if huge:
         raise InputError([f"{name}: {key}: found a whole number beyond 64 bits; write it as 1e20" for key in huge[:20]])
     return raw
+
+
+def _reason(said: str, text: str) -> str:
+    """What the parser says, its line beside it."""
+    said = _TWICE.sub(lambda found: f"the table [{'.'.join(re.findall(_PART, found[1]))}] stands twice", said)
+    at = re.search(r"at line (\d+)", said)
+    line = text.splitlines()[int(at[1]) - 1 : int(at[1])] if at else []
+    shown = "".join(c if c.isprintable() else " " for c in line[0]).strip() if line else ""
+    shown = f": {shown[:_SHOWN]}" + "..." * (len(shown) > _SHOWN) if shown else ""
+    return f"{said}; correct that line{shown}"
+
+
+_TWICE = re.compile(r"Cannot declare \((.*)\) twice")
+_PART = r"'([^']*)'"
+_SHOWN = 60
 
 
 def _bounds_fault(text: str) -> str | None:

@@ -40,5 +40,5 @@ class ModalTable(Table):
     dofs: list[str] | None = Field(default=None, description='a list of names; by default "n1x", "n1y", "n1z", "n2x"')
     modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes to use")
     loss_factor: NotNegative | None = Field(default=None, description="a number >= 0, the hysteretic loss factor")
-    damping_ratio: NotNegative | None = Field(default=None, description="a number >= 0, the ratio to critical damping")
+    damping_ratio: float | None = Field(default=None, description="a number, the ratio to critical damping")
     force: bool = Field(default=False, description="true or false: take modes that are too few")

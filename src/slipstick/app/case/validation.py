@@ -12,9 +12,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError, create_model
 
 from slipstick.app.case.sentences import toml
-from slipstick.app.case.tables import Table
+from slipstick.app.case.tables import Table, TopTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
-from slipstick.faults import suggestion
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ def _model_faults(model: type[BaseModel], raw: Mapping[str, Any]) -> tuple[list[
     for where in (tuple(one["loc"]) for one in found if one["type"] == "extra_forbidden"):
         given = _at(raw, where[:-1])
         absent = [key for key in _keys(_owner(model, where)) if key not in given]
-        for key in get_close_matches(str(where[-1]), absent, n=1):
+        for key in close_key(where[-1], absent):
             meant[where] = (*where[:-1], key)
     faults = [fault for one in found for fault in _faults(model, one, raw)]
     return [f for f in faults if not (f.statement == IS_MISSING and f.where in meant.values())], meant
@@ -118,7 +117,8 @@ def _faults(model: type[BaseModel], one: Any, raw: Mapping[str, Any]) -> list[Fa
     where, kind = tuple(one["loc"]), one["type"]
     if kind == "extra_forbidden":
         keys, given = _keys(_owner(model, where)), _at(raw, where[:-1])
-        return [Fault(where, UNKNOWN_KEY, remedy=suggestion(where[-1], [k for k in keys if k not in given] or keys))]
+        remedy = _elsewhere(_owner(model, where), where[-1]) or key_suggestion(where[-1], keys, given)
+        return [Fault(where, UNKNOWN_KEY, remedy=remedy)]
     if kind == "missing":
         return [Fault(where, IS_MISSING, remedy=f"give {_description(model, where)}")]
     where, found = _existing(where, raw), toml(one["input"])
@@ -127,6 +127,37 @@ def _faults(model: type[BaseModel], one: Any, raw: Mapping[str, Any]) -> list[Fa
         told = [fault if fault.found or fault.statement else replace(fault, found=found) for fault in error.faults]
         return [fault.inside(*where) for fault in told]
     return [Fault(where, found=toml(_at(raw, where)), expected=_description(model, where))]
+
+
+def key_suggestion(name: object, keys: Iterable[str], given: Iterable[str]) -> str:
+    """The key that an unknown one was meant to be, among those that are not ``given``, else all of these.
+
+    >>> key_suggestion("Stiffness", ["mass", "stiffness", "dofs"], ["mass"])
+    "did you mean 'stiffness'?"
+    >>> key_suggestion("nodes", ["mass", "stiffness"], ["mass"]), key_suggestion("nodes", ["mass"], ["mass"])
+    ('keys not used yet: stiffness', 'leave it out, every key there is has been given')
+    """
+    absent = [key for key in keys if key not in set(given)]
+    if close := close_key(name, absent):
+        return f"did you mean '{close[0]}'?"
+    if not absent:
+        return "leave it out, every key there is has been given"
+    return f"keys not used yet: {', '.join(absent)}"
+
+
+def close_key(name: object, keys: Iterable[str]) -> list[str]:
+    """The key that is spelt like it, if any, upper and lower case alike."""
+    return get_close_matches(str(name).lower(), keys, n=1)
+
+
+def _elsewhere(model: type[BaseModel], name: object) -> str:
+    """Where a key belongs that the table of the file does not know; empty where nothing is known of it."""
+    if name in _keys(TopTable):
+        return "it belongs to the top of the file, above the first [table]"
+    for field_name, field in model.model_fields.items():
+        if any(name in _keys(nested) for nested in _models_in(field.annotation)):
+            return f"it belongs into {field.alias or field_name} = {{ {name} = ... }}"
+    return ""
 
 
 def _at(raw: Any, where: Where) -> Any:

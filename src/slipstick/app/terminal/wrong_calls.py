@@ -16,7 +16,7 @@ _ASKED = "slipstick.json"
 
 
 class Verbs(TyperGroup):
-    """All verbs; what the parser refuses is bad input like any other."""
+    """All commands; what the parser refuses is bad input like any other."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As typer does it."""
@@ -28,6 +28,27 @@ class Verbs(TyperGroup):
         """As typer does it."""
         with _answered(ctx):
             return super().invoke(ctx)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """As typer does it; an option that takes one value and is given twice is refused, not the last one taken."""
+        name, command, rest = super().resolve_command(ctx, args)
+        for option in getattr(command, "params", ()):
+            if option.param_type_name == "option" and not option.is_flag and not option.multiple:
+                given = [text for text in _before_rest(rest) if _names(text, option.opts)]
+                if len(given) > 1:
+                    ctx.fail(f"{option.opts[-1]} is given {len(given)} times; it takes one value: keep one of them")
+        return name, command, rest
+
+
+def _before_rest(arguments: list[str]) -> list[str]:
+    """Arguments before "--", behind which nothing is an option."""
+    return arguments[: arguments.index("--")] if "--" in arguments else arguments
+
+
+def _names(text: str, names: list[str]) -> bool:
+    """Whether an argument is one of these options, alone or with its value ("--output=x", "-ox")."""
+    long = any(text == name or text.startswith(f"{name}=") for name in names if name.startswith("--"))
+    return long or any(text.startswith(name) for name in names if not name.startswith("--"))
 
 
 @contextmanager

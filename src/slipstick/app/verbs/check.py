@@ -1,4 +1,4 @@
-"""The ``check`` verb: what a case describes, what looks wrong, and what the linear limits are."""
+"""The ``check`` command: what a case describes, what is suspicious, and what the linear limits are."""
 
 from __future__ import annotations
 
@@ -51,6 +51,9 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
     if case.plan is not None:
         say(f"study: {cases_text(case.plan)}: 'slipstick study {path}' computes them")
         answer["cases"] = len(case.plan)
+        answer["warnings"] += _complained(case.plan.warnings)
+    for name in case.further:
+        say(f"[{name}]: 'slipstick {name} {path}' computes it; 'slipstick run' computes [response] alone")
     if case.parameter is None:
         answer["linear"] = _linear_limits(case, problem)
     say(f"ok: 'slipstick run {path}' can start")
@@ -69,10 +72,13 @@ def _in_time(case: Case, answer: Answer) -> int:
 
 def print_warnings(case: Case) -> list[str]:
     """Print the warnings of a case on standard error; the sentences."""
-    sentences = case.warnings()
+    return _complained(case.warnings())
+
+
+def _complained(sentences: Sequence[str]) -> list[str]:
     for sentence in sentences:
         complain(f"warning: {sentence}")
-    return sentences
+    return list(sentences)
 
 
 def _structure(case: Case, problem: Problem) -> None:
@@ -80,9 +86,11 @@ def _structure(case: Case, problem: Problem) -> None:
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
     frequencies = np.asarray(structure.natural_frequencies)
+    ratios = np.asarray(getattr(structure, "damping_ratios", ()))
     say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
     for number, omega in enumerate(frequencies[:_LISTED], start=1):
-        say(f"  {number:>3}  {case.frequency_text(float(omega))}")
+        damped = f", damping ratio {ratios[number - 1]:.3g}" if ratios.size else ""
+        say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
 
 
 def _reduction(case: Case, problem: Problem) -> None:

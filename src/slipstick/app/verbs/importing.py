@@ -1,4 +1,4 @@
-"""The ``import`` verb: files of another finite element code become one model.h5."""
+"""The ``import`` command: files of another finite element code become one model.h5."""
 
 from __future__ import annotations
 
@@ -148,8 +148,8 @@ def _file_faults(request: ImportRequest) -> list[str]:
     out = request.output
     faults = []
     told = [request.mass, request.damping, request.dof_map, request.nodes]
-    for path in [path for path in told if path is not None and not path.is_file()]:
-        faults.append(f"{path}: there is no such file")
+    for path in [path for path in (*request.files, *told) if path is not None and not path.is_file()]:
+        faults.append(f"{path}: {'found a folder; give its files' if path.is_dir() else 'there is no such file'}")
     if out.suffix.lower() not in _SUFFIXES:
         faults.append(f"-o {out}: expected a name that ends in .h5")
     if out.is_dir():

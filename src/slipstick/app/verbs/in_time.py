@@ -11,9 +11,10 @@ import numpy as np
 from slipstick.app.case.quantity_texts import read_frequency
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say, warnings_said
-from slipstick.app.verbs.output import RESULTS
+from slipstick.app.verbs.output import RESULTS, results_in
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError
+from slipstick.studies.folder import STUDY_FILE
 from slipstick.units import Units
 
 if TYPE_CHECKING:
@@ -74,8 +75,7 @@ def _loaded(path: Path) -> Branch:
     """The branch with its problem."""
     from slipstick.io.loading import load
 
-    if path.is_dir():
-        path = path / RESULTS
+    path = results_in(path, RESULTS, STUDY_FILE)
     with warnings_said():
         branch = load(path)
     if branch.problem is None:
@@ -91,8 +91,25 @@ def _chosen(branch: Branch, points: Sequence[int], values: Sequence[str]) -> lis
         if not -count <= point < count:
             raise InputError(f"--point: found {point}; expected a whole number from {-count} to {count - 1}")
         found.append(point % count)
-    found += [branch.at(_value(branch, text)) for text in values]
+    found += [branch.at(_inside(branch, _value(branch, text), text)) for text in values]
     return list(dict.fromkeys(found or _highest(branch)))
+
+
+def _inside(branch: Branch, value: float, text: str) -> float:
+    """A value where the branch has points."""
+    known = branch.table[branch.followed].to_numpy()
+    low, high = (float(end) for end in (known.min(), known.max())) if known.size else (0.0, 0.0)
+    if low - _ROUNDED * abs(low) <= value <= high + _ROUNDED * abs(high):
+        return value
+    units = Units.of_results(branch.dataset.attrs)
+    unit = str(branch.dataset.attrs.get("frequency_unit", units.angular)) if branch.followed == "omega" else ""
+    size = units.frequency_factor(unit) if unit else 1.0
+    between = f"{low / size:.6g} to {high / size:.6g} {unit}".rstrip()
+    raise InputError(f"--at: found '{text}', which lies outside the range computed; expected a value from {between}")
+
+
+_ROUNDED = 1e-5
+"""Of an end of the range as it is read from a figure."""
 
 
 def _value(branch: Branch, text: str) -> float:

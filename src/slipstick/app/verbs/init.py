@@ -1,4 +1,4 @@
-"""The ``init`` verb: the examples, written where a user wants them."""
+"""The ``init`` command: the examples, written where a user wants them."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ def write_example(name: str, folder: Path | None, *, python: bool = False) -> li
     """
     if python and Path(name).is_file():
         return _own_script(Path(name), folder)
+    if Path(name).is_file() and Path(name).stem not in examples():
+        raise InputError(f"{name}: is a file, no example; of a case file, --python writes the script")
     found = example(name)
     main = (found.path.name, found.path.read_bytes())
     if python and found.is_case:
@@ -79,8 +81,12 @@ def write_files(folder: Path, contents: dict[str, bytes]) -> list[Path]:
     there = [folder / name for name in contents if (folder / name).exists()]
     if there:
         raise InputError([f"{path}: is there already; move it away or choose another folder" for path in there])
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, content in contents.items():
-        (folder / name).write_bytes(content)
-        say(f"wrote {folder / name}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+            say(f"wrote {folder / name}")
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
     return [folder / name for name in contents]

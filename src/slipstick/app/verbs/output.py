@@ -47,6 +47,10 @@ class OutputFolder:
         self.folder, self._case_path, self._case_text = folder, case_path, case_text
         self._created: list[Path] = []
         self._lock: FolderLock | None = None
+        if folder.exists() and not folder.is_dir():
+            raise InputError(
+                f"{folder}: cannot be written (found a file; expected a folder); choose another folder with -o"
+            )
         self._refuse(force)
         try:
             self._make(folder)
@@ -148,6 +152,16 @@ def work_of(folder: Path) -> Path:
     return max(begun, key=lambda path: path.stat().st_mtime, default=folder)
 
 
+def require_folder(folder: Path) -> None:
+    """Raises InputError where there is no such folder."""
+    if folder.is_dir():
+        return
+    expected = "expected a folder that 'slipstick run' or 'slipstick study' wrote"
+    if not folder.exists():
+        raise InputError(f"{folder}: there is no such folder; {expected}")
+    raise InputError(f"{folder}: found a file; {expected}")
+
+
 class FolderOfRun(OutputFolder):
     """The folder of an earlier run, to go on with it; nothing in it is removed.
 
@@ -158,8 +172,7 @@ class FolderOfRun(OutputFolder):
     """
 
     def __init__(self, folder: Path) -> None:
-        if not folder.is_dir():
-            raise InputError(f"{folder}: there is no such folder; expected one that 'slipstick run' wrote")
+        require_folder(folder)
         self.folder, self._created = folder, []
         try:
             self._lock = FolderLock(folder)
@@ -173,6 +186,16 @@ class FolderOfRun(OutputFolder):
         copy = self.work / Path(name).name
         if not copy.exists():
             copy.write_text(text, encoding="utf-8")
+
+
+def results_in(path: Path, *names: str) -> Path:
+    """The first of these results in a folder; a file is itself. Raises InputError where a folder holds none."""
+    if not path.is_dir():
+        return path
+    held = [path / name for name in names if (path / name).is_file()]
+    if not held:
+        raise InputError(f"{path}: found a folder without {' or '.join(names)}; give a results file, or its folder")
+    return held[0]
 
 
 def _text(path: Path) -> str | None:

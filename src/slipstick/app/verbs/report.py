@@ -1,4 +1,4 @@
-"""The ``report`` verb: one page of results files."""
+"""The ``report`` command: one page of results files."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import complain, say
-from slipstick.app.verbs.output import REPORT, RESULTS
+from slipstick.app.verbs.output import REPORT, RESULTS, results_in
 from slipstick.errors import InputError
 from slipstick.studies.folder import STUDY_FILE
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
+
+_PAGES = (".html", ".htm")
 
 
 def report_results(
@@ -37,7 +39,12 @@ def report_results(
     from slipstick.io.loading import load
     from slipstick.report.writing import write_report
 
-    paths = [_results_in(path) for path in paths]
+    paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
+    twice = sorted({str(path) for path in paths if paths.count(path) > 1})
+    for name in twice:
+        complain(f"warning: {name}: is given twice, and drawn twice")
+    if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
+        raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
     if case is not None:
         if len(paths) > 1 or not _is_study(paths[0]):
             raise InputError("--case is a case of a study: give its study.nc, or its folder, alone")
@@ -61,21 +68,11 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     from slipstick.report.writing import write_study_report
     from slipstick.studies.folder import CURVES_FILE
 
+    if path.name == CURVES_FILE and (path.parent / STUDY_FILE).is_file():
+        raise InputError(f"{path}: holds the curves of a study; give its {STUDY_FILE}, or its folder")
     beside = path.parent / CURVES_FILE
     curves = load_dataset(beside) if beside.exists() else None
     return write_study_report(load_dataset(path), curves, target, title=title, dofs=dofs)
-
-
-def _results_in(path: Path) -> Path:
-    """The results in a folder; a file is itself. Raises InputError where a folder holds none."""
-    if not path.is_dir():
-        return path
-    held = [path / name for name in (RESULTS, STUDY_FILE) if (path / name).is_file()]
-    if not held:
-        raise InputError(
-            f"{path}: found a folder without {RESULTS} or {STUDY_FILE}; give a results file, or its folder"
-        )
-    return held[0]
 
 
 def _case_of(path: Path, number: int) -> Branch:

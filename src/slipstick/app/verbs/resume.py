@@ -1,7 +1,8 @@
-"""The ``resume`` verb: go on with a run or a study that ended before it was done."""
+"""The ``resume`` command: go on with a run or a study that ended before it was done."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
@@ -16,19 +17,20 @@ from slipstick.app.verbs.check import print_warnings
 from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import RESULTS, FolderOfRun, work_of
 from slipstick.app.verbs.run import Begun, Run
-from slipstick.app.verbs.study import HERE, Study, holds_study
-from slipstick.errors import InputError, Outcome
+from slipstick.app.verbs.study import Spread, Study, holds_study
+from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.io.journal import Recorded
     from slipstick.results.branch import Branch
     from slipstick.results.schema import Layout
 
 
 def resume(folder: str | Path) -> Branch | xarray.Dataset:
-    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted; what the verb does, in Python.
+    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
 
     Parameters
     ----------
@@ -56,17 +58,22 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset:
     return load(work_of(place) / RESULTS)
 
 
-def resume_run(folder: Path, manner: Manner = PLAIN) -> int:
+def resume_run(folder: Path, manner: Manner = PLAIN, workers: int | None = None) -> int:
     """Go on with the run in a folder from its last point, or with the study in it; the exit code.
+
+    ``workers`` are processes for the cases of a study.
 
     Raises
     ------
     InputError
         If there is no run in it, its case has changed, or it was begun by another version.
     """
-    if holds_study(folder):
-        return _resume_study(folder, manner)
+    if folder.is_dir() and holds_study(folder):
+        return _resume_study(folder, manner, workers)
     place = FolderOfRun(folder)
+    if workers is not None:
+        place.release()
+        raise InputError(f"--workers: {folder} holds a run, which is one process; leave it out (a study has workers)")
     try:
         ended = _ended(place, manner)
         return ended if ended is not None else _go_on(place, manner)
@@ -74,22 +81,26 @@ def resume_run(folder: Path, manner: Manner = PLAIN) -> int:
         place.release()
 
 
-def _resume_study(folder: Path, manner: Manner) -> int:
+def _resume_study(folder: Path, manner: Manner, workers: int | None) -> int:
     """Compute the cases that are not in the folder of a study, and bring its shares together."""
-    from slipstick.io.journal import read_journal
     from slipstick.io.loading import load_dataset
-    from slipstick.studies.folder import JOURNALS, STUDY_FILE
+    from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
 
     journals = sorted(folder.glob(JOURNALS))
     if not journals:
         ended = load_dataset(folder / STUDY_FILE).attrs
+        if str(ended.get("outcome")) == Outcome.INTERRUPTED.name:
+            raise InputError(
+                f"{folder}: the study in it did not end, and {WHOLE.name}.journal, to go on from, is missing; "
+                "compute it anew into another folder with -o"
+            )
         if manner.answer is not None:
             said = {"outcome": str(ended["outcome"]), "message": str(ended["outcome_text"])}
             manner.answer.update({**said, **files_in(folder)})
         say(str(ended["outcome_text"]))
         say(f"nothing is left to do: the study in {folder} is complete")
         return DONE
-    recorded = read_journal(journals[0])
+    recorded = _recorded(journals[0])
     attributes, about = recorded.layout.attributes, recorded.about
     text = str(attributes.get("case", ""))
     if not text:
@@ -97,7 +108,7 @@ def _resume_study(folder: Path, manner: Manner) -> int:
     _same_versions(attributes, journals[0])
     path = Path(str(about.get("case_path") or "case.toml"))
     _same_text(text, [path])
-    return Study(Case.from_text(text, path, manner.tell), folder, HERE, manner).whole()
+    return Study(Case.from_text(text, path, manner.tell), folder, Spread(workers=workers), manner).whole()
 
 
 def _ended(place: FolderOfRun, manner: Manner) -> int | None:
@@ -109,8 +120,13 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
     if not place.results.exists():
         if journal.exists():
             return None
-        raise InputError(f"{place.folder}: there is no run in it; expected a folder that 'slipstick run' wrote")
-    attributes = load_table(place.results).attrs
+        raise InputError(
+            f"{place.folder}: there is no run or study in it; expected a folder that 'slipstick run' or "
+            "'slipstick study' wrote: begin with one of them"
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)  # of the journal, which is read for itself below
+        attributes = load_table(place.results).attrs
     outcome = Outcome.__members__.get(str(attributes.get("outcome")), Outcome.INTERRUPTED)
     if outcome in UNFINISHED:
         if journal.exists():
@@ -135,11 +151,11 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
 
 def _go_on(place: FolderOfRun, manner: Manner) -> int:
     from slipstick.analysis.curve.resume import Checkpoint, resumable
-    from slipstick.io.journal import journal_of, read_journal
+    from slipstick.io.journal import journal_of
     from slipstick.io.notes import unpacked
 
     journal = journal_of(place.results)
-    recorded = read_journal(journal)
+    recorded = _recorded(journal)
     attributes, about = recorded.layout.attributes, recorded.about
     _same_versions(attributes, journal)
     text, path = str(attributes.get("case", "")), Path(str(about.get("case_path") or "case.toml"))
@@ -156,6 +172,20 @@ def _go_on(place: FolderOfRun, manner: Manner) -> int:
     manner.tell(f"going on after {len(kept)} points in {place.work}")
     place.keep_case(path.name, text)
     return Run(case, place, manner, told, Begun(recorded, kept)).whole()
+
+
+def _recorded(journal: Path) -> Recorded:
+    """What the journal holds, with what to do where nothing of it can be read."""
+    from slipstick.io.journal import read_journal
+
+    try:
+        recorded = read_journal(journal)
+    except InputError as error:
+        kept = "results beside it keep their points: leave them, and compute the case anew into another folder with -o"
+        raise InputError(f"{error}; {kept}") from None
+    if recorded.damage:
+        complain(f"warning: {recorded.damage}")
+    return recorded
 
 
 def _same_versions(attributes: Mapping[str, Any], journal: Path) -> None:

@@ -1,4 +1,4 @@
-"""The ``run`` verb: compute a case with everything kept as it is found."""
+"""The ``run`` command: compute a case with everything kept as it is found."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Run:
     told: Sequence[str] = ()
     begun: Begun | None = None
     doubts: Sequence[str] = ()
-    """What could not be computed about the points, and what looks wrong in their values."""
+    """What could not be computed about the points, and what is suspicious in their values."""
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
     failures: list[str] = field(default_factory=list)
@@ -109,6 +109,8 @@ class Run:
         self.manner.tell(f"{self.case.title}: {self.case.request}")
         if self.case.plan is not None:
             self.manner.tell("[study] is for 'slipstick study'; this computes the case itself")
+        for name in self.case.further:
+            self.manner.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
         begin = time.monotonic()
         prepare_kernel(self.manner.tell)
         recorder = Recorder(

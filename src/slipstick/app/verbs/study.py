@@ -1,4 +1,4 @@
-"""The ``study`` verb: many cases of one case file, on this machine, on a cluster, or a share of them."""
+"""The ``study`` command: many cases of one case file, on this machine, on a cluster, or a share of them."""
 
 from __future__ import annotations
 
@@ -115,6 +115,9 @@ class Study:
         )
         try:
             return self._computed(place, place.todo(missing=missing))
+        except (InputError, OSError):
+            place.abandon()
+            raise
         finally:
             place.release()
 
@@ -125,6 +128,7 @@ class Study:
             self.manner.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
         stop, failure = None, ""
         if todo:
+            place.begin()
             prepare_kernel(self.manner.tell)
         try:
             stop = self._solve(place, todo)
@@ -226,8 +230,8 @@ def _tell_failed(solved: list[CaseSolved]) -> None:
     failed = sorted((s for s in solved if not s.outcome.ok), key=lambda s: s.row["case"])
     if not failed:
         return
-    counts = Counter(s.outcome.name for s in failed)
-    complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {name}' for name, n in counts.items())}")
+    counts = Counter(s.outcome.text.partition(";")[0] for s in failed)
+    complain(f"{len(failed)} cases did not complete: {', '.join(f'{n} {text}' for text, n in counts.items())}")
     for one in failed[:_LISTED]:
         complain(f"  case {one.row['case']}: {one.message}")
     complain("compute them once more with --missing, where their cause is gone")

@@ -1,4 +1,4 @@
-"""The ``verify`` verb: one table of claims, results, tolerances and verdicts."""
+"""The ``verify`` command: one table of claims, results, tolerances and verdicts."""
 
 from __future__ import annotations
 
@@ -27,6 +27,12 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
     """
     from slipstick.verify import run
 
+    if markdown is not None and not markdown.absolute().parent.is_dir():
+        raise InputError(
+            f"--markdown {markdown}: cannot be written: there is no folder {markdown.parent}; make it first"
+        )
+    if markdown is not None and markdown.is_dir():
+        raise InputError(f"--markdown {markdown}: cannot be written: found a folder; expected a file such as table.md")
     prepare_kernel(say)
     rows: list[Row] = []
     live = sys.stderr.isatty()

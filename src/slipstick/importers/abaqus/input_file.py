@@ -123,6 +123,8 @@ def _node(content: Content, block: Block) -> None:
         content.findings.add(Verdict.INCOMPLETE, block.shown, what, block.line)
     labels = []
     for line, row in zip(block.lines, block.rows, strict=True):
+        if len(row) > 4 and all(word.lstrip("+-").isdigit() for word in row):
+            raise ValueError(f"line {line} has {len(row)} whole numbers; expected a label and x, y, z with points")
         x, y, z = ([fortran_real(word) if word else 0.0 for word in row[1:4]] + [0.0] * 3)[:3]
         label = whole_number(row[0])
         if content.nodes.setdefault(label, (x, y, z)) != (x, y, z):
@@ -224,6 +226,9 @@ def _property(content: Content, block: Block) -> None:
         _fault(content, block, "depends on temperature or fields; keep the line that holds at your temperature")
     elif block.keyword == "ELASTIC":
         table["young"], table["poisson"] = rows[0][:2]
+        if len(block.rows) == 1 and len(block.rows[0]) == 3 and block.rows[0][1] == "0":
+            what = f"has Poisson's ratio 0 at a temperature of {block.rows[0][2]}: is it a decimal comma?"
+            content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
     else:
         table[block.keyword.lower()] = rows[0][0]
 

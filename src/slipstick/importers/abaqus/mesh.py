@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,11 +19,20 @@ from slipstick.importers.abaqus.couplings import frames
 from slipstick.importers.abaqus.glues import glue_warnings, moved_onto
 from slipstick.importers.abaqus.input_file import read_content
 from slipstick.importers.findings import Verdict
+from slipstick.importers.grouped import with_named_places
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, Stated, matching_surface, with_surfaces
 from slipstick.typing import IntArray
 
 _ELASTIC = {"young", "poisson"}
+_FLAT = re.compile(r"(S|STRI|M3D|SFM3D|CP[SE]G?|CAX|R3D|DS|C2D|DC2D)\d+[A-Z0-9]*")
+_LINES = re.compile(r"(T[23]D|B[23]|R2D|RB[23]D|DC1D)\d+[A-Z]*")
+_CORNERS = {3: 3, 6: 3, 4: 4, 8: 4, 9: 4}
+"""Corners of a face by the number of its nodes."""
+
+_PLANE = re.compile(r"(CP[SE]G?|CAX|T[23]D)\d+[A-Z]*")
+"""Elements as which Gmsh writes faces and lines: without a section, and beside solids, they can be nothing else."""
+
 _WITHOUT_STIFFNESS = ("SFM3D", "DCOUP", "R3D", "DASHPOT")
 """Surface elements, couplings that *DISTRIBUTING COUPLING reads, rigid surfaces, dampers (warned of)."""
 
@@ -45,7 +55,8 @@ def read_input(path: Path) -> MeshModel:
         )
     mesh = moved_onto(content, _mesh(content))
     materials, faults = _materials(content)
-    alone = touching(content)
+    mesh, named = _named_places(content, mesh)
+    alone = (*touching(content), *named)
     findings = content.findings
     meant = {(node, axis) for node, axis in content.held if axis < 3 or node in content.turning}
     held, along = supports(meant, frames(content), f"{path.name}: *BOUNDARY of nodes with *TRANSFORM")
@@ -74,6 +85,37 @@ def _mass_note(mesh: Mesh, path: Path) -> tuple[str, ...]:
     return (f"{path.name}: the mass of {', '.join(found)} {what}",) if found else ()
 
 
+def _named_places(content: Content, mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """The mesh with the sets of faces and lines beside its solids as surfaces and node sets, which is how Gmsh and
+    others write the names of places.
+    """
+    shapes: dict[int, tuple[int, list[int]]] = {}
+    for kind, table in content.skipped.items():
+        flat = _FLAT.fullmatch(kind)
+        if flat or _LINES.fullmatch(kind):
+            for label, nodes in table.items():
+                known = [node for node in nodes if node in content.nodes]
+                shapes[label] = (_CORNERS.get(len(nodes), 0) if flat else 0, known)
+    faces: dict[str, list[IntArray]] = {}
+    places: dict[str, list[IntArray]] = {}
+    where = f"{content.path.name}: an element"
+    for name, members in content.element_sets.items():
+        own = [shapes[label] for label in dict.fromkeys(members) if label in shapes]
+        for count in (3, 4):
+            rows = [known[:count] for corners, known in own if corners == count and len(known) >= count]
+            if rows:
+                faces.setdefault(name, []).append(node_indices(mesh.labels, np.array(rows, dtype=np.int64), where))
+        held = [node for _, known in own for node in known]
+        if held:
+            places[name] = [node_indices(mesh.labels, np.array(held, dtype=np.int64), where)]
+    before = {*mesh.surfaces, *mesh.node_sets}
+    mesh, notes = with_named_places(content.path.name, mesh, faces, places)
+    added = sorted({*mesh.surfaces, *mesh.node_sets} - before)
+    if added:
+        notes.append(f"{content.path.name}: element sets of faces and lines, read as places: {', '.join(added)}")
+    return mesh, notes
+
+
 def touching(content: Content) -> tuple[str, ...]:
     """Elements that are no solids: refused where their section gives them stiffness and they share nodes with solids.
 
@@ -95,7 +137,7 @@ def touching(content: Content) -> tuple[str, ...]:
     bare = {
         kind: [e for e, nodes in table.items() if e not in content.read | named and not solid.isdisjoint(nodes)]
         for kind, table in content.skipped.items()
-        if not kind.startswith(_WITHOUT_STIFFNESS)
+        if not (kind.startswith(_WITHOUT_STIFFNESS) or _PLANE.fullmatch(kind))
     }
     bare = {kind: labels for kind, labels in bare.items() if labels}
     if bare:

@@ -33,7 +33,7 @@ function colourOf(model, over, name, result) {
   return curveColour(place * model.results.length + result.index);
 }
 
-/** A number to so many digits, as short as it can be said. */
+/** A number to so many digits, as short as can be. */
 function short(value, digits = 5) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
@@ -131,17 +131,58 @@ function decimal(value) {
   return mantissa === 1 ? `10${raised(exponent)}` : `${mantissa}·10${raised(exponent)}`;
 }
 
-/** Path through points in their own order; the pen is lifted where a number is missing, or by `pen`. */
+/** Steps of a pen through places in their own order; it is lifted where a number is missing, or by `pen`. A line with `smooth`, 1 where it
+ * has a corner, runs along cubics that pass every place and do not overshoot. */
+function stepsOf(places, line) {
+  const seen = places.map((place) => place.every(Number.isFinite));
+  const joined = places.map((_, i) => i > 0 && seen[i] && seen[i - 1] && line.pen?.[i] !== 0);
+  const bends = line.smooth ? bendsOf(places, joined, line.smooth) : [];
+  return places.map((place, i) => (joined[i] ? (bends[i] ? ["C", ...bends[i], ...place] : ["L", ...place]) : ["M", ...place])).filter((_, i) => seen[i]);
+}
+
+/** The two inner points of the cubic that ends at each place; none where a straight line will do. */
+function bendsOf(places, joined, corner) {
+  const bends = new Array(places.length), length = places.map(([x, y], i) => (joined[i] ? Math.hypot(x - places[i - 1][0], y - places[i - 1][1]) : 0));
+  const stretch = (from, to) => {
+    if (to - from < 2) return;
+    const h = length.slice(from + 1, to + 1), slopes = [0, 1].map((axis) => slopesOf(h, places.slice(from, to + 1).map((place) => place[axis])));
+    for (let i = from; i < to; i++) {
+      const third = length[i + 1] / 3, inner = (at, k, sign) => [0, 1].map((axis) => places[at][axis] + sign * third * slopes[axis][k]);
+      bends[i + 1] = [...inner(i, i - from, 1), ...inner(i + 1, i + 1 - from, -1)];
+    }
+  };
+  let from = 0;
+  for (let i = 1; i <= places.length; i++) {
+    const goes = i < places.length && length[i] > 0;
+    if (goes && !corner[i]) continue;
+    stretch(from, goes ? i : i - 1);
+    from = i;
+  }
+  return bends;
+}
+
+/** Slopes of a cubic through values at steps h of arclength that is monotone wherever they are (Fritsch and Butland 1984). */
+function slopesOf(h, values) {
+  const m = h.map((step, i) => (values[i + 1] - values[i]) / step), last = m.length - 1;
+  const end = (h0, h1, m0, m1) => {
+    const slope = ((2 * h0 + h1) * m0 - h0 * m1) / (h0 + h1);
+    if (slope * m0 <= 0) return 0;
+    return m0 * m1 <= 0 && Math.abs(slope) > 3 * Math.abs(m0) ? 3 * m0 : slope;
+  };
+  const inner = m.slice(1).map((m1, i) => {
+    const [m0, w0, w1] = [m[i], 2 * h[i + 1] + h[i], h[i + 1] + 2 * h[i]];
+    return m0 * m1 <= 0 ? 0 : (w0 + w1) / (w0 / m0 + w1 / m1);
+  });
+  return [end(h[0], h[1], m[0], m[1]), ...inner, end(h[last], h[last - 1], m[last], m[last - 1])];
+}
+
+const PEN = { M: "moveTo", L: "lineTo", C: "bezierCurveTo" };
+
+/** A line as the canvas takes it, with the heads of its arrows. */
 function linePath(line) {
   return (u) => {
-    const path = new Path2D();
-    let down = false;
-    for (let i = 0; i < line.x.length; i++) {
-      const [x, y] = [line.x[i], line.y[i]];
-      const drawn = Number.isFinite(x) && Number.isFinite(y) && (!line.log?.includes("x") || x > 0) && (!line.log?.includes("y") || y > 0);
-      if (drawn) path[down && line.pen?.[i] !== 0 ? "lineTo" : "moveTo"](u.valToPos(x, "x", true), u.valToPos(y, "y", true));
-      down = drawn;
-    }
+    const path = new Path2D(), at = (v, axis) => (line.log?.includes(axis) && !(v > 0) ? NaN : u.valToPos(v, axis, true));
+    for (const [step, ...numbers] of stepsOf(Array.from(line.x, (x, i) => [at(x, "x"), at(line.y[i], "y")]), line)) path[PEN[step]](...numbers);
     const heads = new Path2D();
     for (const [tip, ...others] of arrowHeads(line, (v, axis) => u.valToPos(v, axis, true), devicePixelRatio)) {
       heads.moveTo(...tip);

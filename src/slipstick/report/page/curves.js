@@ -103,7 +103,8 @@ class Curves {
   styled(line, log) {
     const { part, content, points } = line.result;
     const broken = Uint8Array.from(part, (p, i) => (i > 0 && part[i - 1] === p ? 1 : 0));
-    const base = { result: line.result, x: line.x, y: line.y, log, stroke: line.stroke, width: 2, name: line.name };
+    const smooth = SMOOTH.includes(content.analysis) ? Uint8Array.from(part, (_, i) => (CORNERS.includes(line.result.kind(i)) ? 1 : 0)) : null;
+    const base = { result: line.result, x: line.x, y: line.y, log, stroke: line.stroke, width: 2, name: line.name, smooth };
     if (!content.unstable) return [{ ...base, pen: broken }];
     const verdict = Array.from({ length: points }, (_, i) => line.result.verdict(i));
     const of = (i) => [verdict[i], verdict[i - 1]].find((own) => own !== "stable") ?? "stable";
@@ -298,6 +299,8 @@ class Curves {
   }
 }
 
+/** Results of few points, each far from the next: their lines are smooth but for corners. */
+const SMOOTH = ["peaks", "modes"], CORNERS = ["tie", "corner"];
 const BRIEF = { modal_amplitude: "amplitude", omega: "frequency", modal_damping: "damping", parameter: "parameter" };
 /** Room for the numbers of two charts, one below the other, so that places are. */
 const LETTERS = 6;

@@ -43,7 +43,7 @@ class Numbers {
   }
 }
 
-/** Coefficients (n, m, L): the zero harmonic, and whole numbers of so many bytes, in steps of a scale, for the others. */
+/** Coefficients (n, m, L): the mean, and whole numbers of so many bytes, in steps of a scale, for the others. */
 class Coefficients {
   constructor(packed) {
     this.zero = new Numbers(packed.zero);

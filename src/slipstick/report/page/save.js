@@ -90,11 +90,7 @@ function shapesOf(line, at, height) {
     });
   }
   if (line.kind === "rings") return places.filter(seen).map(([cx, cy]) => element("svg:circle", { cx, cy, r: 3.6, fill: line.fill, stroke: line.stroke, "stroke-width": line.width }));
-  let path = "", down = false;
-  places.forEach((place, i) => {
-    if (seen(place)) path += `${down && line.pen?.[i] !== 0 ? "L" : "M"}${place.map((v) => v.toFixed(2)).join(" ")}`;
-    down = seen(place);
-  });
+  const path = stepsOf(places, line).map(([step, ...numbers]) => `${step}${numbers.map((v) => v.toFixed(2)).join(" ")}`).join("");
   const shapes = [element("svg:path", { d: path, fill: "none", stroke: line.stroke, "stroke-width": line.width ?? 1.8, "stroke-dasharray": line.dash?.join(" ") })];
   for (const head of arrowHeads(line, (v, axis) => at(v, axis), 1)) shapes.push(element("svg:path", { d: `M${head.map((p) => p.join(" ")).join("L")}Z`, fill: line.stroke }));
   return shapes;

@@ -47,7 +47,7 @@ function letter(text, x, y, state) {
     element("svg:text", { x, y: y + 4, "text-anchor": "middle", class: `letter letter-${STATES[state][0]}` }, text));
 }
 
-/** The states of one contact in words, one after the other, with their part of the period. */
+/** The states of one contact in words, one after the other, with their fraction of the period. */
 function statesInWords(name, law) {
   const part = (share) => (share < 0.005 ? "< 1 %" : `${Math.round(100 * share)} %`);
   const spans = law ? law.states.map(([a, b, state]) => `${STATE_WORDS[state]} ${short(since(a, 0), 3)} to ${short(since(a, 0) + b - a, 3)} rad (${part((b - a) / PERIOD)})`) : [];

@@ -44,7 +44,7 @@ class Ranking {
       ...columns.map((column) => element("td", {}, short(this.at(column.key, name), 4))), element("td", {}, this.shares(name)));
   }
 
-  /** Parts of the period in each state, as one bar with a word for those who do not see it. */
+  /** Fractions of the period in each state, as one bar with a word for those who do not see it. */
   shares(name) {
     const law = this.app.result.element(this.app.view.point, name);
     if (!law) return "–";

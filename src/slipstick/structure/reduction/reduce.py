@@ -116,7 +116,7 @@ def reduce(
         ten times the first natural frequency, and 128 at most.
     force
         Take a reduction whose error over ``frequency_range`` is above 1e-2, which is refused otherwise. Without a range
-        the structure tells how far it holds: ``reduction_error(frequency)`` and ``valid_to``.
+        the structure knows how far it holds: ``reduction_error(frequency)`` and ``valid_to``.
     loss_factor, damping_ratio, rayleigh
         See :class:`Damping`.
     solver

@@ -84,9 +84,10 @@ def checked_request(
 ) -> Request:  # fmt: skip
     """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
     found = Gathering()
+    either = "a number, or one for each mode"
     values = {
         "loss_factor": found.take(non_negative, "loss_factor", loss_factor),
-        "damping_ratio": found.take(non_negative, "damping_ratio", damping_ratio),
+        "damping_ratio": found.take(number_or_numbers, "damping_ratio", damping_ratio, either),
         "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
     }
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
