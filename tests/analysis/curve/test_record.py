@@ -76,9 +76,9 @@ def test_a_sink_gets_the_values_that_a_branch_holds():
             super().__init__(run)
             self.groups, self.omega = [], []
 
-        def keep(self, found, values):
-            assert [event.omega for event in found] == values["omega"].tolist()
-            self.groups.append([event.kind for event in found])
+        def keep(self, events, values):
+            assert [event.omega for event in events] == values["omega"].tolist()
+            self.groups.append([event.kind for event in events])
             self.omega += values["omega"].tolist()
 
         def values(self):

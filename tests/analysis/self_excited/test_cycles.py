@@ -47,7 +47,7 @@ def test_hysteretic_damping_is_named():
         branch = ss.limit_cycles(brake(structure=structure), "pad.mu", (0.4, 0.6))
     assert branch.outcome.ok
     hopf = branch.bifurcations()[-1]
-    said = f"viscous damping that is equal at {hopf.omega:.6g} rad/s"
+    said = f"viscous damping, equal to it at {hopf.omega:.6g} rad/s"
     assert any(said in sentence for sentence in branch.warnings)
     # as viscous as that there is no difference at the Hopf point, and little at cycles of nearly its frequency
     C = 0.45 * np.eye(2) + 0.005 / hopf.omega * structure.K

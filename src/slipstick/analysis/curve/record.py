@@ -107,15 +107,14 @@ class Run(ABC, Generic[R]):
             listener(event)
 
     @contextmanager
-    def kept(self, found: Sequence[Any] = ()) -> Iterator[None]:
-        """An interrupt, or an exception once something is ``found``, ends the analysis here, and that is kept."""
+    def kept(self, steps: Sequence[Any] = ()) -> Iterator[None]:
+        """An interrupt, or an exception once there are points or ``steps`` to them, ends it and they are kept."""
         try:
             yield
         except KeyboardInterrupt as stop:
-            self.outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED
-            self.message = self.outcome.text
+            self._interrupted(stop)
         except Exception as error:
-            if not (self.count or found):
+            if not (self.count or steps):
                 raise
             self.outcome, self.message = failed(error)
             self.error = error
@@ -131,7 +130,7 @@ class Run(ABC, Generic[R]):
         self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
         points = self.points()
         try:
-            for point in self.found(points, guard):
+            for point in self.until_ended(points, guard):
                 self.count += 1
                 with guard():
                     self.tell(PointFound(
@@ -140,14 +139,13 @@ class Run(ABC, Generic[R]):
                     ))  # fmt: skip
                 yield point
         except KeyboardInterrupt as stop:
-            self.outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED
-            self.message = self.outcome.text
+            self._interrupted(stop)
         finally:
             points.close()
             self.tell(self._stopped())
         return self.outcome, self.closing
 
-    def found(self, points: Iterator[Point], guard: Guard = nullcontext) -> Iterator[Point]:
+    def until_ended(self, points: Iterator[Point], guard: Guard = nullcontext) -> Iterator[Point]:
         """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
         while True:
             point = None
@@ -156,6 +154,10 @@ class Run(ABC, Generic[R]):
             if point is None:
                 return
             yield point
+
+    def _interrupted(self, stop: KeyboardInterrupt) -> None:
+        self.outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED
+        self.message = self.outcome.text
 
     def _stopped(self) -> Stopped:
         request, message, seconds = self.request, self.closing, self.seconds
@@ -215,7 +217,7 @@ class Sink(ABC, Listener):
         return waiting[-1].kind != "interpolated"
 
     @abstractmethod
-    def keep(self, found: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Keep points, whose values by variable are (n_points, ...)."""
 
     @abstractmethod
@@ -246,7 +248,7 @@ class Memory(Sink):
         """As many at once as memory allows: their derivatives are let go with them."""
         return len(waiting) == self._most
 
-    def keep(self, found: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Keep the values alone."""
         self._slices.append(values)
 
@@ -257,7 +259,7 @@ class Memory(Sink):
         return self._slices[0]
 
     def branch(self) -> Branch:
-        """What was found; what looks wrong is said, and written on it."""
+        """The points, with warnings, which are given to the user too."""
         assert self.end is not None
         attributes, request = dict(self.end.attributes), self.run.request
         if said := self.said():

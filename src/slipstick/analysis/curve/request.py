@@ -123,7 +123,7 @@ class Request(ABC):
         return Recorder(self.balance, parameter=self.parameter)
 
     def doubts(self, values: Mapping[str, Array]) -> list[str]:
-        """What looks wrong in the values of the results, by variable."""
+        """What is suspicious in the values of the results, by variable."""
         problem, followed = self.problem, self.parameter or "omega"
         unit, asked = problem.units.angular, adapted_to(self.options)
         return result_warnings(followed, values, problem.elements, unit, asked, self.requested)

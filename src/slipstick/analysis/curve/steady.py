@@ -113,10 +113,10 @@ def steady_response(
 
 def _values(name: str, given: Any, positive: bool) -> tuple[float, ...]:
     expected = "frequencies > 0 in rad/s, one or a list" if positive else "finite numbers, one or a list"
-    found: Array = np.atleast_1d(numbers(name, given, expected))
-    if found.ndim > 1 or found.size == 0 or (positive and np.any(found <= 0.0)):
+    array: Array = np.atleast_1d(numbers(name, given, expected))
+    if array.ndim > 1 or array.size == 0 or (positive and np.any(array <= 0.0)):
         raise wrong(name, given, expected)
-    return tuple(found.tolist())
+    return tuple(array.tolist())
 
 
 @dataclass(frozen=True, kw_only=True)

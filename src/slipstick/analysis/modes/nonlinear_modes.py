@@ -278,7 +278,7 @@ class ModeRequest(Request):
         return ModeRecorder(self.free)
 
     def doubts(self, values: Mapping[str, Array]) -> list[str]:
-        """Where the mode tells less than it seems to, and what looks wrong."""
+        """Where the mode tells less than it seems to, and what is suspicious."""
         return [*self._mode_doubts(values), *result_warnings("omega", values, self.free.problem.elements)]
 
     def _mode_doubts(self, values: Mapping[str, Array]) -> Iterator[str]:

@@ -163,7 +163,7 @@ class OptimumSearch(PeakRun):
 
     def __init__(self, request: TrackedPeak) -> None:
         super().__init__(request)
-        self._found: _Found | None = None
+        self._best: _Stationary | None = None
         self._factorisations = 0
 
     def points(self) -> Generator[Point, None, None]:
@@ -173,14 +173,14 @@ class OptimumSearch(PeakRun):
             self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
             return
         self.system.factorisations = 0
-        self._found, message = self._newton(y, self.request.start), ""
-        if self._found is None:
-            self._found, message = self._tracked(y)
+        self._best, message = self._newton(y, self.request.start), ""
+        if self._best is None:
+            self._best, message = self._tracked(y)
         self._factorisations = self.system.factorisations
-        self.outcome = Outcome.STEP_TOO_SMALL if self._found is None else Outcome.COMPLETED
+        self.outcome = Outcome.STEP_TOO_SMALL if self._best is None else Outcome.COMPLETED
         self.message = message or self.outcome.text
-        if self._found is not None:
-            yield self.point(self._found.peak)
+        if self._best is not None:
+            yield self.point(self._best.peak)
 
     @property
     def attributes(self) -> Mapping[str, Any]:
@@ -189,7 +189,7 @@ class OptimumSearch(PeakRun):
 
     def optimum(self, branch: Branch) -> Optimum:
         """What was found, with the branch of its one point."""
-        request, found = self.request, self._found if len(branch) else None
+        request, found = self.request, self._best if len(branch) else None
         peak = None if found is None else found.peak
         return Optimum(
             parameter=request.parameter, dof=request.dof, branch=branch, factorisations=self._factorisations,
@@ -198,7 +198,7 @@ class OptimumSearch(PeakRun):
             hessian=np.full((2, 2), np.nan) if found is None else found.hessian,
         )  # fmt: skip
 
-    def _newton(self, y: Array, value: float, context: Array | None = None) -> _Found | None:
+    def _newton(self, y: Array, value: float, context: Array | None = None) -> _Stationary | None:
         """The optimum next to a state; None where the iteration fails, or ends at another kind of point."""
         system = OptimumSystem(self.system, context)
         size = scales(self.system.balance, self.system.at(value)[0], float(y[-1])).displacement
@@ -212,7 +212,7 @@ class OptimumSearch(PeakRun):
         bend, amplitude = float(np.linalg.det(H) / H[0, 0]), self._amplitude(result.evaluation.detail)
         if abs(bend) * float(result.x[-1]) ** 2 <= LEVEL * amplitude:
             return None  # a plateau
-        return _Found(self._peak(result, H, amplitude), H, "lowest" if bend > 0.0 else "highest")
+        return _Stationary(self._peak(result, H, amplitude), H, "lowest" if bend > 0.0 else "highest")
 
     @staticmethod
     def _peak(result: NewtonResult, hessian: Array, amplitude: float) -> PeakPoint:
@@ -228,7 +228,7 @@ class OptimumSearch(PeakRun):
     def _amplitude(self, here: Linearization) -> float:
         return Extreme.largest(self.request.problem.harmonics, here.motion()[0]).value
 
-    def _tracked(self, y: Array) -> tuple[_Found | None, str]:
+    def _tracked(self, y: Array) -> tuple[_Stationary | None, str]:
         """The optimum the peak comes by where it is tracked to where it falls, from a plateau both ways; polished."""
         value = self.request.start
         at = self.system.evaluate(y, value)
@@ -243,15 +243,15 @@ class OptimumSearch(PeakRun):
             for peak in peaks.points(y):
                 pass_on()
                 if peak.kind == OPTIMUM:
-                    found = self._newton(peak.y, peak.parameter)
-                    if found is not None:
-                        return found, ""
+                    best = self._newton(peak.y, peak.parameter)
+                    if best is not None:
+                        return best, ""
             none = f"no optimum of {self.request.parameter} was found from {value:g} to {value * factor:g}"
             ended.append(f"{none}: {peaks.message}")
         return None, "; ".join(ended)
 
 
-class _Found(NamedTuple):
+class _Stationary(NamedTuple):
     peak: PeakPoint
     hessian: Array
     kind: str

@@ -256,7 +256,7 @@ class SelfExcitedRun(Run[SelfExcited]):
         known, hopf = self._slid()
         if hopf:
             self.outcome, self.message, self.beginning = Outcome.NO_FIRST_POINT, _NONE, hopf[0].value
-            yield from self.found(self._cycles(hopf[0]))
+            yield from self.until_ended(self._cycles(hopf[0]))
         self._ended(known, hopf)
         for sliding in known:
             yield self._sliding_point(sliding, known, hopf)

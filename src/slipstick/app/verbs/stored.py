@@ -40,9 +40,9 @@ class Stored(Sink):
         result = "found" if event.found else f"not found{why}"
         self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
 
-    def keep(self, found: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
         """Write each point, with the checkpoint a run goes on from."""
-        for i, event in enumerate(found):
+        for i, event in enumerate(events):
             record = {name: value[i] for name, value in values.items()}
             self._store.append(record, None if event.checkpoint is None else event.checkpoint.plain())
             self._show(event.point, record)
