@@ -69,6 +69,7 @@ lint: $(VENV)/.ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/python -m pytest -q -m verify tests/type_checks
 
 # a few minutes, kept in benchmarks/results; with PYHARM_PYTHON=... beside pyHarm (see benchmarks/against_pyharm.py)
 bench: $(VENV)/.ready

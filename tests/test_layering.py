@@ -13,6 +13,7 @@ import slipstick
 ROOT = Path(slipstick.__file__).parent
 ORDER = (
     ("errors",),
+    ("quantities",),
     ("faults", "html", "interrupts", "replacing", "typing"),
     ("trig", "solve", "units"),
     ("contact", "structure"),

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 from shrouded_blade import FULL_LOAD, OUTPUT, highest, one_mode_peak, total_power
@@ -38,8 +39,10 @@ def mesh(blade, size):
     body = blade_mesh(blade_shape(size))
     figure = Figure(figsize=(8, 5.5))
     # larger than its half of the figure: axes in space keep much room around what they show
-    whole = figure.add_axes((-0.3, -0.1, 1.0, 1.15), projection="3d")
-    tip = figure.add_axes((0.42, 0.0, 0.58, 0.94), projection="3d")
+    whole = Axes3D(figure, (-0.3, -0.1, 1.0, 1.15))
+    tip = Axes3D(figure, (0.42, 0.0, 0.58, 0.94))
+    for axes in (whole, tip):
+        figure.add_axes(axes)
     low, high = 1e3 * body.nodes.min(axis=0), 1e3 * body.nodes.max(axis=0)
     show(whole, body, list(body.surfaces), low, high, 0.72)
     shroud = [name for name in body.surfaces if name.startswith("shroud")]

@@ -10,6 +10,7 @@ import numpy as np
 from shrouded_blade import DEFAULT_CACHE, OUTPUT, RANGE, reduced_blade, rubbed
 
 import slipstick as ss
+from slipstick.balance.compliance import Compliance
 from slipstick.balance.heat import heat_columns, power_rows
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
@@ -20,11 +21,13 @@ from slipstick.solve.newton import NewtonOptions, newton_at
 class FrozenSystem(FrequencySystem):
     """The balance with a tangent that leaves out what heat does to the friction coefficient."""
 
-    def evaluate(self, x, parameter):
-        found = super().evaluate(x, parameter)
+    def evaluate(self, x, parameter, context=None):
+        found = super().evaluate(x, parameter, context)
         heat = found.detail.heat
-        columns = heat_columns(self.balance, heat, self.balance.compliance(parameter))
-        return found._replace(jacobian=DenseJacobian(found.jacobian.matrix - columns @ power_rows(self.balance, heat)))
+        compliance, tangent = self.balance.compliance(parameter), found.jacobian
+        assert isinstance(compliance, Compliance) and isinstance(tangent, DenseJacobian)  # noqa: PT018
+        columns = heat_columns(self.balance, heat, compliance)
+        return found._replace(jacobian=DenseJacobian(tangent.matrix - columns @ power_rows(self.balance, heat)))
 
 
 def corrections(branch, system=FrequencySystem, *, disturbed=0.05, seed=1):

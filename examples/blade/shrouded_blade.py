@@ -4,6 +4,7 @@ Everything the study, the convergence tables and the tests need to build the sam
 numbers are what they are.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,10 @@ DEFAULT_CACHE = Path("blade-study") / "cache"
 """Folder of the reduced blades, below the working directory."""
 
 
-def reduced_blade(size="small", *, modes=128, contacts=CONTACTS, radius=None, cache=DEFAULT_CACHE, listener=None):
+def reduced_blade(
+    size="small", *, modes=128, contacts: int | Sequence[Sequence[float]] = CONTACTS, radius=None,
+    cache=DEFAULT_CACHE, listener=None,
+):  # fmt: skip
     """The finite element blade, "small", "medium" or "large", reduced to its contacts; kept in the folder ``cache``.
 
     ``contacts`` is their number or their positions, ``radius`` that of the patches.

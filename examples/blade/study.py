@@ -54,7 +54,7 @@ def limits(blade):
     """Linear responses without contacts and with all of them stuck, refined around their resonances."""
     found = {}
     for state in ("free", "stuck"):
-        problem, omega = rubbed(blade, 100, 0.0), np.linspace(*RANGE, 2001)
+        problem, omega = rubbed(blade, 100, 0.0), np.linspace(RANGE[0], RANGE[1], 2001)
         for width in (0.01, 5e-4):
             amplitude = ss.linear_response(problem, omega=omega, state=state).dataset.amplitude.sel(dof=OUTPUT)
             peak = omega[int(np.argmax(amplitude.values))]

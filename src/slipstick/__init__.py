@@ -105,7 +105,11 @@ def __getattr__(name: str) -> Any:
     if name in _ROOMS:
         return import_module(f"slipstick.{name}")
     if name not in _PUBLIC:
-        raise AttributeError(f"module 'slipstick' has no attribute '{name}'")
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, _PUBLIC, n=1)
+        hint = f"; did you mean '{close[0]}'?" if close else ""
+        raise AttributeError(f"module 'slipstick' has no attribute '{name}'{hint}")
     return getattr(import_module(_PUBLIC[name]), name)
 
 

@@ -171,6 +171,14 @@ class Reason(Enum):
         """One sentence."""
         return str(self.value)
 
+    @property
+    def words(self) -> str:
+        """Its name for the reader, such as "point limit"."""
+        return self.name.lower().replace("_", " ")
+
+    def __str__(self) -> str:
+        return self.text
+
 
 class Outcome(Reason):
     """How a computation ended; ``text`` says the cause and the remedy."""

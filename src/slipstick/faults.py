@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from itertools import islice
 from numbers import Integral, Real
@@ -13,10 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from slipstick.errors import Fault, InputError, SlipstickWarning, Where
+from slipstick.quantities import frequency_unit, read_frequency, unit_of_time_fault
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from slipstick.units import Units
 
     Array = NDArray[np.float64]
 
@@ -83,11 +87,24 @@ def shown(value: Any, limit: int = 60) -> str:
     '[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1...'
     """
     try:
-        text = repr(value)
+        few = hasattr(value, "tolist") and hasattr(value, "dtype") and 0 < value.size <= 1000
+        text = plain(value) if few else repr(value)
     except Exception:  # such as an integer of more digits than Python writes
         text = f"a {type(value).__name__}"
     text = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def plain(value: Any) -> str:
+    """A value as it can be typed again: arrays as lists, numpy's numbers as Python's.
+
+    >>> import numpy as np
+    >>> plain(np.array([1.0, 2.0])), plain({1: np.float64(0.1 + 0.2)}), plain("x")
+    ('[1.0, 2.0]', '{1: 0.30000000000000004}', "'x'")
+    """
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{plain(key)}: {plain(item)}' for key, item in value.items())}}}"
+    return repr(value.tolist() if hasattr(value, "tolist") and hasattr(value, "dtype") else value)
 
 
 def wrong(name: Name, value: Any, expected: str) -> InputError:
@@ -128,9 +145,29 @@ def number(name: Name, value: Any, expected: str = "a finite number", *, above: 
     raise wrong(name, value, expected)
 
 
-def frequency(name: Name, value: Any) -> float:
-    """One frequency > 0, rad/s."""
-    return number(name, value, "a frequency > 0 in rad/s", above=SMALLEST)
+def frequency(name: Name, value: Any, units: Units | None = None) -> float:
+    """One frequency > 0, rad/s, from a number or a text such as "15 Hz", "3000 rpm"."""
+    found = in_radians(name, value, units)
+    if isinstance(value, str) and found <= 0:
+        raise wrong(name, value, "a frequency > 0")
+    return number(name, found, "a frequency > 0 in rad/s", above=SMALLEST)
+
+
+def in_radians(name: Name, value: Any, units: Units | None = None) -> Any:
+    """A text with the unit of a frequency as a number, rad/s; what is no text stays as it is.
+
+    >>> in_radians("omega", "3000 rpm"), in_radians("omega", 2.0)
+    (314.1592653589793, 2.0)
+    """
+    if not isinstance(value, str):
+        return value
+    if units is not None and not units.in_seconds and frequency_unit(value) is not None:
+        raise InputError(unit_of_time_fault(path_of(name), shown(value), units.time, units.angular))
+    try:
+        return read_frequency(value)
+    except InputError as error:
+        faults = [replace(fault, found=shown(value)).inside(*path_of(name)) for fault in error.faults]
+        raise InputError(faults) from None
 
 
 def whole(name: Name, value: Any, least: int = 0, most: int | None = None) -> int:

@@ -15,7 +15,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     It is another one in each process and thread: two writers of one name do not write into each other.
     """
-    temporary = path.with_name(f"{_begin(path)}{os.getpid()}-{get_ident()}.tmp")
+    temporary = path.parent / f"{_begin(path)}{os.getpid()}-{get_ident()}.tmp"
     try:
         yield temporary
         _sync(temporary)

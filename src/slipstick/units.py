@@ -9,16 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from math import pi
 from typing import Any
 
 from slipstick.errors import UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import Gathering, shown, suggestion, table
+from slipstick.quantities import FREQUENCIES
 
 LONGEST = 30
-
-FREQUENCIES = {"rad/s": 1.0, "Hz": 2 * pi, "kHz": 2e3 * pi, "rpm": pi / 30}
-"""Units that a frequency may be written and drawn in, and how many rad/s they are."""
 
 ANGULAR = "rad/time"
 """The dimension of a frequency."""

@@ -121,8 +121,8 @@ def resume(
 
 
 def _manner(time_limit: str | None, wanted: tuple[str | None, str | None] = (None, None), **how: Any) -> Manner:
-    from slipstick.app.case.quantity_texts import read_duration
     from slipstick.app.verbs.manner import Manner, wanted_figures
+    from slipstick.quantities import read_duration
 
     if wanted[0] is not None and not how["figures"]:
         raise InputError("--no-figures: --figures is given too; leave one of them out")

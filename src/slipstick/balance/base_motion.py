@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from slipstick.balance.contacts import dof_faults
 from slipstick.balance.loads import Load
@@ -125,10 +125,10 @@ class BaseReceptance:
         self._plain, self._motions = plain, tuple(motions)
         self.static: Array = plain.static * _factors(self._motions, np.zeros(()))[0]
 
-    def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
         """As of every receptance, with the derivative by the fundamental frequency."""
         value, slope = self._plain.at(orders, omega)
-        factor, rate = self._factor(orders, omega)
+        factor, rate = self._factor(np.asarray(orders, dtype=float), omega)
         order = np.asarray(orders, dtype=float)[:, None, None]
         return value * factor, slope * factor + value * (order * rate)
 

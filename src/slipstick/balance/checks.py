@@ -19,13 +19,14 @@ from slipstick.balance.warm import heat_faults
 from slipstick.contact import traits
 from slipstick.contact.rubbing import MOTION_PARTS, common_period
 from slipstick.errors import Fault, InputError
-from slipstick.faults import listed, number, shown, suggestion, wrong
+from slipstick.faults import in_radians, listed, number, shown, suggestion, wrong
 
 if TYPE_CHECKING:
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
     from slipstick.structure.protocol import Structure
+    from slipstick.units import Units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,22 +180,40 @@ def motion_faults(parts: Mapping[str, Mapping[int, Any]], known: Known) -> Itera
                 yield from (fault.inside(part) for fault in known.order_faults(order, 1))
 
 
-def two_numbers(value: Any, name: str) -> tuple[float, float]:
+def two_numbers(value: Any, name: str, expected: str = "two numbers, the first and the last") -> tuple[float, float]:
     """First and last value of a range; InputError where that is not what was given."""
-    expected = "two numbers, the first and the last"
     ends = listed(name, value, expected)
     if len(ends) > 2:
         raise InputError(
             Fault(
                 name,
                 found=f"{len(ends)} values",
-                expected="two numbers, the first and the last: the points between are chosen on the way",
+                expected=f"{expected}: the points between are chosen on the way",
                 remedy="give requested= for points at exact values",
             )
         )
     if len(ends) != 2:
         raise wrong(name, value, expected)
     return number(name, ends[0], expected), number(name, ends[1], expected)
+
+
+def two_frequencies(value: Any, units: Units | None = None) -> tuple[float, float]:
+    """First and last frequency of a range, rad/s, from numbers or texts such as "15 Hz", in the units of a problem."""
+    name, expected = "frequency range", 'two frequencies such as (2.0, 15.0) or ("1 Hz", "40 Hz")'
+    ends = listed(name, value, expected)
+    if len(ends) == 2:
+        value = [in_radians(name, end, units) for end in ends]
+    return two_numbers(value, name, expected)
+
+
+def requested_frequencies(given: Any, units: Units | None = None) -> tuple[float, ...]:
+    """Frequencies at which points are wanted, rad/s, from numbers or texts; one alone is taken too."""
+    if isinstance(given, str):
+        return (in_radians("requested", given, units),)
+    if isinstance(given, Real):
+        return requested_values(given)
+    values = listed("requested", given, "a frequency, or a list of them")
+    return requested_values([in_radians(("requested", i), value, units) for i, value in enumerate(values)])
 
 
 def requested_values(given: Any) -> tuple[float, ...]:

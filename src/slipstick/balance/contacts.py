@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from typing import Any
@@ -17,13 +17,15 @@ from slipstick.contact.rubbing import VELOCITIES, RubbingMotion
 from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import Gathering, listed, number, one, shown, suggestion, table, text, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Real
 
 Direction = Mapping[str, float]
-DirectionLike = Direction | str | Sequence[Direction | str | None] | None
+Directions = Direction | tuple[Direction | None, ...] | None
+"""Of one contact, or of many; None where there is none."""
+DirectionLike = Mapping[str, Real] | str | Sequence[Mapping[str, Real] | str | None] | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, init=False, repr=False)
 class ContactPair:
     """One contact, or many of the same kind, between directions of the structure, or between these and the ground.
 
@@ -54,31 +56,48 @@ class ContactPair:
 
     name: str
     contact: Law
-    tangential: DirectionLike = None
-    normal: DirectionLike = None
-    ports: Mapping[str, DirectionLike] | None = None
-    rubbing: RubbingMotion = field(default_factory=RubbingMotion)
+    tangential: Directions
+    normal: Directions
+    ports: Mapping[str, Directions] | None
+    rubbing: RubbingMotion
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        *,
+        name: str,
+        contact: Law,
+        tangential: DirectionLike = None,
+        normal: DirectionLike = None,
+        ports: Mapping[str, DirectionLike] | None = None,
+        rubbing: RubbingMotion | None = None,
+    ) -> None:
         found = Gathering()
-        named = isinstance(self.name, str)
-        name = found.take(text, "name", self.name, 'a name such as "damper"')
-        values: dict[str, Any] = {"name": name}
-        if not isinstance(self.contact, Law):
+        values: dict[str, Any] = {"name": found.take(text, "name", name, 'a name such as "damper"'), "contact": contact}
+        if not isinstance(contact, Law) or isinstance(contact, type):
             expected = "contact=ss.FrictionContact(...), or a law"
-            found.faults.append(Fault("contact", found=shown(self.contact), expected=expected))
-        for side in ("tangential", "normal"):
-            values[side] = found.take(_one_or_many, (side,), getattr(self, side))
-        if self.ports is not None:
-            ports = found.take(table, "ports", self.ports, "directions by the names of ports")
-            values["ports"] = ports and {
-                port: found.take(_one_or_many, ("ports", port), given) for port, given in ports.items()
+            found.faults.append(Fault("contact", found=shown(contact), expected=expected))
+        values["tangential"] = found.take(_one_or_many, ("tangential",), tangential)
+        values["normal"] = found.take(_one_or_many, ("normal",), normal)
+        values["ports"] = ports
+        if ports is not None:
+            checked = found.take(table, "ports", ports, "directions by the names of ports")
+            values["ports"] = checked and {
+                port: found.take(_one_or_many, ("ports", port), given) for port, given in checked.items()
             }
-        rubbing = RubbingMotion() if self.rubbing is None else self.rubbing
-        values["rubbing"] = found.take(one, "rubbing", rubbing, RubbingMotion, "ss.RubbingMotion(...)")
-        found.end(*(("contact", self.name) if named else ()))
+        moved = RubbingMotion() if rubbing is None else rubbing
+        values["rubbing"] = found.take(one, "rubbing", moved, RubbingMotion, "ss.RubbingMotion(...)")
+        found.end(*(("contact", name) if isinstance(name, str) else ()))
         for key, value in values.items():
             object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        shown = {
+            "name": self.name, "contact": self.contact, "tangential": _said(self.tangential),
+            "normal": _said(self.normal), "ports": self.ports and {p: _said(d) for p, d in self.ports.items()},
+        }  # fmt: skip
+        said = [f"{name}={value!r}" for name, value in shown.items() if value is not None]
+        said += [f"rubbing={self.rubbing!r}"] if self.rubbing.names != ("velocity",) or self.rubbing.moves else []
+        return f"ContactPair({', '.join(said)})"
 
     @cached_property
     def directions(self) -> Mapping[str, tuple[Direction | None, ...]]:
@@ -227,6 +246,13 @@ def dof_faults(dof: str, dofs: Sequence[str] | None) -> Iterator[Fault]:
     """Whether the structure has a dof; nothing is said where its dofs are not known."""
     if dofs is not None and dof not in dofs:
         yield Fault(statement=f"there is no dof {shown(dof)} in the structure", remedy=suggestion(dof, dofs))
+
+
+def _said(direction: Directions) -> Any:
+    """A direction as it is given: the name of a dof alone where its cosine is 1."""
+    if isinstance(direction, tuple):
+        return [_said(one) for one in direction]
+    return next(iter(direction)) if direction and list(direction.values()) == [1.0] else direction
 
 
 def _cosines(name: Where, given: Any) -> dict[str, float]:

@@ -14,7 +14,7 @@ MOTIONS = ("displacement", "acceleration")
 """What can be given of a support that moves."""
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, repr=False)
 class Load:
     """A periodic force ``cos * cos(m tau) + sin * sin(m tau)`` on a dof, or times a load shape; or a moving support.
 
@@ -103,6 +103,12 @@ class Load:
         if self.base is not None:
             return f"base {self.base}" if isinstance(self.base, str) else "base"
         return str(self.dof if self.dof is not None else self.shape)
+
+    def __repr__(self) -> str:
+        values = {name: getattr(self, name) for name in ("dof", "shape", "base", "motion", "harmonic", "cos", "sin")}
+        usual = {"harmonic": 1, "cos": 0.0, "sin": 0.0}
+        said = (f"{name}={value!r}" for name, value in values.items() if value != usual.get(name))
+        return f"Load({', '.join(said)})"
 
     @property
     def place(self) -> tuple[Hashable, ...]:

@@ -85,8 +85,10 @@ def parameter_target(problem: Parts, name: str) -> Target:
 
 
 _OTHER_WORDS = {
-    "speed": "velocity", "preload": "normal_load", "normal_force": "normal_load", "clearance": "gap",
-    "friction_coefficient": "mu", "tangential_stiffness": "kt", "normal_stiffness": "kn",
+    "speed": "velocity", "preload": "normal_load", "load": "normal_load", "normal_force": "normal_load",
+    "clearance": "gap", "friction": "mu", "friction_coefficient": "mu", "stiffness": "kt",
+    "tangential_stiffness": "kt", "normal_stiffness": "kn", "force": "amplitude", "magnitude": "amplitude",
+    "angle": "phase",
 }  # fmt: skip
 """What quantities are called elsewhere."""
 
@@ -176,7 +178,7 @@ def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
                 told.add(same)
                 yield (
                     f"contact '{pair.elements[k]}': its normal load is constant, so that {' and '.join(same)} act "
-                    "through the friction limit mu N alone: their effects cannot be told apart, keep one of them"
+                    "through the friction limit mu N alone: their effects cannot be separated, keep one of them"
                 )
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
 from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Orders, Real
 from slipstick.units import Units
 
 MOST_OUTPUTS = 100
@@ -47,7 +48,7 @@ MOST_OUTPUTS = 100
 _MEMBERS = ("dofs", "load_shapes", "natural_frequencies", "project", "time_equations")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Problem:
     """Steady periodic vibration of a structure with friction contacts under rubbing motion (THEORY.md sections 1, 9).
 
@@ -93,20 +94,41 @@ class Problem:
     """
 
     structure: Structure
-    _: KW_ONLY
-    contacts: Sequence[ContactPair] = ()
-    loads: Sequence[Load] = ()
-    harmonics: Harmonics = field(default_factory=lambda: Harmonics(range(6)))
-    outputs: Sequence[str] | None = None
-    period_ratio: tuple[int, int] = (1, 1)
-    title: str = ""
-    units: Units = field(default_factory=Units)
-    load: float = 1.0
-    friction: float = 1.0
-    thermal: ThermalModel | None = None
-    told: frozenset[str] | None = field(default=frozenset(), repr=False, compare=False)
+    contacts: Sequence[ContactPair]
+    loads: Sequence[Load]
+    harmonics: Harmonics
+    outputs: Sequence[str] | None
+    period_ratio: tuple[int, int]
+    title: str
+    units: Units
+    load: float
+    friction: float
+    thermal: ThermalModel | None
+    told: frozenset[str] | None = field(repr=False, compare=False)
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        *,
+        contacts: ContactPair | Iterable[ContactPair] = (),
+        loads: Load | Iterable[Load] = (),
+        harmonics: Orders = 5,
+        outputs: str | Iterable[str] | None = None,
+        period_ratio: Sequence[int] = (1, 1),
+        title: str = "",
+        units: Units | Mapping[str, str] = MappingProxyType({}),
+        load: Real = 1.0,
+        friction: Real = 1.0,
+        thermal: ThermalModel | None = None,
+        told: Iterable[str] | None = frozenset(),
+    ) -> None:
+        given = {
+            "structure": structure, "contacts": contacts, "loads": loads, "harmonics": harmonics, "outputs": outputs,
+            "period_ratio": period_ratio, "title": title, "units": units, "load": load, "friction": friction,
+            "thermal": thermal, "told": told,
+        }  # fmt: skip
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
         values, faults = _right_kinds(self)
         for name, value in values.items():
             object.__setattr__(self, name, value)

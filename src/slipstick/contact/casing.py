@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.contact.rubbing import RubbingMotion, amplitudes
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     SMALLEST,
     Gathering,
+    in_radians,
     number,
     number_or_numbers,
     numbers,
@@ -24,9 +25,9 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.trig.harmonics import HIGHEST, Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Frequency, Orders, Reals
 
-Profile = Callable[[Any], Any] | Mapping[str, Mapping[int, float]] | ArrayLike
+Profile: TypeAlias = "Callable[[Any], Any] | Mapping[str, Mapping[int, float]] | Reals"
 
 WARNED_PROFILE = 1e-2
 """Truncation error of a profile over its range, above which it is warned of."""
@@ -60,7 +61,7 @@ class ProfileSeries:
     range: float
     error: float
 
-    def height(self, angle: ArrayLike) -> Array:
+    def height(self, angle: Reals) -> Array:
         """The series at angles (rad), same shape."""
         turned = np.asarray(angle, dtype=float)[..., None] * self.orders
         return np.asarray(np.cos(turned) @ self.cos + np.sin(turned) @ self.sin)
@@ -107,10 +108,10 @@ def profile_series(profile: Profile, orders: Iterable[int]) -> ProfileSeries:
 def casing_motion(
     profile: Profile,
     *,
-    angles: ArrayLike,
-    radius: ArrayLike,
-    speed: float | None = None,
-    orders: Harmonics | Iterable[int] | int = 10,
+    angles: Reals,
+    radius: Reals,
+    speed: Frequency | None = None,
+    orders: Orders = 10,
     lobes: int = 1,
     backward: bool = False,
 ) -> RubbingMotion:
@@ -194,7 +195,7 @@ def _checked(
     if speed is None:
         turning: float | None = (-1.0 if turned else 1.0) / (count or 1)
     else:
-        turning = found.take(number, "speed", speed, "a speed in rad/s other than 0, or None")
+        turning = found.take(_turning, speed)
         if turned:
             found.faults.append(Fault("backward", "is given with a speed", remedy="give a negative speed"))
     if arm is not None and np.any(np.asarray(arm) < SMALLEST):
@@ -205,6 +206,10 @@ def _checked(
     same_length("casing motion", {"angles": at, "radius": arm})
     assert kept is not None and count is not None and turning is not None  # noqa: PT018
     return np.asarray(at), np.asarray(arm), turning, kept, count
+
+
+def _turning(speed: Any) -> float:
+    return number("speed", in_radians("speed", speed), "a speed in rad/s other than 0, or None")
 
 
 def _met(series: ProfileSeries, angle: Array, sign: float) -> tuple[Array, Array]:

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import Fault, InputError
-from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, same_length, shown
+from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, plain, same_length, shown
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Frequency, Numbers, Orders, Reals
 
 _SAME = 1e-9
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True, init=False, repr=False)
 class FrictionContact(FrictionLaw):
     """Parameters of one friction contact element, or of many (arrays of shape (n_elements,)).
 
@@ -49,28 +49,31 @@ class FrictionContact(FrictionLaw):
     Examples
     --------
     >>> FrictionContact(kt=100.0, mu=0.3, kn=2.0, normal_load=800.0)
-    FrictionContact(kt=100.0, mu=0.3, kn=2.0, gap=-400.0)
+    FrictionContact(kt=100.0, mu=0.3, kn=2.0, normal_load=800.0)
     >>> float(FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0).normal_load)
     800.0
     """
 
-    kt: ArrayLike
-    mu: ArrayLike
-    kn: ArrayLike
-    gap: ArrayLike
+    kt: Numbers
+    mu: Numbers
+    kn: Numbers
+    gap: Numbers
     _scaled: ClassVar[bool]
     """Whether kn was not given (of each object; no parameter)."""
+    _loaded: ClassVar[bool] = False
+    """Whether a normal load was given, and no gap."""
 
     def __init__(
         self,
         *,
-        kt: ArrayLike,
-        mu: ArrayLike,
-        kn: ArrayLike | None = None,
-        gap: ArrayLike | None = None,
-        normal_load: ArrayLike | None = None,
+        kt: Reals,
+        mu: Reals,
+        kn: Reals | None = None,
+        gap: Reals | None = None,
+        normal_load: Reals | None = None,
     ) -> None:
         object.__setattr__(self, "_scaled", kn is None)
+        object.__setattr__(self, "_loaded", gap is None)
         given = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
         values, found = {}, Gathering()
         for name, value in given.items():
@@ -98,16 +101,33 @@ class FrictionContact(FrictionLaw):
         return np.asarray(self.kn, dtype=float) * np.maximum(-np.asarray(self.gap, dtype=float), 0.0)
 
     @property
-    def values(self) -> dict[str, ArrayLike]:
+    def values(self) -> dict[str, Numbers]:
         """Every parameter by name."""
         return {"kt": self.kt, "mu": self.mu, "kn": self.kn, "gap": self.gap}
 
-    def changed(self, **values: ArrayLike) -> FrictionContact:
+    def __repr__(self) -> str:
+        shown: dict[str, Any] = {"kt": self.kt, "mu": self.mu, "kn": self.kn}
+        if self._scaled:
+            del shown["kn"]
+        again = {**shown, "normal_load": self.normal_load}
+        if self._loaded and self._says(again):
+            shown = again
+        else:
+            shown["gap"] = self.gap
+        return f"FrictionContact({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
+
+    def _says(self, given: Mapping[str, Any]) -> bool:
+        """Whether such arguments make the same contact."""
+        return bool(np.array_equal(FrictionContact(**given).gap, self.gap))
+
+    def changed(self, **values: Reals) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
         numbers: dict[str, Any] = {**self.values, **({"kn": None} if self._scaled else {}), **values}
         if "normal_load" in values:
             del numbers["gap"]
-        return FrictionContact(**numbers)
+        new = FrictionContact(**numbers)
+        object.__setattr__(new, "_loaded", "normal_load" in values or (self._loaded and "gap" not in values))
+        return new
 
     def missing(self, ports: set[str]) -> Iterator[Fault]:
         """A normal stiffness that was not given, where something moves along the normal."""
@@ -148,7 +168,7 @@ def _gap(kn: Any, gap: Any, load: Any) -> Any:
     return _checked("gap", found)
 
 
-def _coefficients(name: str, value: ArrayLike, size: int) -> Array:
+def _coefficients(name: str, value: Reals, size: int) -> Array:
     array = numbers(name, value, "finite real coefficients")
     if array.shape[-1:] != (size,) or array.ndim > 2:
         raise InputError(Fault(name, found=f"shape {array.shape}", expected=f"({size},) or (n_elements, {size})"))
@@ -157,11 +177,11 @@ def _coefficients(name: str, value: ArrayLike, size: int) -> Array:
 
 def contact_forces(
     contact: FrictionContact,
-    harmonics: Harmonics | Iterable[int] | int,
-    X: ArrayLike,
-    Y: ArrayLike,
+    harmonics: Orders,
+    X: Reals,
+    Y: Reals,
     *,
-    omega: float,
+    omega: Frequency,
     rubbing: RubbingMotion | None = None,
 ) -> ContactForces:
     """Exact multiharmonic forces of friction contact elements, with all derivatives (THEORY.md sections 2 to 7).

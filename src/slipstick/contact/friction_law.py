@@ -22,7 +22,7 @@ LARGEST_FRICTION = 2.0
 class FrictionLaw:
     """Behaviour of a friction contact; the numbers ``kt, mu, kn, gap`` come with each call."""
 
-    ports: ClassVar[tuple[str, ...]] = ("tangential", "normal")
+    ports: tuple[str, ...] = ("tangential", "normal")
     optional_ports: ClassVar[tuple[str, ...]] = ("normal",)
     kind: ClassVar[str] = "friction"
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)

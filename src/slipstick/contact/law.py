@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 from numpy.typing import ArrayLike
 
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Numbers
 
 Key = TypeVar("Key", int, tuple[int, int])
 
@@ -81,7 +81,7 @@ class Law(Protocol):
         """Every parameter by name."""
         ...
 
-    def changed(self, **values: ArrayLike) -> Law:
+    def changed(self, **values: Numbers) -> Law:
         """A copy with other parameters."""
         ...
 

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import gcd, lcm
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.errors import Fault, InputError, Where
-from slipstick.faults import Gathering, number_or_numbers, same_length, shown, whole, wrong
+from slipstick.faults import Gathering, number_or_numbers, plain, same_length, shown, whole, wrong
 from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Numbers, Reals
 
 VELOCITIES = (VELOCITY, SWEPT) = ("velocity", "velocity_per_omega")
 MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
+_NONE: Mapping[int, float] = MappingProxyType({})
 _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, init=False, repr=False)
 class RubbingMotion:
     """How side 1 slides over the opposing surface beside its vibration [THEORY.md (1.5)].
 
@@ -48,26 +51,42 @@ class RubbingMotion:
         If a value is not a finite number or an order is negative or not whole.
     """
 
-    velocity: ArrayLike = 0.0
-    velocity_per_omega: ArrayLike = 0.0
-    cos: Mapping[int, ArrayLike] = field(default_factory=dict)
-    sin: Mapping[int, ArrayLike] = field(default_factory=dict)
-    normal_cos: Mapping[int, ArrayLike] = field(default_factory=dict)
-    normal_sin: Mapping[int, ArrayLike] = field(default_factory=dict)
+    velocity: Numbers
+    velocity_per_omega: Numbers
+    cos: Mapping[int, Numbers]
+    sin: Mapping[int, Numbers]
+    normal_cos: Mapping[int, Numbers]
+    normal_sin: Mapping[int, Numbers]
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        *,
+        velocity: Reals = 0.0,
+        velocity_per_omega: Reals = 0.0,
+        cos: Mapping[int, Reals] = _NONE,
+        sin: Mapping[int, Reals] = _NONE,
+        normal_cos: Mapping[int, Reals] = _NONE,
+        normal_sin: Mapping[int, Reals] = _NONE,
+    ) -> None:
         found = Gathering()
+        velocities = {VELOCITY: velocity, SWEPT: velocity_per_omega}
         values: dict[str, Any] = {
-            name: found.take(number_or_numbers, ("rubbing", name), getattr(self, name)) for name in VELOCITIES
+            name: found.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
         }
-        for part in MOTION_PARTS:
+        parts = {"cos": cos, "sin": sin, "normal_cos": normal_cos, "normal_sin": normal_sin}
+        for part, given in parts.items():
             least = int(part.endswith("sin"))
-            values[part] = found.take(amplitudes, ("rubbing", part), getattr(self, part), least=least)
+            values[part] = found.take(amplitudes, ("rubbing", part), given, least=least)
         found.end()
         sizes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
         same_length("rubbing", {**{name: values[name] for name in VELOCITIES}, **sizes})
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        values = {name: getattr(self, name) for name in (*VELOCITIES, *MOTION_PARTS)}
+        said = (f"{name}={plain(value)}" for name, value in values.items() if np.size(value) > 1 or value)
+        return f"RubbingMotion({', '.join(said)})"
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -81,7 +100,7 @@ class RubbingMotion:
         slides = any(np.any(np.asarray(getattr(self, name)) != 0) for name in VELOCITIES)
         return bool(slides or any(m > 0 for m in self.orders))
 
-    def speed(self, omega: ArrayLike) -> NDArray[np.float64]:
+    def speed(self, omega: Reals) -> NDArray[np.float64]:
         """Constant velocity at a fundamental frequency (rad/s), length per time."""
         return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
 
@@ -102,7 +121,7 @@ class RubbingMotion:
         swept = (SWEPT,) if np.any(np.asarray(self.velocity_per_omega) != 0) else ()
         return ("velocity", *swept, *(f"{part}{order}" for part in MOTION_PARTS for order in getattr(self, part)))
 
-    def components(self) -> Iterator[tuple[str, ArrayLike]]:
+    def components(self) -> Iterator[tuple[str, Numbers]]:
         """Names and values."""
         return ((name, self.component(name)) for name in self.names)
 
@@ -111,15 +130,15 @@ class RubbingMotion:
         """Whether a name is that of a component, there or not."""
         return name in VELOCITIES or _COMPONENT.fullmatch(name) is not None
 
-    def component(self, name: str) -> ArrayLike:
+    def component(self, name: str) -> Numbers:
         """Value of a component; 0 where it is not there."""
         if name in VELOCITIES:
-            return cast(ArrayLike, getattr(self, name))
+            return cast(Numbers, getattr(self, name))
         part, order = _split(name)
-        found: ArrayLike = getattr(self, part).get(order, 0.0)
+        found: Numbers = getattr(self, part).get(order, 0.0)
         return found
 
-    def with_component(self, name: str, value: ArrayLike) -> RubbingMotion:
+    def with_component(self, name: str, value: Reals) -> RubbingMotion:
         """A copy with another value of a component."""
         if name in VELOCITIES:
             return replace(self, **cast(Any, {name: value}))
@@ -138,7 +157,7 @@ def _split(name: str) -> tuple[str, int]:
 
 
 def _coefficients(
-    harmonics: Harmonics, cos: Mapping[int, ArrayLike], sin: Mapping[int, ArrayLike], factor: int
+    harmonics: Harmonics, cos: Mapping[int, Numbers], sin: Mapping[int, Numbers], factor: int
 ) -> NDArray[np.float64]:
     shape = np.broadcast_shapes(*(np.shape(v) for v in (*cos.values(), *sin.values())), ())
     out = np.zeros((*shape, harmonics.size))

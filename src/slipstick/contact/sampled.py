@@ -9,16 +9,15 @@ import warnings
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from inspect import signature
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipstick.contact.law import ByPort, Motion, Response, add_to
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import AnyArray, Array
+from slipstick.typing import AnyArray, Array, Numbers, Reals
 
 _SIZES = (1e-6, 1e-3, 1.0)
 _TRIED = [np.array([-1.3, -0.4, 0.7, 1.1]), np.array([0.9, -0.8, 0.5, -1.2]), np.array([0.6, 1.4, -0.3, -0.9])]
@@ -61,7 +60,7 @@ class SampledLaw:
     """
 
     force: Callable[..., Any]
-    parameters: Mapping[str, ArrayLike] = field(default_factory=dict)
+    parameters: Mapping[str, Reals] = field(default_factory=dict)
     ports: tuple[str, ...] = ("x",)
     samples: int | None = None
 
@@ -101,11 +100,11 @@ class SampledLaw:
         return self.force, self.ports, self.samples
 
     @property
-    def values(self) -> Mapping[str, ArrayLike]:
+    def values(self) -> Mapping[str, Numbers]:
         """Every parameter by name."""
-        return self.parameters
+        return cast(Mapping[str, Numbers], self.parameters)
 
-    def changed(self, /, **values: ArrayLike) -> SampledLaw:
+    def changed(self, /, **values: Reals) -> SampledLaw:
         """A copy with other parameters."""
         return replace(self, parameters={**self.parameters, **values})
 

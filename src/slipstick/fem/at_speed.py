@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, number, one, warn, wrong
+from slipstick.faults import SMALLEST, Gathering, in_radians, number, one, warn, wrong
 from slipstick.fem.axis import Axis
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.rotation import Centrifugal
 from slipstick.fem.rotation_store import kept_centrifugal
-from slipstick.typing import IntArray, Sparse
+from slipstick.typing import Frequency, IntArray, Sparse
 
 _LARGE_STRAIN = 1e-2
 _MASS_BESIDE = 1e-2
@@ -26,7 +26,7 @@ _MASS_BESIDE = 1e-2
 
 def at_speed(
     model: ImportedModel,
-    speed: float,
+    speed: Frequency,
     *,
     axis: Axis | Mapping[str, Any] | None = None,
     others: Mapping[float, ImportedModel] | None = None,
@@ -71,7 +71,7 @@ def turned_model(
     """The same, kept in a folder; what is suspicious is in the model's warnings alone."""
     found = Gathering()
     found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
-    wanted = found.take(number, "speed", speed, "a speed >= 0, rad/s", above=0.0)
+    wanted = found.take(_speed, speed)
     about = None if axis is None and others is not None else found.take(Axis.of, axis)
     if axis is not None and others is not None:
         found.faults.append(Fault("axis", "is given together with others", remedy="they hold it: leave it out"))
@@ -100,13 +100,18 @@ def turned_model(
     )
 
 
+def _speed(given: Any) -> float:
+    return number("speed", in_radians("speed", given), "a speed >= 0, rad/s", above=0.0)
+
+
 def _by_speed(others: Any) -> dict[float, ImportedModel]:
     expected = "models by their speed > 0, rad/s"
     if not isinstance(others, Mapping) or not others:
         raise wrong("others", others, expected)
     if not all(isinstance(model, ImportedModel) for model in others.values()):
         raise wrong("others", others, expected)
-    return {number("others", speed, expected, above=SMALLEST): model for speed, model in others.items()}
+    speeds = [number("others", in_radians("others", speed), expected, above=SMALLEST) for speed in others]
+    return dict(zip(speeds, others.values(), strict=True))
 
 
 def _shown(vector: ArrayLike) -> str:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from slipstick.errors import Fault, InputError
 from slipstick.faults import SMALLEST, listed, numbers, shown, whole, wrong
 from slipstick.fem.axis import DIRECTIONS, Axis
-from slipstick.typing import Array
+from slipstick.typing import Array, Reals
 
 _EDGE_ON = 0.1
 """Cosine between a normal direction and the surface's own normal below which the surface does not look that way."""
@@ -56,7 +56,7 @@ class ContactPoints:
         """Names of the degrees of freedom, point by point, x y z."""
         return tuple(f"{name}{axis}" for name in self.names for axis in "xyz")
 
-    def tangents(self, direction: ArrayLike | str, *, axis: Axis | None = None, across: Array | None = None) -> Array:
+    def tangents(self, direction: Reals | str, *, axis: Axis | None = None, across: Array | None = None) -> Array:
         """Unit vectors (n, 3): a direction, as of rubbing, projected on the surface at each point.
 
         Parameters
@@ -115,7 +115,7 @@ class ContactPoints:
             raise InputError(Fault("normal", statement, remedy="give another direction, or the axis of the rotor"))
         return np.asarray(across * np.sign(side)[:, None])
 
-    def tangential(self, direction: ArrayLike | str, **options: Any) -> list[dict[str, float]]:
+    def tangential(self, direction: Reals | str, **options: Any) -> list[dict[str, float]]:
         """A direction projected on the surface, as direction cosines by dof, one dict a point; see ``tangents``."""
         return self.cosines(self.tangents(direction, **options))
 

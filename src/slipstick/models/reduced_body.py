@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError, Where
 from slipstick.faults import (
@@ -38,7 +37,7 @@ from slipstick.fem.mesh import Mesh, Surface, node_indices, user_names
 from slipstick.models.surface_model import ContactModel, of_import, skin_rows, with_contacts
 from slipstick.structure.reduction.reduce import SkinRows, receptance_error, reduce_model
 from slipstick.structure.reduction.request import non_negative, tools
-from slipstick.typing import Array, Matrix
+from slipstick.typing import Array, Matrix, Reals
 
 if TYPE_CHECKING:
     from slipstick.solve.linear.modes import StageListener
@@ -94,7 +93,7 @@ class ReducedBody:
         full = self.full()
         return modes_below(full.K, full.M, omega)
 
-    def receptance_errors(self, frequencies: ArrayLike) -> Iterator[tuple[float, float]]:
+    def receptance_errors(self, frequencies: Reals) -> Iterator[tuple[float, float]]:
         """Frequency (rad/s) and relative error of the receptance between the kept dofs; one direct solution each.
 
         A frequency that is a resonance of the full model is left out.
@@ -111,7 +110,7 @@ def reduced_body(
     model: ImportedModel,
     *,
     surface: str | Surface | Mapping[str, Any] | None = None,
-    contacts: int | ArrayLike = 8,
+    contacts: int | Reals = 8,
     radius: float | None = None,
     pressure: str | Mapping[str, str] | None = None,
     base: str | Sequence[str] = (),
@@ -214,7 +213,7 @@ class _Wanted:
     """What :func:`reduced_body` is asked for, tables instead of their short forms."""
 
     surface: str | Surface | Mapping[str, Any] | None
-    contacts: int | ArrayLike
+    contacts: int | Reals
     radius: float | None
     pressure: Mapping[str, str]
     base: tuple[str, ...]
@@ -354,7 +353,7 @@ def _surface(wanted: str | Surface | Mapping[str, Any], mesh: Mesh) -> Surface:
     return surface_towards(mesh, **wanted)
 
 
-def _contact_nodes(wanted: int | ArrayLike, mesh: Mesh) -> Any:
+def _contact_nodes(wanted: int | Reals, mesh: Mesh) -> Any:
     """How many, node indices of labels, or positions."""
     expected = "how many, node labels (n,), or positions (n, 3)"
     places = count_or_numbers("contacts", wanted, expected)

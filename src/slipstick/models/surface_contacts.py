@@ -16,7 +16,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.fem.axis import DIRECTIONS, Axis
 from slipstick.models.reduced_body import ReducedBody
-from slipstick.typing import Array
+from slipstick.typing import Array, Reals
 
 
 def surface_contacts(
@@ -24,12 +24,12 @@ def surface_contacts(
     name: str = "contact",
     *,
     contact: Law,
-    direction: ArrayLike | str,
+    direction: Reals | str,
     points: str | Iterable[int] = "all",
     normal: bool | str = False,
     shared: bool = False,
     rubbing: RubbingMotion | Callable[[Array, Array], RubbingMotion] | None = None,
-    axis: Axis | Mapping[str, ArrayLike] | None = None,
+    axis: Axis | Mapping[str, Reals] | None = None,
 ) -> list[ContactPair]:
     """Contacts "NAME 1", "NAME 2", ... at the contact points of a body, each with the number of its point.
 

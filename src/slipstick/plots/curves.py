@@ -28,7 +28,7 @@ from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, 
 from slipstick.plots.style import GREY, PEAK, over_decades
 from slipstick.results.measures import phase_of
 from slipstick.results.schema import branch_parts
-from slipstick.typing import Names
+from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -45,7 +45,7 @@ def response(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Amplitude (0-to-peak, without the mean) versus frequency or the followed parameter.
 
     Where stability is known, unstable motion is dashed, and folds, period doublings and the like are marked.
@@ -119,7 +119,7 @@ def phase(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Phase of a harmonic of the motion, degrees: of ``amplitude * cos(harmonic tau + phase)``, as loads are given.
 
     It goes on without jumps along a branch; where the harmonic is nothing but rounding there is none.
@@ -143,7 +143,7 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
 
 def mean(
     branches: Any, dof: Names = None, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
-) -> Axes:
+) -> DrawnAxes:
     """Mean of the motion (harmonic 0) versus frequency or the followed parameter.
 
     A mean below 1e-11 of the largest motion in the results is rounding and drawn as zero.
@@ -162,7 +162,7 @@ def power(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Dissipated power: of one contact, of several, or of all together."""
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("dissipated_power", "contact", contact) if contact is not None else _total_power(curves)
@@ -170,7 +170,7 @@ def power(
     return ax
 
 
-def _total_power(curves: Curves) -> Axes:
+def _total_power(curves: Curves) -> DrawnAxes:
     def total(dataset: xarray.Dataset) -> np.ndarray:
         names = chosen(dataset, "contact", known_names(dataset, "contact"))
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
@@ -186,7 +186,7 @@ def friction(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Friction coefficient of one contact (by default the first), or of several."""
     curves = Curves(branches, ax, label, frequency)
     ax = curves.draw("friction_coefficient", "contact", contact)
@@ -201,7 +201,7 @@ def temperature(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts."""
     curves = Curves(branches, ax, label, frequency)
     if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.found):

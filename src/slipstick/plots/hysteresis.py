@@ -13,7 +13,7 @@ from slipstick.faults import text as one_text
 from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.quantities import chosen, dataset_of, units_of, with_unit
 from slipstick.plots.style import legend, new_figure, styled
-from slipstick.typing import Array, Names
+from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ def loop(
     limit: bool = False,
     ax: Axes | None = None,
     label: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Hysteresis loop: force over the vibration x of the contact along its first port, or over its motion x + u.
 
     That of a friction contact is its friction force. The area under the curve over x + u is the energy dissipated in a

@@ -11,6 +11,7 @@ from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa, chosen, dataset_of, quantity, values_of
 from slipstick.plots.smooth import corners_of, smooth
 from slipstick.plots.style import GREY, legend, styled, titled
+from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 def backbone(
     mode: Any, forced: Any = None, dof: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
-) -> Axes:
+) -> DrawnAxes:
     """Amplitude of a nonlinear mode over its frequency: the line through the peaks of forced curves of all load levels.
 
     Parameters
@@ -56,7 +57,7 @@ def backbone(
     return ax
 
 
-def damping(mode: Any, *, ax: Axes | None = None) -> Axes:
+def damping(mode: Any, *, ax: Axes | None = None) -> DrawnAxes:
     """Damping ratio of a nonlinear mode over its amplitude."""
     data, new = mode_dataset(mode), ax is None
     ax = styled(ax, quantity(data, "modal_amplitude"), quantity(data, "modal_damping"))
@@ -66,7 +67,7 @@ def damping(mode: Any, *, ax: Axes | None = None) -> Axes:
         ax.set_xscale("log")
     ax.axhline(0.0, color=GREY, linewidth=0.6, zorder=0)
     if new:
-        titled(ax.figure, str(data.attrs.get("title", "")))  # type: ignore[arg-type]
+        titled(ax.figure, str(data.attrs.get("title", "")))
     return ax
 
 

@@ -11,7 +11,7 @@ from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import chosen, quantity, values_of
 from slipstick.plots.style import GREY
 from slipstick.results.stability import between_known
-from slipstick.typing import Names
+from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +28,9 @@ MARKS = {
 """Kinds of points: name in the legend and marker."""
 
 
-def stability(branches: Any, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None) -> Axes:
+def stability(
+    branches: Any, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
+) -> DrawnAxes:
     """Largest magnitude of a Floquet multiplier along the branch; above 1 the motion is unstable.
 
     Only for branches followed with ``stability=True``.

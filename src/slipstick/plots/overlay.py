@@ -14,7 +14,7 @@ from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, pa
 from slipstick.plots.smooth import corners_of, is_sparse, smooth
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
-from slipstick.typing import Names
+from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -47,7 +47,7 @@ class Curves:
         """The dataset that sets the axes."""
         return self.found[0][1]
 
-    def draw(self, name: str, dim: str, given: Names) -> Axes:
+    def draw(self, name: str, dim: str, given: Names) -> DrawnAxes:
         """A variable of named dofs or contacts."""
         labels = {quantity(d, name) for _, d in self.found if name in d}
         if len(labels) > 1:
@@ -55,7 +55,7 @@ class Curves:
         values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, given)} for _, d in self.found}
         return self.draw_values(labels.pop(), values)
 
-    def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> Axes:
+    def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:
         """Values (point,) by the id of their dataset and by name."""
         ax = styled(self.ax, self.abscissa.label, y_label)
         for own, dataset in self.found:
@@ -75,7 +75,7 @@ class Curves:
             self._scale(ax)
             alone = {name for own in values.values() for name in own}
             about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
-            titled(ax.figure, title_of(self.found), *about)  # type: ignore[arg-type]
+            titled(ax.figure, title_of(self.found), *about)
         self.ax = ax
         return ax
 

@@ -19,7 +19,7 @@ from slipstick.plots.places import branch_of, point_number, point_titled
 from slipstick.plots.quantities import chosen, dataset_of, known_names, motion_label, units_of, with_unit
 from slipstick.plots.style import GREY, STATE_COLOURS, legend, over_decades, short, styled
 from slipstick.results.contacts import force_of
-from slipstick.typing import Array, Names
+from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ _LEAST = 1e-8
 """Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
 
 
-def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> Axes:
+def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
 
     A contact whose law does not tell its states is a grey bar, "unknown".
@@ -47,7 +47,7 @@ def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = 
     return ax
 
 
-def draw_states(intervals: Mapping[str, Sequence[tuple[float, float, str]]], ax: Axes | None = None) -> Axes:
+def draw_states(intervals: Mapping[str, Sequence[tuple[float, float, str]]], ax: Axes | None = None) -> DrawnAxes:
     """Intervals (start, end, state) in rad, by contact; one that ends beyond 2 pi is wrapped round: two patches."""
     ax = styled(ax, "Phase τ = ω t", "", height=1.5 + 0.3 * min(len(intervals), _MOST_ROWS))
     ax.grid(False)
@@ -82,7 +82,7 @@ def _period_axis(ax: Axes) -> None:
 
 def history(
     branch: Any, point: int, dof: Names = None, *, contact: Names = None, limit: bool = True, ax: Axes | None = None
-) -> Axes:
+) -> DrawnAxes:
     """One period in time: the motion of dofs (by default the first), or the force of contacts along their first port.
 
     The force is that of the law itself, not the truncated series; ``limit`` draws the bounds of a friction force,
@@ -119,7 +119,7 @@ def spectrum(
     contact: Names = None,
     log: bool | None = None,
     ax: Axes | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Harmonic content: a bar for each harmonic of the motion of dofs (the first), or of the force of contacts along
     their first port.
 

@@ -10,6 +10,7 @@ from slipstick.errors import InputError
 from slipstick.plots.quantities import ROUNDING, abscissa, chosen, dataset_of, held_text, parted, values_of
 from slipstick.plots.style import STATE_COLOURS, legend, styled, titled
 from slipstick.results.contacts import NO_FRICTION
+from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +19,9 @@ _STATES = {"stick": "stick", "slip": "slip+", "separation": "separation"}
 """What is summed up, and the state whose colour it has."""
 
 
-def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None) -> Axes:
+def fractions(
+    branch: Any, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
+) -> DrawnAxes:
     """Fractions of the period in stick, slip and separation of one contact (by default the first).
 
     Stacked to 1; a curve that turns back has several values at one frequency, so its parts are drawn as lines. States
@@ -48,6 +51,6 @@ def fractions(branch: Any, contact: str | None = None, *, ax: Axes | None = None
         ax.set_ylim(-0.02, 1.02)
     ax.margins(x=0.0)
     if new:
-        titled(ax.figure, str(dataset.attrs.get("title", "")), name, held_text(dataset))  # type: ignore[arg-type]
+        titled(ax.figure, str(dataset.attrs.get("title", "")), name, held_text(dataset))
     legend(ax)
     return ax

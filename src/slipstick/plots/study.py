@@ -12,6 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
+from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     import xarray
@@ -23,7 +24,7 @@ _MOST = 100
 """No more curves are drawn into one figure."""
 
 
-def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes | None = None) -> Axes:
+def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes | None = None) -> DrawnAxes:
     """Peak amplitude over the parameters of a study.
 
     Over one parameter it is a line, over two a map: of a grid with more the other parameters are at the values where
@@ -65,7 +66,7 @@ def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes 
     return axes
 
 
-def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes | None) -> Axes:
+def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
     ax = styled(ax, _labelled(data[name], name), label)
     x, y, good = data[name].to_numpy(), peaks.to_numpy(), complete.to_numpy()
     if peaks.ndim != 1:
@@ -79,7 +80,7 @@ def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes 
     return ax
 
 
-def _map(data: Any, names: tuple[str, ...], peaks: Any, complete: Any, label: str, ax: Axes | None) -> Axes:
+def _map(data: Any, names: tuple[str, ...], peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
     from matplotlib.colors import LogNorm, Normalize
 
     ax = styled(ax, _labelled(data[names[0]], names[0]), _labelled(data[names[1]], names[1]))
@@ -121,7 +122,7 @@ def _edges(values: np.ndarray) -> np.ndarray:
 
 def study_curves(
     curves: Any, study: Any, dof: str | None = None, *, over: str | None = None, ax: Axes | None = None
-) -> Axes:
+) -> DrawnAxes:
     """The curves of a study, coloured by one of its parameters; of hundreds some, as the title says.
 
     Parameters

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from cycler import cycler
 
 from slipstick.faults import wrong
+from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +47,7 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
     return figure
 
 
-def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> Axes:
+def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> DrawnAxes:
     """The given or new axes with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
@@ -72,7 +73,7 @@ def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) 
     ax.set_axisbelow(True)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
-    return ax
+    return cast("DrawnAxes", ax)
 
 
 def titled(figure: Figure | None, *texts: str) -> None:

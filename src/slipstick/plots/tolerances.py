@@ -14,6 +14,7 @@ from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
 from slipstick.results.branch import Branch
 from slipstick.results.tolerances import amplitude_band, ranked_bars
+from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +28,7 @@ def tolerance_band(
     ax: Axes | None = None,
     label: str | None = None,
     frequency: str | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """Amplitude with the band that tolerances of parameters make of it.
 
     Parameters
@@ -71,7 +72,7 @@ def tornado(
     point: int | None = None,
     most: int = 12,
     ax: Axes | None = None,
-) -> Axes:
+) -> DrawnAxes:
     """What matters most at a point: the change of the amplitude for each tolerance, the largest on top.
 
     Parameters
@@ -111,7 +112,7 @@ def tornado(
     ax.axvline(0.0, color=GREY, linewidth=0.8)
     if new:
         amplitude = float(dataset["amplitude"].to_numpy()[at, own.dof_index(name)])
-        titled(ax.figure, str(dataset.attrs.get("title", "")), f"{amplitude:.4g} at {abscissa_text(dataset, at)}")  # type: ignore[arg-type]
+        titled(ax.figure, str(dataset.attrs.get("title", "")), f"{amplitude:.4g} at {abscissa_text(dataset, at)}")
     legend(ax)
     return ax
 

@@ -14,13 +14,14 @@ from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError, Outcome
-from slipstick.faults import MOST_ITEMS, number, one, shown, suggestion, text, warn, whole, wrong
+from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggestion, text, warn, whole, wrong
 from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Names
+from slipstick.typing import Array, Frequency, Names
+from slipstick.units import Units
 
 if TYPE_CHECKING:
     import xarray
@@ -105,7 +106,7 @@ class Branch:
         return int(self.table.sizes.get("point", 0))
 
     def __repr__(self) -> str:
-        return f"Branch({len(self)} points, {self.outcome.name.lower()})"
+        return f"Branch({len(self)} points, {self.outcome.words})"
 
     def _repr_html_(self) -> str:
         return branch_html(self)
@@ -169,8 +170,13 @@ class Branch:
 
         return subharmonic(self, point, **options)
 
-    def at(self, value: float) -> int:
-        """Number of the first point at a requested frequency or parameter, else of the nearest one."""
+    def at(self, value: Frequency) -> int:
+        """Number of the first point at a requested frequency or parameter, else of the nearest one.
+
+        A frequency is in rad/s, or a text such as "50 Hz".
+        """
+        if self.followed == "omega":
+            value = in_radians("value", value, Units.of_results(self.dataset.attrs))
         value = number("value", value)
         if not len(self):
             raise InputError(f"the branch has no points; its outcome is: {self.message}")

@@ -16,7 +16,7 @@ from slipstick.balance.reduction import worst_error
 from slipstick.errors import InputError
 from slipstick.results.contacts import FRICTION_VARIABLES
 from slipstick.results.schema import is_self_excited
-from slipstick.typing import Array, Names
+from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -131,47 +131,49 @@ class BranchPlots:
     def __init__(self, branch: Branch) -> None:
         self._branch = branch
 
-    def response(self, dof: Names = None, **options: Any) -> Axes:
+    def response(self, dof: Names = None, **options: Any) -> DrawnAxes:
         """Amplitude over the followed quantity."""
         return _plots().response(self._branch, dof, **options)
 
-    def stability(self, **options: Any) -> Axes:
+    def stability(self, **options: Any) -> DrawnAxes:
         """Largest magnitude of a Floquet multiplier, where stability was asked for."""
         return _plots().stability(self._branch, **options)
 
-    def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> Axes:
+    def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> DrawnAxes:
         """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
         return _plots().tolerance_band(self._branch, tolerances, dof, **options)
 
-    def tornado(self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any) -> Axes:
+    def tornado(
+        self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any
+    ) -> DrawnAxes:
         """Which parameters matter most at a point, by default at the highest peak."""
         return _plots().tornado(self._branch, tolerances, dof, **options)
 
-    def phase(self, dof: Names = None, **options: Any) -> Axes:
+    def phase(self, dof: Names = None, **options: Any) -> DrawnAxes:
         """Phase of a harmonic."""
         return _plots().phase(self._branch, dof, **options)
 
-    def mean(self, dof: Names = None, **options: Any) -> Axes:
+    def mean(self, dof: Names = None, **options: Any) -> DrawnAxes:
         """Mean of the motion (harmonic 0)."""
         return _plots().mean(self._branch, dof, **options)
 
-    def power(self, contact: Names = None, **options: Any) -> Axes:
+    def power(self, contact: Names = None, **options: Any) -> DrawnAxes:
         """Dissipated power, of contacts or all together."""
         return _plots().power(self._branch, contact, **options)
 
-    def friction(self, contact: Names = None, **options: Any) -> Axes:
+    def friction(self, contact: Names = None, **options: Any) -> DrawnAxes:
         """Friction coefficient."""
         return _plots().friction(self._branch, contact, **options)
 
-    def temperature(self, contact: Names = None, **options: Any) -> Axes:
+    def temperature(self, contact: Names = None, **options: Any) -> DrawnAxes:
         """Contact temperature, where friction heats the contacts."""
         return _plots().temperature(self._branch, contact, **options)
 
-    def fractions(self, contact: str | None = None, **options: Any) -> Axes:
+    def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
         """Fractions of the period in stick, slip and separation."""
         return _plots().fractions(self._branch, contact, **options)
 
-    def loop(self, point: int, contact: Names = None, **options: Any) -> Axes:
+    def loop(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
         """Hysteresis loop of a contact at a point: friction force over its vibration, or over="sliding"."""
         return _plots().loop(self._branch, point, contact, **options)
 
@@ -179,15 +181,15 @@ class BranchPlots:
         """The loop over the vibration and that over the sliding motion, side by side."""
         return _plots().loops(self._branch, point, contact, **options)
 
-    def states(self, point: int, contact: Names = None, **options: Any) -> Axes:
+    def states(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
         """States of contacts over a period."""
         return _plots().states(self._branch, point, contact, **options)
 
-    def history(self, point: int, dof: Names = None, **options: Any) -> Axes:
+    def history(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
         """Motion of dofs over a period, or the friction force of ``contact=``."""
         return _plots().history(self._branch, point, dof, **options)
 
-    def spectrum(self, point: int, dof: Names = None, **options: Any) -> Axes:
+    def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
         """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
         return _plots().spectrum(self._branch, point, dof, **options)
 

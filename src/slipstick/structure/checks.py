@@ -35,6 +35,8 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
     >>> str(*number_faults("K", [[40.0 + 4.0j]]))
     'K is complex (imaginary parts up to 4 beside real ones up to 40); expected real numbers'
     """
+    if value is None:
+        return [Fault(name, "is missing", expected="real numbers")]
     try:
         array = np.asarray(value.tocoo().data if hasattr(value, "tocoo") else value)
         if array.dtype.kind == "O":
@@ -42,7 +44,7 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
     except (TypeError, ValueError, OverflowError) as error:
         return [Fault(name, f"not made of real numbers ({error})", remedy="give rows of equal length")]
     if array.dtype.kind not in "biufc":
-        return [Fault(name, found=f"values of type {array.dtype}", expected="real numbers")]
+        return [Fault(name, found=shown(value), expected="real numbers")]
     if array.dtype.kind != "c" or not array.imag.any():
         return []
     found = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"

@@ -26,7 +26,7 @@ from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
 from slipstick.structure.system_checks import system_matrices
-from slipstick.typing import Array, Matrix
+from slipstick.typing import Array, Matrix, MatrixLike, Reals
 
 DENSE_LIMIT = 1500
 """Largest number of dofs treated densely: all modes are computed."""
@@ -73,12 +73,12 @@ class MatrixStructure:
     def __init__(
         self,
         *,
-        M: Matrix,
-        K: Matrix,
+        M: MatrixLike,
+        K: MatrixLike,
         dofs: Iterable[str],
-        C: Matrix = None,
+        C: MatrixLike | None = None,
         loss_factor: float = 0.0,
-        load_shapes: Mapping[str, ArrayLike] | None = None,
+        load_shapes: Mapping[str, Reals] | None = None,
         damping: float = 1.0,
     ) -> None:
         self._dofs, faults = checked_names(dofs)
@@ -139,9 +139,13 @@ class MatrixStructure:
         """Names of the distributed loads."""
         return tuple(self._shapes)
 
-    @cached_property
+    @property
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies, rad/s, ascending: all of them, or the lowest 20 of a large sparse structure."""
+        return self._natural_frequencies
+
+    @cached_property
+    def _natural_frequencies(self) -> Array:
         return np.sqrt(self._modes[0] if self._dense else self._lowest[0])
 
     @property

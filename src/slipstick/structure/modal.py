@@ -29,7 +29,7 @@ from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import Truncation, load_arrays
-from slipstick.typing import Array
+from slipstick.typing import Array, Reals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,9 +46,9 @@ class LoadShape:
         ``K^-1 M K^-1 load - sum_r phi_r (phi_r^T load) / w_r^4`` at the dofs, (n_dofs,), or None.
     """
 
-    participation: ArrayLike
-    static_response: ArrayLike
-    second_response: ArrayLike | None = None
+    participation: Reals
+    static_response: Reals
+    second_response: Reals | None = None
 
     def arrays(self) -> dict[str, Any]:
         """The arrays given, by name."""
@@ -108,13 +108,13 @@ class ModalStructure:
     def __init__(
         self,
         *,
-        omega: ArrayLike,
-        mode_shapes: ArrayLike,
+        omega: Reals,
+        mode_shapes: Reals,
         dofs: Iterable[str],
-        static_compliance: ArrayLike | None = None,
-        loss_factor: ArrayLike = 0.0,
-        damping_ratio: ArrayLike = 0.0,
-        second_residual: ArrayLike | None = None,
+        static_compliance: Reals | None = None,
+        loss_factor: Reals = 0.0,
+        damping_ratio: Reals = 0.0,
+        second_residual: Reals | None = None,
         load_shapes: Mapping[str, LoadShape] | None = None,
         damping: float = 1.0,
         skin: Skin | None = None,
@@ -211,11 +211,11 @@ class ModalStructure:
     @classmethod
     def from_arrays(
         cls,
-        arrays: Mapping[str, ArrayLike],
+        arrays: Mapping[str, Reals],
         *,
         dofs: Iterable[str] | None = None,
-        loss_factor: ArrayLike | None = None,
-        damping_ratio: ArrayLike | None = None,
+        loss_factor: Reals | None = None,
+        damping_ratio: Reals | None = None,
         load: str = "pressure",
     ) -> ModalStructure:
         """A structure from named arrays, as stored in an npz file.
@@ -259,8 +259,8 @@ class ModalStructure:
         *,
         dofs: Iterable[str] | None = None,
         modes: int | None = None,
-        loss_factor: ArrayLike | None = None,
-        damping_ratio: ArrayLike | None = None,
+        loss_factor: Reals | None = None,
+        damping_ratio: Reals | None = None,
         load: str = "pressure",
     ) -> ModalStructure:
         """:meth:`from_arrays` of an .npz file (never unpickled), which needs ``static_compliance`` too.

@@ -112,7 +112,7 @@ class PrescribedReceptance:
         new._xi = values.get(XI, self._xi)
         return new
 
-    def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at the harmonics of ``omega`` and its derivative by it, as of every receptance."""
         m, w, D = self._dynamic(orders, omega)
         slope = D * D * (2.0 * w - 1j * (self._damping - self._xi)) * m[:, None]

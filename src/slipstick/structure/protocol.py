@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from numpy.typing import ArrayLike
+
 from slipstick.typing import Array, ComplexArray
 
 
@@ -20,7 +22,7 @@ class Receptance(Protocol):
     static: Array
     """Exact static compliance, (n_rows, n_columns), real, length/force: harmonic 0."""
 
-    def at(self, orders: Array, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, orders: ArrayLike, omega: float | Array) -> tuple[ComplexArray, ComplexArray]:
         """Receptance at the harmonics ``orders`` (k,) of ``omega`` (rad/s) and its derivative by omega.
 
         Both (k, n_rows, n_columns) for one omega, (n, k, n_rows, n_columns) for omega (n,). The derivative is by the

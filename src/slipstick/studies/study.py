@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.request import common_arguments, followed_problem
-from slipstick.balance.checks import range_faults, two_numbers
+from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import listed, one, path, truth, warn, whole, wrong
@@ -17,6 +17,7 @@ from slipstick.studies.plan import StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import study_attributes, study_dataset
 from slipstick.studies.workers import solutions
+from slipstick.typing import FrequencyRange
 
 if TYPE_CHECKING:
     import xarray
@@ -40,7 +41,7 @@ def study(
     problem: Any,
     parameters: Mapping[str, Any] | None = None,
     *,
-    omega: tuple[float, float] | None = None,
+    omega: FrequencyRange | None = None,
     method: str = "grid",
     samples: int | None = None,
     seed: int = 0,
@@ -185,7 +186,7 @@ def job_of(
     problem = followed_problem(one(("study", "problem"), given, Problem, "an ss.Problem or an ss.Case"))
     if omega is None:
         raise InputError(Fault(("study", "omega"), IS_MISSING, remedy="give frequencies such as omega=(2.0, 15.0)"))
-    start, stop = two_numbers(omega, "frequency range")
+    start, stop = two_frequencies(omega, problem.units)
     faults = range_faults(start, stop)
     if faults:
         raise InputError(faults)

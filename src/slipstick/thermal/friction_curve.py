@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import numbers, shown
-from slipstick.typing import Array
+from slipstick.typing import Array, Reals
 
 CURVED_PARAMETERS = ("mu", "kt", "kn")
 INTERPOLATIONS = ("pchip", "cubic", "natural")
@@ -60,10 +60,10 @@ class FrictionCurve:
     def __init__(
         self,
         *,
-        temperature: ArrayLike | None = None,
-        mu: ArrayLike | None = None,
-        kt: ArrayLike | None = None,
-        kn: ArrayLike | None = None,
+        temperature: Reals | None = None,
+        mu: Reals | None = None,
+        kt: Reals | None = None,
+        kn: Reals | None = None,
         interpolation: str | Mapping[str, str] = "pchip",
     ) -> None:
         faults: list[Fault] = []
@@ -213,7 +213,7 @@ def _interpolations(given: Any, faults: list[Fault]) -> dict[str, str]:
     return kinds
 
 
-def _checked_table(name: str, temperature: ArrayLike | None, values: ArrayLike, faults: list[Fault]) -> Array:
+def _checked_table(name: str, temperature: Reals | None, values: Reals, faults: list[Fault]) -> Array:
     """The table as (n, 2); appends every fault."""
     expected = "a table of finite numbers: rows of temperature and value, or one value for each temperature"
     try:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.contact.law import Law, Motion, Response
 from slipstick.errors import Fault, InputError
@@ -18,7 +18,7 @@ from slipstick.thermal.equilibrium import Equilibrium, checked, settled
 from slipstick.thermal.friction_curve import FrictionCurve, Sampled
 from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
 from slipstick.thermal.tangent import Power, ThermalTangent, power_by_temperature, thermal_tangent
-from slipstick.typing import Array
+from slipstick.typing import Array, Reals
 
 Parameters = tuple[dict[str, Array], dict[str, Sampled]]
 
@@ -50,7 +50,7 @@ class ThermalModel:
 
     curve: FrictionCurve | Mapping[str, FrictionCurve]
     background: float | Mapping[str, float]
-    resistance: ArrayLike | Mapping[str, float]
+    resistance: Reals | Mapping[str, float]
     contacts: Sequence[str] | None = None
 
     def __post_init__(self) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cached_property
 from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.errors import InputError
 from slipstick.faults import numbers, shown, whole, wrong
-from slipstick.typing import Array
+from slipstick.quantities import harmonic_orders
+from slipstick.typing import Array, Orders, Reals
 
 HIGHEST = 10_000
 """Orders above it are no harmonics of a vibration but a slip of the pen, and tables of them fill the memory."""
@@ -29,7 +31,8 @@ class Harmonics:
     Parameters
     ----------
     orders
-        Integers ``0 = m_0 < m_1 < ... < m_n``; gaps are allowed. One integer ``n`` stands for all of ``0..n``.
+        Integers ``0 = m_0 < m_1 < ... < m_n``; gaps are allowed. One integer ``n`` stands for all of ``0..n``; a text
+        such as ``"0..10"`` or ``"0, 1, 3..7"`` is read as in a case file.
 
     Raises
     ------
@@ -45,14 +48,14 @@ class Harmonics:
     array([1., 1., 0., 1., 0.])
     """
 
-    def __init__(self, orders: Iterable[int] | int) -> None:
+    def __init__(self, orders: Iterable[int] | int | str) -> None:
         self.orders: tuple[int, ...] = _orders(orders)
         increasing = all(a < b for a, b in zip(self.orders, self.orders[1:], strict=False))
         if not self.orders or self.orders[0] != 0 or not increasing:
             raise wrong("harmonics", list(self.orders), "increasing whole numbers starting at 0")
 
     @classmethod
-    def of(cls, given: Harmonics | Iterable[int] | int) -> Harmonics:
+    def of(cls, given: Orders) -> Harmonics:
         """The harmonics given, or those with the orders given."""
         return given if isinstance(given, Harmonics) else cls(given)
 
@@ -99,7 +102,7 @@ class Harmonics:
             return 0
         return 2 * self.orders.index(order) - (known == "c")
 
-    def H_minus(self, tau: ArrayLike) -> Array:
+    def H_minus(self, tau: Reals) -> Array:
         """``{1, cos m_1 tau, sin m_1 tau, ...}``, shape (..., L) [THEORY.md (1.3)]."""
         tau = _floats("tau", tau)
         out = np.ones((*tau.shape, self.size))
@@ -108,13 +111,13 @@ class Harmonics:
         out[..., 2::2] = np.sin(angle)
         return out
 
-    def H_plus(self, tau: ArrayLike) -> Array:
+    def H_plus(self, tau: Reals) -> Array:
         """As ``H_minus`` with first entry 1/2 [THEORY.md (4.1)]."""
         out = self.H_minus(tau)
         out[..., 0] = 0.5
         return out
 
-    def derivative(self, X: ArrayLike) -> Array:
+    def derivative(self, X: Reals) -> Array:
         """Coefficients of ``dx/dtau``: the operator ``L`` of THEORY.md (1.4) applied to (..., L)."""
         X = _floats("X", X)
         if X.shape[-1:] != (self.size,):
@@ -135,8 +138,13 @@ class Harmonics:
 
 
 def _orders(given: Any) -> tuple[int, ...]:
-    expected = "a count such as 10 for 0..10, or whole numbers such as range(11) or [0, 1, 3]"
-    if isinstance(given, str | bytes | bool) or (getattr(given, "dtype", None) is not None and given.dtype.kind == "b"):
+    expected = 'a count such as 10 for 0..10, whole numbers such as range(11) or [0, 1, 3], or "0..10"'
+    if isinstance(given, str):
+        try:
+            return tuple(harmonic_orders(given))
+        except InputError as error:
+            raise InputError([replace(f, found=shown(given)).inside("harmonics") for f in error.faults]) from None
+    if isinstance(given, bytes | bool) or (getattr(given, "dtype", None) is not None and given.dtype.kind == "b"):
         raise wrong("harmonics", given, expected)
     if not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
         given = range(whole("harmonics", given, 0, HIGHEST) + 1)

@@ -43,6 +43,11 @@ def test_one_number_is_one_point():
     assert points.check_in_time(0).relative_difference < 1e-2
 
 
+def test_frequencies_are_texts_too():
+    points = ss.steady_response(oscillator(velocity=10.0), omega=["1 Hz", 6.0])
+    assert points.dataset.omega.values.tolist() == pytest.approx([2.0 * np.pi, 6.0], rel=1e-15)
+
+
 def test_points_over_a_parameter_are_those_of_the_curve():
     problem, values = oscillator(velocity=10.0), (20.0, 5.0)
     points = ss.steady_response(problem, "damper.velocity", values, omega=6.0)

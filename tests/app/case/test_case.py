@@ -209,7 +209,7 @@ BAD = {
     ),
     "unknown dof of a contact": (
         ('tangential = "x"', 'tangential = "X1"'),
-        "[[contact]] 'damper' tangential: there is no dof 'X1' in the structure; there are x",
+        "[[contact]] 'damper' tangential: there is no dof 'X1' in the structure; did you mean 'x'?",
     ),
     "unknown kind": (
         ('"matrices"', '"beam"'),

@@ -99,10 +99,10 @@ class CurveRequest(Request):
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
 
 
-def frequency_request(problem: Problem, omega: tuple[float, float], requested: Any = (), *given: Any) -> CurveRequest:
+def frequency_request(problem: Problem, omega: Any, requested: Any = (), *given: Any) -> CurveRequest:
     """What ``forced_response`` follows; its arguments in their order."""
     checks = Checks(problem)
-    ends, points = checks.range(omega, requested, "frequency range", positive=True)
+    ends, points = checks.frequencies(omega, requested)
     common = checks.common(points, *given)
     assert checks.problem is not None
     assert ends is not None
@@ -110,13 +110,13 @@ def frequency_request(problem: Problem, omega: tuple[float, float], requested: A
 
 
 def parameter_request(
-    problem: Problem, parameter: str, span: tuple[float, float], omega: float, requested: Any = (), *given: Any
+    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *given: Any
 ) -> CurveRequest:
     """What ``parameter_response`` follows; its arguments in their order."""
     checks = Checks(problem)
     parameter = checks.name(parameter)
-    at = checks.take(frequency, "omega", omega)
-    ends, points = checks.range(span, requested, f"range of {parameter}" if parameter else "range", positive=False)
+    at = checks.take(frequency, "omega", omega, checks.units)
+    ends, points = checks.range(span, requested, parameter)
     checks.takes(parameter, ends)
     common = checks.common(points, *given)
     assert checks.problem is not None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
@@ -15,19 +15,16 @@ from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.contact import traits
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import Gathering, numbers, one, shown, wrong
+from slipstick.faults import Gathering, frequency, in_radians, numbers, one, shown, wrong
 from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table
-from slipstick.typing import Array
-
-if TYPE_CHECKING:
-    from slipstick.balance.ports import Balance
-    from slipstick.results.branch import Branch
+from slipstick.typing import Array, FrequencyList
+from slipstick.units import Units
 
 
-def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") -> Branch:
+def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "free") -> Branch:
     """Linear response at given frequencies, as a reference for the nonlinear one.
 
     Parameters
@@ -64,7 +61,7 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     """
     found = Gathering()
     found.take(one, "problem", problem, Problem, "an ss.Problem")
-    w = found.take(_frequencies, omega)
+    w = found.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
     if not isinstance(state, str) or state not in ("free", "stuck"):
         found.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
     found.end()
@@ -75,8 +72,13 @@ def linear_response(problem: Problem, *, omega: ArrayLike, state: str = "free") 
     return limit.branch(w, limit.motion(w), warnings)
 
 
-def _frequencies(given: ArrayLike) -> Array:
+def frequencies_of(given: Any, units: Units | None) -> Array:
+    """Frequencies (n,) of what a user gives, rad/s: numbers, or texts in the units of a problem."""
     expected = "frequencies > 0 in rad/s, one or a list"
+    if isinstance(given, str):
+        given = frequency("omega", given, units)
+    elif isinstance(given, list | tuple):
+        given = [in_radians(("omega", i), value, units) for i, value in enumerate(given)]
     w = np.atleast_1d(numbers("omega", given, expected))
     if w.ndim > 1 or w.size == 0 or np.any(w <= 0):
         raise wrong("omega", given, expected)

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from slipstick.analysis.events import EventFunction
-from slipstick.balance.checks import peak_faults, range_faults, requested_faults, requested_values, two_numbers
+from slipstick.balance.checks import (
+    peak_faults,
+    range_faults,
+    requested_faults,
+    requested_frequencies,
+    requested_values,
+    two_frequencies,
+    two_numbers,
+)
 from slipstick.balance.kinds import KINDS, Kind
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
@@ -34,6 +42,7 @@ from slipstick.results.record import Recorder
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import NewtonOptions
 from slipstick.typing import Array
+from slipstick.units import Units
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.record import Run
@@ -140,17 +149,31 @@ class Checks(Gathering):
         """Name of the parameter; empty where it is none."""
         return self.take(text, "parameter", given, f'a name such as "{example}"') or ""
 
-    def range(
-        self, span: Any, requested: Any, name: str, *, positive: bool
-    ) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
-        """First and last value, None where they are not right, and the values wanted between them."""
+    @property
+    def units(self) -> Units | None:
+        """Those of the problem, in which texts such as "15 Hz" are read."""
+        return None if self.problem is None else self.problem.units
+
+    def range(self, span: Any, requested: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """First and last value of a parameter, None where they are not right, and the values wanted between them."""
         points = self.take(requested_values, requested) or ()
-        ends = self.take(two_numbers, span, name)
+        where = f"range of {name}" if name else "range"
+        return self._between(self.take(two_numbers, span, where), points, where, positive=False), points
+
+    def frequencies(self, span: Any, requested: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """The same of frequencies, rad/s."""
+        points = self.take(requested_frequencies, requested, self.units) or ()
+        ends = self.take(two_frequencies, span, self.units)
+        return self._between(ends, points, "frequency range", positive=True), points
+
+    def _between(
+        self, ends: tuple[float, float] | None, points: tuple[float, ...], name: str, *, positive: bool
+    ) -> tuple[float, float] | None:
         if ends is None:
-            return None, points
+            return None
         faults = range_faults(*ends, name=name, positive=positive)
         self.faults += faults or requested_faults(points, *ends)
-        return (None if faults else ends), points
+        return None if faults else ends
 
     def takes(self, parameter: str, values: Iterable[float] | None) -> None:
         """That the problem has the parameter, and that it takes the values."""

@@ -6,8 +6,6 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
-from numpy.typing import ArrayLike
-
 from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.analysis.curve.linear import linear_response
 from slipstick.analysis.curve.request import StabilityRequest, response_options
@@ -19,6 +17,7 @@ from slipstick.results.besides import Besides
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
+from slipstick.typing import Frequency, FrequencyList, FrequencyRange, Real, Reals
 
 FollowRequest = Literal["subharmonic"] | None
 """Which branches are followed besides."""
@@ -27,12 +26,12 @@ FollowRequest = Literal["subharmonic"] | None
 def forced_response(
     problem: Problem,
     *,
-    omega: tuple[float, float],
-    requested: Iterable[float] | float = (),
+    omega: FrequencyRange,
+    requested: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
-    guess: ArrayLike | None = None,
+    guess: Reals | None = None,
     stability: StabilityRequest = False,
     follow: FollowRequest = None,
 ) -> Branch:
@@ -102,12 +101,12 @@ def forced_response(
 def follow(
     problem: Problem,
     *,
-    omega: tuple[float, float],
-    requested: Iterable[float] | float = (),
+    omega: FrequencyRange,
+    requested: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
-    guess: ArrayLike | None = None,
+    guess: Reals | None = None,
     stability: StabilityRequest = False,
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
@@ -118,14 +117,14 @@ def follow(
 def parameter_response(
     problem: Problem,
     parameter: str,
-    span: tuple[float, float],
+    span: tuple[Real, Real],
     *,
-    omega: float,
-    requested: Iterable[float] | float = (),
+    omega: Frequency,
+    requested: FrequencyList = (),
     peaks_of: Sequence[str] | str | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
-    guess: ArrayLike | None = None,
+    guess: Reals | None = None,
     stability: StabilityRequest = False,
     follow: FollowRequest = None,
 ) -> Branch:

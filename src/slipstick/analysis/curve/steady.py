@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipstick.analysis.curve.follow import CurveRequest, CurveRun, curve_over, special_points
+from slipstick.analysis.curve.linear import frequencies_of
 from slipstick.analysis.curve.request import Checks, StabilityRequest
 from slipstick.analysis.events import EventFunction
 from slipstick.balance.ports import Balance
@@ -23,7 +23,7 @@ from slipstick.results.record import Point, Recorder, unknowns
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import newton
 from slipstick.solve.norm import norm
-from slipstick.typing import AnyArray, Array
+from slipstick.typing import AnyArray, Array, FrequencyList, Reals
 
 _LISTED = 5
 """So many values without a solution are named."""
@@ -32,10 +32,10 @@ _LISTED = 5
 def steady_response(
     problem: Problem,
     parameter: str | None = None,
-    values: ArrayLike | None = None,
+    values: Reals | None = None,
     *,
-    omega: ArrayLike,
-    guess: Branch | ArrayLike | None = None,
+    omega: FrequencyList,
+    guess: Branch | Reals | None = None,
     options: ContinuationOptions | Mapping[str, Any] | None = None,
     listeners: Iterable[EventFunction] | EventFunction = (),
     stability: StabilityRequest = False,
@@ -92,13 +92,15 @@ def steady_response(
     checks = Checks(problem)
     over = parameter is not None
     name = checks.name(parameter) if over else ""
-    at = checks.take(frequency, "omega", omega) if over else None
+    at = checks.take(frequency, "omega", omega, checks.units) if over else None
     if over and values is None:
         checks.faults.append(Fault("values", "nothing", expected=f"values of {name or 'the parameter'}"))
     elif not over and values is not None:
         checks.faults.append(Fault("parameter", "values are given, but no parameter", remedy="name it"))
-    chosen = values if over else omega
-    points = checks.take(_values, "values" if over else "omega", chosen, not over) if chosen is not None else None
+    array = checks.take(_values, values) if over and values is not None else None
+    if not over:
+        array = checks.take(frequencies_of, omega, checks.units)
+    points = None if array is None else tuple(array.tolist())
     checks.takes(name, points)
     start = None if isinstance(guess, Branch) else guess
     common = checks.common((), None, options, listeners, start, stability)
@@ -111,12 +113,12 @@ def steady_response(
     ).branch()  # fmt: skip
 
 
-def _values(name: str, given: Any, positive: bool) -> tuple[float, ...]:
-    expected = "frequencies > 0 in rad/s, one or a list" if positive else "finite numbers, one or a list"
-    array: Array = np.atleast_1d(numbers(name, given, expected))
-    if array.ndim > 1 or array.size == 0 or (positive and np.any(array <= 0.0)):
-        raise wrong(name, given, expected)
-    return tuple(array.tolist())
+def _values(given: Any) -> Array:
+    expected = "finite numbers, one or a list"
+    array: Array = np.atleast_1d(numbers("values", given, expected))
+    if array.ndim > 1 or array.size == 0:
+        raise wrong("values", given, expected)
+    return array
 
 
 @dataclass(frozen=True, kw_only=True)

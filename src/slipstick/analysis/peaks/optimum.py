@@ -13,6 +13,7 @@ from slipstick.analysis.peaks.gradient import Displaced, Extreme, PeakGradient
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
 from slipstick.analysis.peaks.tracking import PeakRun, TrackedPeak, tracked_peak
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
 from slipstick.errors import Outcome
@@ -22,7 +23,7 @@ from slipstick.results.record import Point
 from slipstick.solve.linear.eliminated import Eliminated
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
 from slipstick.solve.norm import norm, relative
-from slipstick.typing import Array
+from slipstick.typing import Array, FrequencyRange, Real
 
 _NEWTON = NewtonOptions(max_iterations=15, min_damping=0.5, patience=4, non_monotone=3)
 _SEARCHED = 30.0
@@ -71,12 +72,12 @@ class Optimum:
 
 
 def optimal(
-    problem: Any,
+    problem: Problem,
     parameter: str,
     *,
-    omega: tuple[float, float],
+    omega: FrequencyRange,
     dof: str | None = None,
-    start: float | None = None,
+    start: Real | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Optimum:
     """The value of a parameter at which a peak is lowest, such as the best normal load of a damper.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
-from numbers import Real
+from numbers import Real as Number
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from slipstick.faults import number, shown, suggestion, text
 from slipstick.interrupts import held, pass_on
 from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point
-from slipstick.typing import Array
+from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
 """Options of a locus where nothing else is said: steps of a tenth of the range."""
@@ -33,11 +33,11 @@ TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newto
 def track_peak(
     problem: Problem,
     parameter: str,
-    span: tuple[float, float],
+    span: tuple[Real, Real],
     *,
-    omega: tuple[float, float],
+    omega: FrequencyRange,
     dof: str | None = None,
-    requested: Iterable[float] | float = (),
+    requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
 ) -> Branch:
     """Follow a peak of the response over a parameter: where it is and how high, without the curves between.
@@ -107,9 +107,9 @@ def tracked_peak(
     if checks.problem is not None and name:
         checks.takes(name, None)
         checks.end()
-        span = _start(checks.problem, name, span) if span is None or isinstance(span, Real) else span
-    ends, points = checks.range(span, requested, f"range of {name}" if name else "range", positive=False)
-    sought, _ = checks.range(omega, (), "frequency range", positive=True)
+        span = _start(checks.problem, name, span) if span is None or isinstance(span, Number) else span
+    ends, points = checks.range(span, requested, name)
+    sought, _ = checks.frequencies(omega)
     checks.takes(name, ends)
     output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None and name else None
     chosen = {**TRACKING, **options} if isinstance(options, Mapping) else TRACKING if options is None else options

@@ -30,7 +30,7 @@ from slipstick.results.schema import SELF_EXCITED
 from slipstick.results.stability import HOPF, STATE_CHANGE
 from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
 from slipstick.solve.norm import relative
-from slipstick.typing import Array
+from slipstick.typing import Array, Real
 
 CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
 """Options of limit cycles where nothing else is said."""
@@ -55,9 +55,9 @@ _HYSTERETIC = (
 def limit_cycles(
     problem: Problem,
     parameter: str,
-    span: tuple[float, float],
+    span: tuple[Real, Real],
     *,
-    requested: Iterable[float] | float = (),
+    requested: Iterable[Real] | Real = (),
     options: Mapping[str, Any] | None = None,
 ) -> Branch:
     """Follow self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there.
@@ -120,7 +120,7 @@ def cycles_request(problem: Any, parameter: Any, span: Any, requested: Any, opti
     """What is asked for, checked; InputError with all faults."""
     checks = Checks(problem)
     name = checks.name(parameter, "brake.mu")
-    ends, points = checks.range(span, requested, f"range of {name}" if name else "range", positive=False)
+    ends, points = checks.range(span, requested, name)
     if checks.problem is not None:
         faults = autonomous_faults(checks.problem)
         checks.faults += faults

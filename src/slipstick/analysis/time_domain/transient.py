@@ -24,7 +24,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
 from slipstick.html import MOST_SHOWN, html_table
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, Frequency
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,7 @@ def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
 
 def transient(
     problem: Problem,
-    omega: float,
+    omega: Frequency,
     *,
     periods: int = 200,
     tolerance: float = 1e-10,
@@ -150,8 +150,9 @@ def transient(
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(
-        omega, periods, tolerance, method, record_periods, steps, initial
-    )
+        frequency("time integration, omega", omega, problem.units),
+        periods, tolerance, method, record_periods, steps, initial,
+    )  # fmt: skip
     system = friction_system(problem, omega, held)
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements

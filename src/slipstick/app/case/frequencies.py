@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slipstick.app.case.quantity_texts import frequency_unit
 from slipstick.app.case.sentences import toml
 from slipstick.errors import Fault, Where
+from slipstick.quantities import frequency_unit, unit_of_time_fault
 from slipstick.units import Units
 
 _SI = {"length": "m", "force": "N", "time": "s"}
@@ -21,9 +21,8 @@ def display_unit(raw: Mapping[str, Any], units: Units) -> str:
 
 def frequency_faults(raw: Mapping[str, Any], units: Units) -> list[Fault]:
     """Frequencies written in Hz, rpm or rad/s where the unit of time is another than the second."""
-    seconds = f"which counts in seconds, but the unit of time is {toml(units.time)}"
     return [
-        Fault(where, found=f"{toml(value)}, {seconds}", remedy=f"give a plain number in {units.angular}")
+        unit_of_time_fault(where, toml(value), units.time, units.angular)
         for where, value in _written(raw)
         if not units.in_seconds and frequency_unit(value) is not None
     ]

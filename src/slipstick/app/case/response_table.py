@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
-from slipstick.app.case.quantity_texts import ratio_of_periods
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.app.case.spacing import MOST_VALUES, Spacing, spacing_or_list
 from slipstick.app.case.steps import StepKeys, step_faults
 from slipstick.app.case.tables import Frequency, Table, is_number, positive_frequency
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
+from slipstick.quantities import ratio_of_periods
 
 
 class ResponseTable(StepKeys, Table):

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.app.case.quantity_texts import read_frequency
 from slipstick.app.case.rotor import AxisTable
 from slipstick.app.case.sentences import unexpected
 from slipstick.app.case.tables import Frequency, Table
 from slipstick.errors import IS_MISSING, Fault
+from slipstick.quantities import read_frequency
 
 
 def _by_speed(value: Any) -> dict[float, str]:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.app.case.quantity_texts import harmonic_orders
 from slipstick.app.case.sentences import unexpected
 from slipstick.app.case.tables import Frequency, Harmonic, Periodic, Table, is_number
 from slipstick.errors import IS_MISSING, Fault
 from slipstick.faults import Gathering
+from slipstick.quantities import harmonic_orders
 
 if TYPE_CHECKING:
     from slipstick.contact.rubbing import RubbingMotion

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slipstick.app.case.quantity_texts import frequency_unit
 from slipstick.app.case.tables import Table
 from slipstick.errors import InputError
+from slipstick.quantities import frequency_unit
 
 _WIDTH = 100
 _CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}

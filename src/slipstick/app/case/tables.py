@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator
 
-from slipstick.app.case.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.app.case.sentences import toml, unexpected
 from slipstick.balance.loads import place_faults, way_faults
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import suggestion
+from slipstick.quantities import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 from slipstick.units import Units, label_faults
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.app.case.quantity_texts import read_frequency
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say, warnings_said
 from slipstick.app.verbs.output import RESULTS, results_in
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError
+from slipstick.quantities import read_frequency
 from slipstick.studies.folder import STUDY_FILE
 from slipstick.units import Units
 

@@ -18,7 +18,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
@@ -43,7 +42,7 @@ from slipstick.structure.reduction.request import (
 )
 from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import WARNED_REDUCTION, WorstError
-from slipstick.typing import Array, IntArray, Matrix
+from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,12 +83,12 @@ def reduce(
     keep: Sequence[str] | Any,
     dofs: Sequence[str] | None = None,
     names: Sequence[str] | None = None,
-    load_shapes: Mapping[str, ArrayLike] | None = None,
+    load_shapes: Mapping[str, Reals] | None = None,
     modes: int | None = None,
     accuracy: float = 1e-7,
-    frequency_range: tuple[float, float] | None = None,
-    loss_factor: float | ArrayLike = 0.0,
-    damping_ratio: float | ArrayLike = 0.0,
+    frequency_range: FrequencyRange | None = None,
+    loss_factor: float | Reals = 0.0,
+    damping_ratio: float | Reals = 0.0,
     rayleigh: tuple[float, float] = (0.0, 0.0),
     force: bool = False,
     solver: str | None = None,
@@ -176,12 +175,12 @@ def reduce_model(
     keep: Sequence[str] | Any,
     dofs: Sequence[str] | None = None,
     names: Sequence[str] | None = None,
-    load_shapes: Mapping[str, ArrayLike] | None = None,
+    load_shapes: Mapping[str, Reals] | None = None,
     modes: int | None = None,
     accuracy: float = 1e-7,
-    frequency_range: tuple[float, float] | None = None,
-    loss_factor: float | ArrayLike = 0.0,
-    damping_ratio: float | ArrayLike = 0.0,
+    frequency_range: FrequencyRange | None = None,
+    loss_factor: float | Reals = 0.0,
+    damping_ratio: float | Reals = 0.0,
     rayleigh: tuple[float, float] = (0.0, 0.0),
     force: bool = False,
     solver: str | None = None,
@@ -254,7 +253,7 @@ def _judge(worst: WorstError, force: bool, count: Callable[[], int | None]) -> N
 
 
 def estimate_error(
-    reduction: Reduction, K: Matrix, M: Matrix, frequencies: ArrayLike, *, solver: str | None = None
+    reduction: Reduction, K: Matrix, M: Matrix, frequencies: Reals, *, solver: str | None = None
 ) -> dict[float, float]:
     """:func:`receptance_error` of a reduction, by frequency."""
     return {

@@ -14,6 +14,7 @@ from slipstick.errors import Fault, InputError
 from slipstick.faults import (
     LARGEST,
     Gathering,
+    in_radians,
     number,
     number_or_numbers,
     numbers,
@@ -91,9 +92,7 @@ def checked_request(
         "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
     }
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
-    ends = (
-        None if frequency_range is None else found.take(_pair, "frequency_range", frequency_range, expected, some=True)
-    )
+    ends = None if frequency_range is None else found.take(_range, frequency_range, expected)
     modes = None if modes is None else found.take(whole, "modes", modes, 1, n)
     accuracy = found.take(_below_one, "accuracy", accuracy)
     dofs = None if dofs is None else found.take(name_list, "dofs", dofs, "the name of each dof, in order")
@@ -125,6 +124,13 @@ def non_negative(name: str, value: Any) -> float | Array:
     if np.any(np.asarray(found) < 0.0):
         raise wrong(name, value, "a number >= 0, or one for each mode")
     return found
+
+
+def _range(given: Any, expected: str) -> tuple[float, float]:
+    """Two frequencies, rad/s, numbers or texts."""
+    name = "frequency_range"
+    values = [in_radians(name, end) for end in given] if isinstance(given, list | tuple) else given
+    return _pair(name, values, expected, some=True)
 
 
 def _pair(name: str, value: Any, expected: str, some: bool = False) -> tuple[float, float]:

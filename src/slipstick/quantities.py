@@ -1,4 +1,4 @@
-"""The few texts that stand for numbers in a case file: frequencies, phases, harmonics, period ratios."""
+"""The few texts that stand for numbers, in a case file as in Python: frequencies, phases, harmonics, period ratios."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from slipstick.app.case.sentences import toml, unexpected
-from slipstick.errors import Fault, InputError
-from slipstick.units import FREQUENCIES
+from slipstick.errors import Fault, InputError, Where
+
+FREQUENCIES = {"rad/s": 1.0, "Hz": 2 * math.pi, "kHz": 2e3 * math.pi, "rpm": math.pi / 30}
+"""Units that a frequency may be written and drawn in, and how many rad/s they are."""
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*([A-Za-z/°]+)\s*")
@@ -65,6 +66,17 @@ def read_duration(value: Any) -> float:
     return found
 
 
+def unit_of_time_fault(where: Where, shown: str, time: str, angular: str) -> Fault:
+    """A frequency in Hz, rpm or rad/s, shown as it is given, where the unit of time is another than the second."""
+    found = f'{shown}, which counts in seconds, but the unit of time is "{time}"'
+    return Fault(where, found=found, remedy=f"give a plain number in {angular}")
+
+
+def _unexpected(expected: str) -> InputError:
+    """Only what was expected is said here; what was found is known outside."""
+    return InputError(Fault(expected=expected))
+
+
 def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, factor = float(value), 1.0
@@ -72,10 +84,10 @@ def _quantity(value: Any, factors: dict[str, float], expected: str) -> float:
         match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
         known = factors.get(match[2].lower()) if match else None
         if match is None or known is None:
-            raise unexpected(expected)
+            raise _unexpected(expected)
         number, factor = float(match[1]), known
     if not math.isfinite(number * factor):
-        raise unexpected(f"a finite number: {expected}")
+        raise _unexpected(f"a finite number: {expected}")
     return number * factor
 
 
@@ -95,21 +107,22 @@ def harmonic_orders(value: Any) -> list[int]:
             raise InputError(Fault(statement=many, remedy="keep fewer, 5 to 40 are usual"))
         orders.extend(range(first, last + 1))
     if not orders or orders[0] != 0 or any(a >= b for a, b in itertools.pairwise(orders)):
-        raise unexpected('increasing whole numbers starting at 0, such as "0..10" or [0, 1, 3, 5]')
+        raise _unexpected('increasing whole numbers starting at 0, such as "0..10" or [0, 1, 3, 5]')
     return orders
 
 
 def _ranges(value: Any) -> Iterator[tuple[int, int]]:
     items = value.split(",") if isinstance(value, str) else value
     if not isinstance(items, list) or len(items) > MOST_HARMONICS:
-        raise unexpected('text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')
+        raise _unexpected('text such as "0..10" or "0, 1, 3..7", or a list such as [0, 1, 3, 5]')
     for item in items:
         if isinstance(item, int) and not isinstance(item, bool) and item >= 0:
             yield item, item
             continue
         match = _RANGE.fullmatch(item.strip()) if isinstance(value, str) else None
         if match is None:
-            wrong = f"{toml(item)} is not a whole number >= 0"
+            text = f'"{item}"' if isinstance(item, str) else str(item).lower()
+            wrong = f"{text[:60]} is not a whole number >= 0"
             raise InputError(Fault(statement=wrong, expected='such as "0..10" or [0, 1, 3, 5]'))
         yield int(match[1]), int(match[2] or match[1])
 
@@ -125,5 +138,5 @@ def ratio_of_periods(value: Any) -> tuple[int, int]:
         parts = [int(p) if re.fullmatch(r"\s*\d{1,6}\s*", p) else p for p in value.split("/")]
     whole = isinstance(parts, list) and len(parts) == 2 and all(type(p) is int and 1 <= p <= 1000 for p in parts)
     if not whole:
-        raise unexpected('two whole numbers from 1 to 1000, such as "3/2" or [3, 2] (period of load / of rub)')
+        raise _unexpected('two whole numbers from 1 to 1000, such as "3/2" or [3, 2] (period of load / of rub)')
     return int(parts[0]), int(parts[1])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipstick.app.case.quantity_texts import harmonic_orders, ratio_of_periods, read_angle, read_frequency
+from slipstick.quantities import harmonic_orders, ratio_of_periods, read_angle, read_frequency
 
 
 @pytest.mark.parametrize(
