@@ -51,7 +51,7 @@ def test_over_frequency_it_is_followed_to_the_end_of_the_range() -> None:
 
 def test_elsewhere_there_is_none() -> None:
     branch = ss.forced_response(oscillator(10.0), omega=(4.0, 4.1), stability=True)
-    with pytest.raises(ss.InputError, match=r"point 0 is a start point; branch\.bifurcations\(\) tells"):
+    with pytest.raises(ss.InputError, match=r"point 0 is a start point; branch\.bifurcations\(\) lists"):
         branch.subharmonic(0)
     assert branch.subharmonics == ()
     with pytest.raises(ss.InputError, match="follow: found 'twice'; expected \"subharmonic\" or None"):
