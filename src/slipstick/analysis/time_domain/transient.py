@@ -25,6 +25,7 @@ from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, show
 from slipstick.html import MOST_SHOWN, html_table
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency
+from slipstick.units import Units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,9 +151,8 @@ def transient(
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(
-        frequency("time integration, omega", omega, problem.units),
-        periods, tolerance, method, record_periods, steps, initial,
-    )  # fmt: skip
+        omega, periods, tolerance, method, record_periods, steps, initial, problem.units
+    )
     system = friction_system(problem, omega, held)
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
@@ -233,11 +233,18 @@ def _named(change: StateChange, period: int, omega: float, contacts: tuple[str, 
 
 
 def _checked_options(
-    omega: float, periods: int, tolerance: float, method: str, record_periods: int, steps: int | None, initial: Any
+    omega: Any,
+    periods: int,
+    tolerance: float,
+    method: str,
+    record_periods: int,
+    steps: int | None,
+    initial: Any,
+    units: Units | None = None,
 ) -> tuple[float, int, float, int, int | None]:
     found, where = Gathering(), "time integration, {}".format
     values: dict[str, Any] = {
-        "omega": found.take(frequency, where("omega"), omega),
+        "omega": found.take(frequency, where("omega"), omega, units),
         "periods": found.take(whole, where("periods"), periods, 1, MOST_ITEMS),
         "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
         "record_periods": found.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
