@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.typing import Array
 
 
@@ -26,6 +29,12 @@ class Evaluation(NamedTuple):
     terms: Callable[[], Array] | None = None
     context: Any = None
     again: Callable[[], Any] | None = None
+
+    @classmethod
+    def undefined(cls, size: int) -> Evaluation:
+        """What a system of N = ``size`` answers to an iterate with no residual: the iteration takes a shorter step."""
+        unknown = np.full(size, np.nan)
+        return cls(unknown, UndefinedJacobian(size), unknown)
 
 
 class System(Protocol):
