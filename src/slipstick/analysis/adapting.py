@@ -26,8 +26,7 @@ from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs, Point
 from slipstick.results.truncation import Reaction, truncation
-from slipstick.solve.linear.embedded import EmbeddedJacobian
-from slipstick.solve.linear.undefined import UndefinedJacobian
+from slipstick.solve.linear.bordered import EmbeddedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray
@@ -132,7 +131,7 @@ class _Adapting:
         rung = self._rungs[number]
         value = rung.system.evaluate(x[rung.active], parameter, temperature)
         if value.detail is None:
-            return Evaluation(np.full(x.size, np.nan), UndefinedJacobian(x.size), np.full(x.size, np.nan))
+            return Evaluation.undefined(x.size)
         assert value.parameter_derivative is not None
         residual, slope = x.copy(), np.zeros(x.size)
         residual[rung.active], slope[rung.active] = value.residual, value.parameter_derivative

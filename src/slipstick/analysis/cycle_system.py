@@ -19,7 +19,6 @@ from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.results.stability import PointStability
-from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array, ComplexArray
 
@@ -44,7 +43,7 @@ class CycleSystem:
     def evaluate(self, y: Array, parameter: float) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter at ``y = (X, w)``; nan where it is no motion."""
         if not (isfinite(y.dot(y)) and y[-1] > 0.0 and isfinite(parameter)):
-            return Evaluation(np.full(y.size, np.nan), UndefinedJacobian(y.size), np.full(y.size, np.nan))
+            return Evaluation.undefined(y.size)
         x, still = y[:-1], np.zeros(y.size - 1)
         here = self.space.at(x, float(y[-1]), parameter)
         by_omega, by_parameter = (here.change(still, way)[0] for way in (FREQUENCY, self.space.along(parameter)))

@@ -23,9 +23,7 @@ from slipstick.analysis.neighbourhood import FREQUENCY, Move, Neighbourhood
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.results.record import Outputs
-from slipstick.solve.linear.eliminated import Eliminated
-from slipstick.solve.linear.scaled import Scaled
-from slipstick.solve.linear.undefined import UndefinedJacobian
+from slipstick.solve.linear.bordered import Eliminated, Scaled
 from slipstick.solve.newton import Evaluation
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure
@@ -163,14 +161,14 @@ class ModeSystem:
     def evaluate(self, y: Array, parameter: float, context: tuple[Array, Array | None] | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``ModeDetail``."""
         if not (isfinite(y.dot(y)) and isfinite(parameter) and abs(parameter) < 600.0 and y[-2] > 0.0):
-            return _undefined(y.size)
+            return Evaluation.undefined(y.size)
         reference, temperature = context or (self._reference, None)
         A, omega, xi, motion = exp(parameter), float(y[-2]), float(y[-1]), y[:-2]
         sizes = self.sizes(A)[:-2]
         q = A * y[-4:-2]
         here = Neighbourhood(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), temperature)
         if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
-            return _undefined(y.size)
+            return Evaluation.undefined(y.size)
         pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
         of_mode = np.column_stack(self._columns_of_mode(here))
         columns = np.column_stack([A * of_mode, *self._other_columns(here, pushed)]) / sizes[:, None]
@@ -263,8 +261,3 @@ class ModeSystem:
         found = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)
         found[self.target.number] = complex(q[0], -q[1]) / self.target.scale
         return np.asarray(found)
-
-
-def _undefined(size: int) -> Evaluation:
-    nothing = np.full(size, np.nan)
-    return Evaluation(nothing, UndefinedJacobian(size), nothing)

@@ -20,8 +20,7 @@ from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
 from slipstick.errors import Outcome
 from slipstick.results.branch import Branch
-from slipstick.solve.linear.eliminated import Eliminated
-from slipstick.solve.linear.undefined import UndefinedJacobian
+from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array, FrequencyRange, Real
@@ -138,7 +137,7 @@ class OptimumSystem:
         """Residual and Jacobian; of the balance one factorisation."""
         found = self.peaks.slope(u[:-1], float(u[-1]), self._context) if np.all(np.isfinite(u)) else None
         if found is None:
-            return Evaluation(np.full(u.size, np.nan), UndefinedJacobian(u.size))
+            return Evaluation.undefined(u.size)
         here, over_w = found
         space, s = self.peaks.space, float(u[-1])
         along = space.along(s)

@@ -15,8 +15,7 @@ from slipstick.analysis.neighbourhood import FREQUENCY, Neighbourhood
 from slipstick.analysis.slope import Extreme, Slope, StateSpace
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
-from slipstick.solve.linear.eliminated import Eliminated
-from slipstick.solve.linear.undefined import UndefinedJacobian
+from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
 
@@ -87,7 +86,7 @@ class PeakSystem:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""
         found = self.slope(y, parameter, context)
         if found is None:
-            return Evaluation(np.full(y.size, np.nan), UndefinedJacobian(y.size), np.full(y.size, np.nan))
+            return Evaluation.undefined(y.size)
         here, slope = found
         along, beside = self.space.along(parameter), slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from slipstick.interrupts import held
-from slipstick.solve.linear.factors import one_blas_thread
+from slipstick.solve.linear.factorisation import one_blas_thread
 
 
 def one_thread() -> AbstractContextManager[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
-from slipstick.solve.newton.result import NewtonResult
+from slipstick.solve.newton import NewtonResult
 
 
 def turn(corrector: Corrector, span: Span, last: Step, length: float) -> tuple[Step | None, NewtonResult]:

@@ -20,7 +20,7 @@ from slipstick.solve.continuation.path import Continuation
 from slipstick.solve.continuation.place import Place
 from slipstick.solve.continuation.readings import Readings
 from slipstick.solve.continuation.step import Step
-from slipstick.solve.newton.system import System
+from slipstick.solve.newton import System
 from slipstick.typing import Array
 
 

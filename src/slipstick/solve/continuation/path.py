@@ -23,8 +23,7 @@ from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.readings import Readings
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.stepsize import next_step
-from slipstick.solve.newton.result import NewtonResult, NewtonStop
-from slipstick.solve.newton.system import System
+from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 
 
