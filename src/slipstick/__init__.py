@@ -26,7 +26,7 @@ _PUBLIC = {
     "Load": "slipstick.balance.loads",
     "Problem": "slipstick.balance.problem",
     "import_model": "slipstick.importers.import_model",
-    "at_speed": "slipstick.fem.at_speed",
+    "at_speed": "slipstick.fem.rotation",
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
     "surface_contacts": "slipstick.models.surface_contacts",
@@ -84,8 +84,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning
-    from slipstick.fem.at_speed import at_speed as at_speed
     from slipstick.fem.materials import Material as Material
+    from slipstick.fem.rotation import at_speed as at_speed
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade

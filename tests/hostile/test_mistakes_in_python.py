@@ -122,7 +122,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
         lambda: problem(structure=two(), contacts=pair(tangential="tipp"), loads=()),
         ss.InputError, ("no dof 'tipp'", "did you mean 'tip'?"),
     ),
-    "dof of another case": (lambda: problem(loads=ss.Load(dof="X", sin=1.0)), ss.InputError, ("'X'", "did you mean 'x'?")),
+    "dof of another case": (lambda: problem(loads=ss.Load(dof="X", sin=1.0)), ss.InputError, ("'X'", "mean 'x'?")),
     "unknown output": (lambda: problem(outputs="y"), ss.InputError, ("outputs", "'y'", "there are x")),
     "a name twice": (lambda: problem(contacts=[PAIR, PAIR]), ss.InputError, ("'damper' is used 2 times",)),
     "harmonics without 0": (lambda: problem(harmonics=[1, 2, 3]), ss.InputError, ("[1, 2, 3]", "starting at 0")),

@@ -26,7 +26,7 @@ from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.results.measures import largest_deviation
 from slipstick.results.record import Outputs, Point
 from slipstick.results.truncation import Reaction, truncation
-from slipstick.solve.linear.embedded import EmbeddedJacobian
+from slipstick.solve.linear.bordered import EmbeddedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray

@@ -20,7 +20,7 @@ from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation.follow import failed
-from slipstick.solve.linear.factors import one_blas_thread
+from slipstick.solve.linear.factorisation import one_blas_thread
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

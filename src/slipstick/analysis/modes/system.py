@@ -23,8 +23,7 @@ from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearizatio
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
 from slipstick.results.record import Outputs
-from slipstick.solve.linear.eliminated import Eliminated
-from slipstick.solve.linear.scaled import Scaled
+from slipstick.solve.linear.bordered import Eliminated, Scaled
 from slipstick.solve.newton import Evaluation
 from slipstick.solve.norm import norm
 from slipstick.structure.modal import ModalStructure

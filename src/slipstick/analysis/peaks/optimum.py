@@ -20,7 +20,7 @@ from slipstick.errors import Outcome
 from slipstick.interrupts import pass_on
 from slipstick.results.branch import Branch
 from slipstick.results.record import Point
-from slipstick.solve.linear.eliminated import Eliminated
+from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton
 from slipstick.solve.norm import norm, relative
 from slipstick.typing import Array, FrequencyRange, Real

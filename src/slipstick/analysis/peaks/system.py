@@ -15,7 +15,7 @@ from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
 from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail, terms
-from slipstick.solve.linear.eliminated import Eliminated
+from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
 

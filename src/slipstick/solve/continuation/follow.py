@@ -25,8 +25,7 @@ from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.step import RestartPoint, Step
 from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach, turn
 from slipstick.solve.continuation.stepsize import next_step
-from slipstick.solve.newton.result import NewtonResult, NewtonStop
-from slipstick.solve.newton.system import System
+from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 
 

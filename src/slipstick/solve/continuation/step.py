@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.solve.newton.result import NewtonResult
+from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
 
 

@@ -7,7 +7,7 @@ from slipstick.solve.continuation.corrector import Corrector, angle_of
 from slipstick.solve.continuation.predictor import Span
 from slipstick.solve.continuation.step import Step
 from slipstick.solve.continuation.stepsize import StepOptions
-from slipstick.solve.newton.result import NewtonResult
+from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
 
 _KINK_SHARE = 0.25

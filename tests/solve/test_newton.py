@@ -1,5 +1,7 @@
 """Newton: order of convergence, invariance, kinks, rounding, failures that say why."""
 
+from __future__ import annotations
+
 from itertools import pairwise
 
 import numpy as np
@@ -174,3 +176,38 @@ def test_a_first_correction_that_leads_too_far_is_not_followed():
     assert given_up.evaluations == 1
     assert not given_up.converged
     assert iterate(system, start, ones, NewtonOptions(), lambda step: float(abs(step).max()) > 1e3).converged
+
+
+def scalar(f, slope):
+    return lambda x: Evaluation(np.array([f(x[0])]), DenseJacobian(np.array([[slope(x[0])]])))
+
+
+@pytest.mark.parametrize("start", [1.0, 2.0, 20.0])
+def test_an_overshooting_correction_is_shortened(start):
+    """Newton's method alone diverges from the root of arctan beyond 1.39."""
+    found = newton(scalar(np.arctan, lambda x: 1 / (1 + x * x)), np.array([start]))
+    assert found.converged
+    assert abs(found.x[0]) < 1e-9
+
+
+def test_a_whole_correction_is_taken_where_it_helps():
+    """Quadratic convergence: few evaluations, none wasted on fractions."""
+    found = newton(scalar(lambda x: x * x - 2.0, lambda x: 2 * x), np.array([1.5]))
+    assert found.converged
+    assert found.x[0] == pytest.approx(np.sqrt(2.0))
+    assert found.evaluations <= found.iterations + 1
+
+
+def test_without_a_root_it_ends_with_a_reason():
+    options = NewtonOptions(non_monotone=0)
+    found = newton(scalar(lambda x: x * x + 1.0, lambda x: 2 * x), np.array([0.5]), options=options)
+    assert not found.converged
+    assert found.reason.text
+
+
+def test_all_at_once():
+    with pytest.raises(InputError) as caught:
+        NewtonOptions(tolerance=0.0, max_iterations=0, min_damping=2.0, non_monotone=-1, stagnation=1.0)
+    assert len(caught.value.sentences) == 5
+    with pytest.raises(InputError, match="tolerance"):
+        NewtonOptions(tolerance=np.nan)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.solve.linear.undefined import UndefinedJacobian
+from slipstick.solve.linear.jacobian import Jacobian, UndefinedJacobian
 
 
 def test_every_answer_is_nan():
