@@ -7,8 +7,7 @@ import sys
 import time
 from typing import Any
 
-from slipstick.analysis.events import Listener, PointFound, Started, Stopped
-from slipstick.studies.study import CaseDone
+from slipstick.analysis.events import CaseDone, Listener, PointFound, Started, Stopped
 
 _PAUSE = 0.2
 """Seconds between two pictures."""
@@ -72,13 +71,6 @@ class Progress(Listener):
         self._position = Position(0.0, 1.0)
         self._handle: Any = None
         self._last, self._width, self._points = 0.0, 0, 0
-
-    def __call__(self, event: Any) -> None:
-        """Show an event of an analysis or of a study."""
-        if isinstance(event, CaseDone):
-            self.case_done(event)
-        else:
-            super().__call__(event)
 
     def started(self, event: Started) -> None:
         """A branch begins."""

@@ -11,9 +11,9 @@ import xarray
 from helpers.study_case import CASE
 
 import slipstick as ss
+from slipstick.analysis.events import CaseDone
 from slipstick.io.loading import load_dataset
 from slipstick.studies import workers
-from slipstick.studies.study import CaseDone
 from slipstick.verify.cases import oscillator
 
 GIVEN = {"damper.velocity": [10.0, 30.0], "damper.mu": [0.2, 0.3]}

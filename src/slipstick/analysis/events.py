@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.resume import Checkpoint
 from slipstick.balance.start import StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder
 
-__all__ = ["Event", "Listener", "PointFound", "Started", "Stopped", "StrategyTried"]
+if TYPE_CHECKING:
+    from slipstick.studies.solving import CaseSolved
+
+__all__ = ["CaseDone", "Event", "Listener", "PointFound", "Started", "Stopped", "StrategyTried"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +75,19 @@ class Stopped:
     """The exception that ended it after points were found: ``outcome`` is FAILED."""
 
 
-Event = Started | StrategyTried | PointFound | Stopped
+@dataclass(frozen=True, kw_only=True)
+class CaseDone:
+    """A case of a study was computed."""
+
+    case: int
+    values: Mapping[str, float]
+    """The parameters of the case."""
+    solved: CaseSolved
+    done: int
+    total: int
+
+
+Event = Started | StrategyTried | PointFound | Stopped | CaseDone
 
 
 class Listener:
@@ -92,6 +107,8 @@ class Listener:
                 self.point_found(event)
             case Stopped():
                 self.stopped(event)
+            case CaseDone():
+                self.case_done(event)
 
     def started(self, event: Started) -> None:
         """A branch begins."""
@@ -104,6 +121,9 @@ class Listener:
 
     def stopped(self, event: Stopped) -> None:
         """The computation ended."""
+
+    def case_done(self, event: CaseDone) -> None:
+        """A case of a study was computed."""
 
 
 EventFunction = Callable[[Any], None]

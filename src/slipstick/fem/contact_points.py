@@ -109,8 +109,9 @@ class ContactPoints:
         """
         across = self.about(axis, word)
         side = np.sum(across * self.normals, axis=1)
-        if np.any(np.abs(side) < _EDGE_ON):
-            at = int(np.argmin(np.abs(side)))
+        edge_on = np.abs(side) < _EDGE_ON
+        if edge_on.any():
+            at = int(np.argmax(edge_on))
             statement = f"{word} runs along the surface at point {at + 1}, not across it"
             raise InputError(Fault("normal", statement, remedy="give another direction, or the axis of the rotor"))
         return np.asarray(across * np.sign(side)[:, None])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipstick.analysis.curve.request import common_arguments, followed_problem
+from slipstick.analysis.events import CaseDone
 from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError
@@ -23,18 +24,6 @@ if TYPE_CHECKING:
     import xarray
 
 _MOST_WORKERS = 1024
-
-
-@dataclass(frozen=True, kw_only=True)
-class CaseDone:
-    """A case was computed: told to listeners."""
-
-    case: int
-    values: Mapping[str, float]
-    """The parameters of the case."""
-    solved: CaseSolved
-    done: int
-    total: int
 
 
 def study(

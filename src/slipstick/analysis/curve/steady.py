@@ -50,8 +50,8 @@ def steady_response(
     problem
         What vibrates.
     parameter, values
-        Name of a parameter as of ``parameter_response`` and its values, one or a list. Without, points are over the
-        frequency.
+        Name of a parameter as of ``parameter_response`` and its values, one or a list. Without, points are those of
+        the frequencies.
     omega
         Fundamental frequencies, rad/s, one or a list; one alone with a ``parameter``.
     guess
