@@ -112,6 +112,8 @@ def test_curve_of_the_fast_state_is_a_fixed_point():
         left = 0.5 * (left + 1.0 - 8.0 * own / POWER)
     assert z[at, 0] == pytest.approx(left, rel=1e-8)
     np.testing.assert_allclose(d["displacement"].to_numpy()[at, 0], x, atol=1e-7)
+    alone = ss.steady_response(polished(), omega=[8.0, 8.2], guess=branch).dataset
+    np.testing.assert_allclose(alone["polish"][0], d["polish"][at], rtol=1e-9)
 
 
 def test_permanent_slip_in_closed_form():

@@ -8,7 +8,7 @@ slow one is held and adds nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -42,16 +42,14 @@ def state_columns(balance: Balance, carried: Carried, compliance: Compliance) ->
     return np.asarray(by_value.T @ carried.gain, dtype=float)
 
 
-class Powered(Protocol):
-    """A batch and the power of its contacts."""
+class BatchPower(NamedTuple):
+    """The power of the contacts of one batch that has no state."""
 
-    @property
-    def batch(self) -> int:
-        """Which batch of the balance."""
+    batch: int
+    power: Power
 
-    @property
-    def power(self) -> Power:
-        """Its power with derivatives."""
+
+Powered = Carried | BatchPower
 
 
 def power_rows(balance: Balance, own: Powered) -> Array:

@@ -15,19 +15,12 @@ import numpy as np
 from slipstick.balance.compliance import Compliance
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import balanced, by_inputs, by_omega, detail, force_rates
-from slipstick.balance.states import add_force_changes, at_states, power_along, power_rows
+from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along, power_rows
 from slipstick.contact.law import add_to
 from slipstick.contact.power import Power
 from slipstick.results.record import Outputs
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import Array, ComplexArray
-
-
-class BatchPower(NamedTuple):
-    """The power of the contacts of one batch."""
-
-    batch: int
-    power: Power
 
 
 class Move(NamedTuple):
@@ -102,7 +95,7 @@ class Linearization:
             for total, more in zip(own, by_inputs(found, inputs), strict=True):
                 for i, part in more.items():
                     add_to(total, i, part)
-        dpowers = [self._power_rate(BatchPower(state.batch, state.power), direction) for state in found.states]
+        dpowers = [self._power_rate(state, direction) for state in found.states]
         return own, dpowers, np.zeros_like(found.inputs.P) if inputs is None else inputs.P
 
     def _outputs_change(self, dx: Array, dG: ComplexArray, direction: Move) -> Array:
@@ -170,27 +163,25 @@ class Linearization:
     def _at_states(self, inputs: Inputs | None) -> Inputs | None:
         return None if inputs is None else at_states(self.found.states, inputs)
 
-    def powers(self) -> list[BatchPower]:
+    def powers(self) -> list[Powered]:
         """Power of every batch."""
-        known, found = {state.batch: state.power for state in self.found.states}, []
+        known: dict[int, Powered] = {state.batch: state for state in self.found.states}
         for k, (batch, response) in enumerate(zip(self.balance.batches, self.found.responses, strict=True)):
-            if k in known:
-                found.append(BatchPower(k, known[k]))
-            else:
+            if k not in known:
                 motion = self.balance.motion(k, self.x, self.omega, self.inputs.batches[k])
-                found.append(BatchPower(k, Power(batch.law, motion, response)))
-        return found
+                known[k] = BatchPower(k, Power(batch.law, motion, response))
+        return [known[k] for k in range(len(self.balance.batches))]
 
-    def power_change(self, own: BatchPower, weights: Array, direction: Move) -> float:
+    def power_change(self, own: Powered, weights: Array, direction: Move) -> float:
         """Change of weighted powers at fixed motion and states."""
         return float(weights @ self._power_rate(own, direction))
 
-    def power_pulled(self, own: BatchPower, weights: Array) -> Array:
+    def power_pulled(self, own: Powered, weights: Array) -> Array:
         """Gradient (N,) of weighted powers over the unknowns at fixed states."""
         pulled: Array = weights @ power_rows(self.balance, own)
         return pulled
 
-    def _power_rate(self, own: BatchPower, direction: Move) -> Array:
+    def _power_rate(self, own: Powered, direction: Move) -> Array:
         inputs = self._at_states(direction.inputs)
         rate = np.zeros(self.balance.batches[own.batch].count)
         if direction.omega:

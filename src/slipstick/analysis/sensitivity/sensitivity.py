@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
+from slipstick.balance.states import Powered
 from slipstick.contact import traits
 from slipstick.errors import InputError
 from slipstick.faults import warn
@@ -42,7 +43,7 @@ class Functional(NamedTuple):
 
     h: Array
     """Numbers on the motion of the output, (1, L)."""
-    powers: tuple[tuple[BatchPower, Array], ...]
+    powers: tuple[tuple[Powered, Array], ...]
     """Powers of batches at fixed contact states with their weights (n,), which hold what the states add."""
     gradient: Array
     """Over the unknowns, (N,)."""
