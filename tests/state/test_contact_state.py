@@ -18,6 +18,7 @@ from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import first_point
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.results.record import contact_states
 from slipstick.solve.newton import newton
 from slipstick.state.contact_state import ContactState, Rate, Sampled, StateModel, StateVariable
 from slipstick.verify.cases import oscillator
@@ -150,6 +151,24 @@ def test_the_slow_state_is_held_where_it_is_handed_on():
     curves = [ss.forced_response(p, omega=(7.0, 9.0)).dataset for p in (polished(slow=True, first=0.6), own)]
     np.testing.assert_allclose(curves[0]["amplitude"], curves[1]["amplitude"], rtol=1e-12)
     assert np.all(curves[0]["polish"] == 0.6)
+
+
+def test_a_guess_moves_no_slow_state():
+    worn = ss.forced_response(polished(slow=True, first=0.6), omega=(7.9, 8.1))
+    alone = ss.steady_response(polished(slow=True), omega=[8.0], guess=worn).dataset
+    assert alone["polish"].item() == 1.0
+    np.testing.assert_array_equal(contact_states(worn.table, Balance(worn.problem), 3), [0.6])
+
+
+def test_equilibrium_where_plain_newton_goes_round_in_circles():
+    """A power of four times what leaves nothing: the Newton step from z = 1 ends where no friction is left."""
+    problem = polished(2.0)
+    x = np.zeros(problem.harmonics.size)
+    x[2] = 5.0
+    at = FrequencySystem(Balance(problem), problem.inputs).evaluate(x, 11.0).detail.states[0]
+    assert at.state.rate(at.state.start, at.power.value / at.values).value[0] < -2.0
+    assert abs(at.rate.value[0]) < 1e-10
+    assert 0.0 < at.values[0] < 0.5
 
 
 def test_with_heat_on_the_same_contacts():

@@ -203,7 +203,11 @@ def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> 
     if guess.shape != (balance.n_ports, balance.L):
         found = f"a branch of {guess.shape[0]} contact motions and {guess.shape[1]} coefficients"
         raise InputError(Fault("guess", found, expected=f"{balance.n_ports} and {balance.L}"))
-    return guess.reshape(-1), contact_states(table, balance, point)
+    states = contact_states(table, balance, point)
+    if states is not None:  # those that are sought near a guess: a slow one is the problem's, whatever is guessed
+        own = zip(balance.states, balance.by_state(states), strict=True)
+        states = np.concatenate([state.start if state.slow else value for state, value in own])
+    return guess.reshape(-1), states
 
 
 def corrected(branch: Branch, point: int) -> Mapping[str, AnyArray]:
