@@ -41,7 +41,8 @@ class Polish(StateModel, ContactState):
     names: tuple = ()
 
     def of(self, laws, names):
-        return [replace(self, names=tuple(own), batch=k) for k, own in enumerate(names)]
+        own = [replace(self, names=tuple(own), batch=k) for k, own in enumerate(names)]
+        return own[::-1]  # in no order of theirs
 
     @property
     def start(self):
@@ -184,6 +185,8 @@ def test_with_heat_on_the_same_contacts():
         np.testing.assert_allclose(by[0][name][0], 0.7 * by[1][name][0], rtol=1e-9)
     with pytest.raises(ss.InputError, match="are both fast states of contacts of one law"):
         replace(hot, states=[Polish()])
+    with pytest.raises(ss.InputError, match="two contact states are called 'polish'"):
+        replace(hot, states=[Polish(slow=True), Polish(slow=True)])
 
 
 def test_contacts_of_several_laws():
@@ -204,7 +207,7 @@ def test_contacts_of_several_laws():
     upper, lower = (
         newton(lambda x, p=p: FrequencySystem(Balance(p), p.inputs).evaluate(x, 8.0), x).evaluation for p in sides
     )
-    change = (upper.context[1] - lower.context[1]) / (2.0 * h)
+    change = (upper.context[0] - lower.context[0]) / (2.0 * h)
     assert float(found["polish"][0, 0]) == pytest.approx(change, rel=1e-4)
 
 

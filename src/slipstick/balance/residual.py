@@ -96,7 +96,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
     without it.
     """
     responses: list[Response] = []
-    states: list[Carried] = []
+    states: dict[int, Carried] = {}
     for k, given in enumerate(inputs.batches):
         batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
         own = [s for s, state in enumerate(balance.states) if state.batch == k]
@@ -106,10 +106,12 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
                 [balance.states[s] for s in own], batch.law, motion, given.values, [values[s] for s in own]
             )
             responses.append(response)
-            states += carried
+            states |= zip(own, carried, strict=True)
         else:
             responses.append(batch.law.respond(motion, given.values))
-    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=tuple(states))
+    return Detail(
+        responses=tuple(responses), inputs=inputs, omega=omega, states=tuple(states[s] for s in sorted(states))
+    )
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:

@@ -16,6 +16,7 @@ from slipstick.balance.inputs import Inputs
 from slipstick.contact.law import add_to
 from slipstick.contact.power import Power
 from slipstick.errors import Fault
+from slipstick.faults import shown
 from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
 
@@ -127,7 +128,13 @@ def state_faults(
             {name for name in batch.law.ports if pairs[p].direction(name, k) is not None} for p, k in batch.members
         ]
         yield from state.faults(batch.law, ports)
-        rivals = [own for own in states[:s] if own.batch == state.batch and not (own.slow or state.slow)]
-        if rivals:
-            names = f"{rivals[0].variable.long_name} and {state.variable.long_name}"
-            yield Fault("states", f"{names} are both fast states of contacts of one law", remedy="make them one state")
+        for rival in (own for own in states[:s] if own.batch == state.batch):
+            if rival.variable.name == state.variable.name:
+                yield Fault(
+                    "states", f"two contact states are called {shown(rival.variable.name)}", remedy="rename one"
+                )
+            elif not (rival.slow or state.slow):
+                names = f"{rival.variable.long_name} and {state.variable.long_name}"
+                yield Fault(
+                    "states", f"{names} are both fast states of contacts of one law", remedy="make them one state"
+                )

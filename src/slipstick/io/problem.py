@@ -47,8 +47,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
 
 def _arguments(problem: Problem) -> dict[str, Any]:
     """Without what programs of before do not know, where there is none of it."""
-    own = _by_fields(problem)
-    return own if own["states"] else {name: value for name, value in own.items() if name != "states"}
+    return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 
 STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {

@@ -111,7 +111,7 @@ class ContactState(ABC):
 
     @abstractmethod
     def rate(self, z: Array, power: Array) -> Rate:
-        """``r(z, P)`` (n,) for powers (n,), per time of any unit."""
+        """``r(z, P)`` (n,) for powers (n,), per time of any unit that all fast states of a problem share."""
 
     def parameter_fault(self, name: str, quantity: str, rows: Sequence[int]) -> Fault | None:
         """Why a quantity of these contacts, called ``name``, cannot be varied: the state gives it by itself."""

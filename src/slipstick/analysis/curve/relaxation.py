@@ -1,6 +1,6 @@
 """Where contact states settle when they are let go, the structure answering at once: ``dz/dt = r(z, P)``.
 
-Vibration settles within periods, heat spreads within seconds: on its way the motion is the steady one at
+Vibration settles within periods, a body within seconds: on its way the motion is the steady one at
 each value.
 """
 
