@@ -165,7 +165,7 @@ def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
         constant = pair.given.get("normal", (None,)) == (None,) and not any(
             name.startswith("normal_") and np.any(value) for name, value in pair.rubbing.components()
         )
-        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.heated is not None:
+        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.contact_states:
             continue
         for k in range(len(pair)):
             same = tuple(

@@ -109,9 +109,8 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
             states |= zip(own, carried, strict=True)
         else:
             responses.append(batch.law.respond(motion, given.values))
-    return Detail(
-        responses=tuple(responses), inputs=inputs, omega=omega, states=tuple(states[s] for s in sorted(states))
-    )
+    in_order = tuple(states[s] for s in range(len(balance.states)))
+    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order)
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:

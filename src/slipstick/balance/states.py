@@ -86,7 +86,8 @@ def at_states(states: Sequence[Carried], direction: Inputs) -> Inputs:
     for carried in states:
         given = direction.batches[carried.batch]
         direction = direction.with_batch(
-            carried.batch, **{name: carried.by_given(name) * given.values[name] for name in carried.sampled}
+            carried.batch,
+            **{name: carried.state.by_given(name, carried.values) * given.values[name] for name in carried.sampled},
         )
     return direction
 
@@ -130,11 +131,9 @@ def state_faults(
         yield from state.faults(batch.law, ports)
         for rival in (own for own in states[:s] if own.batch == state.batch):
             if rival.variable.name == state.variable.name:
-                yield Fault(
-                    "states", f"two contact states are called {shown(rival.variable.name)}", remedy="rename one"
-                )
+                twice = f"two contact states are called {shown(rival.variable.name)}"
+                yield Fault("states", twice, remedy="rename one")
             elif not (rival.slow or state.slow):
                 names = f"{rival.variable.long_name} and {state.variable.long_name}"
-                yield Fault(
-                    "states", f"{names} are both fast states of contacts of one law", remedy="make them one state"
-                )
+                both = f"{names} are both fast states of contacts of one law"
+                yield Fault("states", both, remedy="make them one state")

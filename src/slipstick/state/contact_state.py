@@ -25,7 +25,7 @@ from slipstick.contact.law import Law, Motion, Response, add_to
 from slipstick.contact.power import Power
 from slipstick.errors import Fault
 from slipstick.solve.norm import norm
-from slipstick.typing import Array, BoolArray
+from slipstick.typing import Array
 
 _TOLERANCE = 1e-12
 _ROUNDING = 1e-10
@@ -123,6 +123,10 @@ class ContactState(ABC):
 
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
         """Contacts that cannot have it; ``ports`` are those that each has."""
+        return iter(())
+
+    def warnings(self) -> Iterator[str]:
+        """What can be computed but looks wrong, one sentence each."""
         return iter(())
 
     def time_fault(self, held: Container[str]) -> Fault | None:
@@ -276,25 +280,18 @@ class Carried:
         """Whether there is no equilibrium next to the values handed on."""
         return not self.converged
 
-    @property
-    def outside(self) -> BoolArray:
-        """Contacts whose value is beyond the limits, (n,)."""
-        return np.clip(self.values, *self.state.limits) != self.values
-
     def fault(self) -> str | None:
         """One sentence where the values are no result: they are beyond the limits."""
-        if not np.any(self.outside):
+        state = self.state
+        outside = np.flatnonzero(np.clip(self.values, *state.limits) != self.values)
+        if not outside.size:
             return None
-        i, state = int(np.flatnonzero(self.outside)[0]), self.state
+        i = int(outside[0])
         low, high = (np.broadcast_to(limit, self.values.size)[i] for limit in state.limits)
         return (
             f"the {state.variable.long_name} of contact {state.names[i]} leaves its range, {low:g} to {high:g}: "
             f"it would be {self.values[i]:.4g}"
         )
-
-    def by_given(self, name: str) -> Array:
-        """Derivative (n,) of a parameter that follows it by the problem's."""
-        return self.state.by_given(name, self.values)
 
 
 def respond(

@@ -290,6 +290,14 @@ class HeatedContacts(ContactState):
                     remedy="give a normal direction, or no table of kn",
                 )
 
+    def warnings(self) -> Iterator[str]:
+        """Heat that nothing depends on."""
+        if not self.nominal:
+            yield (
+                "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the "
+                "results are those of cold contacts, with their temperatures beside"
+            )
+
     def time_fault(self, held: Container[str]) -> Fault | None:
         """Heat is not integrated in time; hot parameters may be held."""
         if "mu" in held:
