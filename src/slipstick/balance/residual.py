@@ -70,7 +70,7 @@ class Detail:
     @property
     def lost(self) -> bool:
         """Whether the equilibrium of some state near the values handed on has vanished."""
-        return any(own.lost for own in self.states)
+        return bool(self.states) and any(own.lost for own in self.states)
 
     @property
     def forces(self) -> Forces:
@@ -99,7 +99,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
     states: dict[int, Carried] = {}
     for k, given in enumerate(inputs.batches):
         batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
-        own = [s for s, state in enumerate(balance.states) if state.batch == k]
+        own = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
         if own:
             values = balance.by_state(near)
             response, carried = respond(
@@ -109,7 +109,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
             states |= zip(own, carried, strict=True)
         else:
             responses.append(batch.law.respond(motion, given.values))
-    in_order = tuple(states[s] for s in range(len(balance.states)))
+    in_order = tuple(states[s] for s in sorted(states)) if states else ()
     return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order)
 
 
