@@ -11,8 +11,8 @@ from shrouded_blade import DEFAULT_CACHE, OUTPUT, RANGE, reduced_blade, rubbed
 
 import slipstick as ss
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.heat import heat_columns, power_rows
 from slipstick.balance.ports import Balance
+from slipstick.balance.states import power_rows, state_columns
 from slipstick.balance.systems import FrequencySystem
 from slipstick.solve.linear.dense import DenseJacobian
 from slipstick.solve.newton import NewtonOptions, newton_at
@@ -23,10 +23,10 @@ class FrozenSystem(FrequencySystem):
 
     def evaluate(self, x, parameter, context=None):
         found = super().evaluate(x, parameter, context)
-        heat = found.detail.heat
+        [heat] = found.detail.states
         compliance, tangent = self.balance.compliance(parameter), found.jacobian
         assert isinstance(compliance, Compliance) and isinstance(tangent, DenseJacobian)  # noqa: PT018
-        columns = heat_columns(self.balance, heat, compliance)
+        columns = state_columns(self.balance, heat, compliance)
         return found._replace(jacobian=DenseJacobian(tangent.matrix - columns @ power_rows(self.balance, heat)))
 
 

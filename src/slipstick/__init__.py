@@ -33,8 +33,8 @@ _PUBLIC = {
     "Material": "slipstick.fem.materials",
     "Case": "slipstick.app.case.case",
     "load_case": "slipstick.app.case.case",
-    "FrictionCurve": "slipstick.thermal.friction_curve",
-    "ThermalModel": "slipstick.thermal.model",
+    "FrictionCurve": "slipstick.state.thermal.friction_curve",
+    "ThermalModel": "slipstick.state.thermal.model",
     "Branch": "slipstick.results.branch",
     "load": "slipstick.io.loading",
     "forced_response": "slipstick.analysis.curve.response",
@@ -94,12 +94,12 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
     from slipstick.results.branch import Branch as Branch
+    from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
+    from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure
     from slipstick.structure.reduction.reduce import reduce as reduce
     from slipstick.studies.study import study as study
-    from slipstick.thermal.friction_curve import FrictionCurve as FrictionCurve
-    from slipstick.thermal.model import ThermalModel as ThermalModel
     from slipstick.trig.harmonics import Harmonics as Harmonics
 
 

@@ -88,7 +88,7 @@ def jacobians(pairs, thermal=None, **options):
     found = detail(balance, x, OMEGA, problem.inputs)
     dense = balanced(balance, x, found, balance.compliance(OMEGA)).jacobian
     compliance = FactoredCompliance(balance.receptance.factors(balance.orders, OMEGA))
-    return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance, found.heat)
+    return dense, ContactJacobian(balance, [r.by_motion for r in found.responses], compliance, found.states)
 
 
 def test_is_a_jacobian(both):

@@ -10,9 +10,9 @@ import pytest
 import slipstick as ss
 from slipstick.analysis.curve.response import forced_response, parameter_response
 from slipstick.errors import InputError, Outcome
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
-from slipstick.thermal.search import SurfaceEquilibria
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import ThermalModel
+from slipstick.state.thermal.search import SurfaceEquilibria
 
 CURVE = FrictionCurve(temperature=[25, 200, 400, 800, 1200], mu=[0.3, 0.27, 0.23, 0.18, 0.15])
 DATA = Path(__file__).parents[2] / "examples" / "blade_reduced" / "blade_reduced.npz"

@@ -12,8 +12,8 @@ import slipstick as ss
 from slipstick.analysis.curve.response import parameter_response
 from slipstick.errors import Outcome
 from slipstick.results.branch import Branch
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import ThermalModel
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")  # on purpose
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Motion
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import Heat, HeatedContacts, ThermalModel
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import Heat, HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
 
 Array = np.ndarray
@@ -70,18 +70,18 @@ def inputs(given: dict[str, Any]) -> tuple[Motion, dict[str, Array]]:
 
 
 def forces(heated: HeatedContacts, given: dict[str, Any], start: Array | None = None) -> Heat:
-    return heated.respond(LAW, *inputs(given), start)
+    return heated.settled(LAW, *inputs(given), start)
 
 
 def coupled(at: Heat, dpower: Array) -> list[Array]:
     """What heat adds to ``dF_i/dq_f`` at element e, (n, L, n, L) for each port, for own coordinates q_f."""
-    by_q = at.tangent.gain[:, :, None] * dpower[None]
-    return [at.tangent.by_temperature[i][:, :, None, None] * by_q[:, None] for i in (0, 1)]
+    by_q = at.gain[:, :, None] * dpower[None]
+    return [at.force_by_value[i][:, :, None, None] * by_q[:, None] for i in (0, 1)]
 
 
 def common(at: Heat, dpower: Array) -> Array:
     """What heat adds to the derivative of the tangential force by one parameter common to all."""
-    return at.tangent.by_temperature[0] * at.tangent.temperature(dpower)[:, None]
+    return at.force_by_value[0] * (at.gain @ dpower)[:, None]
 
 
 def central(function: Callable[[float], Array], h: float) -> Array:

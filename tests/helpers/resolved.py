@@ -8,7 +8,7 @@ import slipstick as ss
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
 from slipstick.results.measures import amplitude
-from slipstick.results.record import Point, Recorder
+from slipstick.results.record import Point, Recorder, contact_states
 from slipstick.solve.newton import NewtonOptions, newton
 
 Array = np.ndarray
@@ -16,23 +16,21 @@ Array = np.ndarray
 _NEWTON = NewtonOptions(tolerance=1e-13, max_iterations=40)
 
 
-def solved(problem: ss.Problem, omega: float, x: Array, dof: str, temperature: Array | None = None) -> dict[str, float]:
+def solved(problem: ss.Problem, omega: float, x: Array, dof: str, near: Array | None = None) -> dict[str, float]:
     """Amplitude, mean, power and highest temperature of the solution next to ``x`` (N,)."""
     balance = Balance(problem)
     system = FrequencySystem(balance, problem.inputs)
-    found = newton(
-        lambda z: system.evaluate(z, omega, temperature), x, options=_NEWTON, scale=float(np.linalg.norm(x)) or 1.0
-    )
+    found = newton(lambda z: system.evaluate(z, omega, near), x, options=_NEWTON, scale=float(np.linalg.norm(x)) or 1.0)
     assert found.correction_norm < 1e-9
     point = Point.at(found.evaluation.detail, x=found.x, residual=0.0, iterations=0, kind="", parameter=0.0, peak_of="")
     record = Recorder(balance).record(point)
     d = problem.outputs.index(dof)
-    heat = found.evaluation.detail.heat
+    states = found.evaluation.detail.states
     return {
         "amplitude": float(amplitude(balance.harmonics, record["displacement"][d]).value),
         "mean": float(record["mean"][d]),
         "dissipated_power": float(np.sum(record["dissipated_power"])),
-        "temperature": np.nan if heat is None else float(heat.temperature.max()),
+        "temperature": float(states[0].values.max()) if states else np.nan,
     }
 
 
@@ -41,14 +39,12 @@ def resolved(branch: ss.Branch, point: int, name: str, dof: str, step: float = 1
     problem = branch.problem_at(point)
     data = branch.table
     omega, x = float(data["omega"].to_numpy()[point]), branch.guess(point).reshape(-1)
-    temperature = None
-    if problem.heated is not None:
-        temperature = data["temperature"].to_numpy()[point][problem.batches[problem.heated.batch].elements]
+    near = contact_states(data, Balance(problem), point)
     value = problem.parameter(name)
     h = step * (abs(value) or 1.0)
     forward = value == 0.0 and name in ("loss_factor", "damping")  # never below 0
     places, weights = ((0, 1, 2, 3, 4), (-25, 48, -36, 16, -3)) if forward else ((1, -1, 2, -2), (8, -8, -1, 1))
-    at = [solved(problem.at_parameter(name, value + k * h), omega, x, dof, temperature) for k in places]
+    at = [solved(problem.at_parameter(name, value + k * h), omega, x, dof, near) for k in places]
     return {key: sum(w * found[key] for w, found in zip(weights, at, strict=True)) / (12 * h) for key in at[0]}
 
 

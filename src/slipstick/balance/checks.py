@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from math import isfinite
@@ -15,7 +15,7 @@ import numpy as np
 from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
 from slipstick.balance.loads import place_faults
-from slipstick.balance.warm import heat_faults
+from slipstick.balance.states import state_faults
 from slipstick.contact import traits
 from slipstick.contact.rubbing import MOTION_PARTS, common_period
 from slipstick.errors import Fault, InputError
@@ -51,7 +51,7 @@ class Known:
             yield Fault(statement=f"{own} is not among the harmonics kept, {list(self.orders)}", remedy="keep it too")
 
 
-def problem_faults(problem: Problem, wrong: Container[str] = ()) -> Iterator[Fault]:
+def problem_faults(problem: Problem, wrong: Collection[str] = ()) -> Iterator[Fault]:
     """Why the problem cannot be computed; nothing if it can. Fields that are ``wrong`` are known to be so already."""
     known = Known(
         structure=None if "structure" in wrong else problem.structure,
@@ -70,8 +70,8 @@ def problem_faults(problem: Problem, wrong: Container[str] = ()) -> Iterator[Fau
     for i, load in enumerate(problem.loads):
         faults = chain(target_faults(load, known), force_faults(load.harmonic, load.sin, load.motion, known))
         yield from (fault.inside("load", i) for fault in faults)
-    if "thermal" not in wrong:
-        yield from _heat_faults(problem)
+    if not {"thermal", "states"} & set(wrong):
+        yield from _state_faults(problem)
     if "friction" not in wrong and problem.friction < 0:
         yield Fault("friction", found=f"{problem.friction:g}", expected="a finite number >= 0")
 
@@ -250,11 +250,10 @@ def requested_faults(requested: Sequence[float], start: float, stop: float) -> l
     ]
 
 
-def _heat_faults(problem: Problem) -> Iterator[Fault]:
+def _state_faults(problem: Problem) -> Iterator[Fault]:
     try:
-        heated = problem.heated
+        states = problem.contact_states
     except InputError as error:
         yield from error.faults
         return
-    if heated is not None:
-        yield from heat_faults(problem.contacts, problem.batches[heated.batch], heated)
+    yield from state_faults(problem.contacts, problem.batches, states)

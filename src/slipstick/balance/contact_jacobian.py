@@ -6,6 +6,7 @@ modes and residuals.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance, Tangents
-    from slipstick.thermal.model import Heat
+    from slipstick.state.contact_state import Carried
 
 
 class ContactJacobian(IterativeJacobian):
@@ -32,12 +33,13 @@ class ContactJacobian(IterativeJacobian):
     """
 
     def __init__(
-        self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, heat: Heat | None = None
+        self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
         self._elements = [Elements(balance, k, given) for k, given in enumerate(tangents)]
-        if heat is not None:
-            self._elements[heat.batch].warm(heat)
+        for carried in states:
+            if not carried.state.slow:
+                self._elements[carried.batch].feed_back(carried)
 
     @property
     def size(self) -> int:
@@ -72,8 +74,8 @@ class ContactJacobian(IterativeJacobian):
         X, sizes = self._rows(np.abs(x)), self._rows(None)
         for own in self._elements:
             moved = (np.abs(own.tangent) @ own.gather(X)[:, :, None])[:, :, 0]
-            if own.heat is not None:
-                rows, gain, columns = map(np.abs, own.heat)
+            if own.fed_back is not None:
+                rows, gain, columns = map(np.abs, own.fed_back)
                 moved += (gain @ np.einsum("nk,nk->n", rows, own.gather(X)))[:, None] * columns
             own.scatter(moved, sizes)
         G = _complex(sizes[:-1], self._L).real + _complex(sizes[:-1], self._L).imag

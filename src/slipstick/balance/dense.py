@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipstick.balance.compliance import Compliance, sums
-from slipstick.balance.heat import heat_columns, power_rows
+from slipstick.balance.states import power_rows, state_columns
 from slipstick.contact.law import add_to
 from slipstick.solve.linear.dense import DenseJacobian
-from slipstick.thermal.model import Heat
+from slipstick.state.contact_state import Carried
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -22,13 +22,13 @@ Own = Mapping[tuple[int, int], Array]
 
 
 def dense_jacobian(
-    balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None = None
+    balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried] = ()
 ) -> DenseJacobian:
-    """``I + A dF/dX`` (N, N), with what heat adds; written when and where it is asked for."""
-    return DenseJacobian(lambda out: _write(balance, tangents, compliance, heat, out), balance.size)
+    """``I + A dF/dX`` (N, N), with what contact states add; written when and where it is asked for."""
+    return DenseJacobian(lambda out: _write(balance, tangents, compliance, states, out), balance.size)
 
 
-def _write(balance: Balance, tangents: Tangents, compliance: Compliance, heat: Heat | None, out: Array) -> None:
+def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried], out: Array) -> None:
     N, add = balance.size, sums().add_products
     out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
     for k, given in enumerate(tangents):
@@ -38,8 +38,8 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, heat: H
             if members.size:
                 fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
                 add(compliance.value, fit, members, felt, moving, out.T)
-    if heat is not None:
-        out[:N, :N] += heat_columns(balance, heat, compliance) @ power_rows(balance, heat)
+    for carried in states:
+        out[:N, :N] += state_columns(balance, carried, compliance) @ power_rows(balance, carried)
 
 
 def _anchored(balance: Balance, k: Array, number: int, given: Own) -> Own:

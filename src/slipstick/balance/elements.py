@@ -11,7 +11,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.ports import Balance
-    from slipstick.thermal.model import Heat
+    from slipstick.state.contact_state import Carried
 
 
 class Elements:
@@ -29,21 +29,21 @@ class Elements:
             tangent[:, i, :, j, :] = part * self._here(i, j)
         self.tangent = tangent.reshape(n, p * L, p * L)
         self.own = self.tangent  # as far as an element answers to its own motion
-        self.heat: tuple[Array, Array, Array] | None = None
+        self.fed_back: tuple[Array, Array, Array] | None = None
 
     def _here(self, *ports: int) -> Array:
         return np.asarray(np.all(self.rows[:, list(ports)] >= 0, axis=1), dtype=float)[:, None, None]
 
-    def warm(self, heat: Heat) -> None:
-        """Add what friction heat does: powers by motion (n, p L), gain (n, n), forces by temperature (n, p L)."""
+    def feed_back(self, carried: Carried) -> None:
+        """Add what a state does: powers by motion (n, p L), gain (n, n), forces by the state (n, p L)."""
         n, p, L = self.shape
         power, force = np.zeros((n, p, L)), np.zeros((n, p, L))
-        for j, part in heat.power.by_motion.items():
+        for j, part in carried.power.by_motion.items():
             power[:, j] = part * self._here(j)[:, 0]
-        for i, part in heat.tangent.by_temperature.items():
+        for i, part in carried.force_by_value.items():
             force[:, i] = part * self._here(i)[:, 0]
-        rows, columns, gain = power.reshape(n, -1), force.reshape(n, -1), heat.tangent.gain
-        self.heat = rows, gain, columns
+        rows, columns, gain = power.reshape(n, -1), force.reshape(n, -1), carried.gain
+        self.fed_back = rows, gain, columns
         self.own = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
 
     def gather(self, X: Array) -> Array:
@@ -66,8 +66,8 @@ class Elements:
         """``dF/dX q`` for motion (n, p L) of the elements, or with the transpose."""
         tangent = self.tangent.transpose(0, 2, 1) if transposed else self.tangent
         found = (tangent @ q[:, :, None])[:, :, 0]
-        if self.heat is not None:
-            rows, gain, columns = self.heat
+        if self.fed_back is not None:
+            rows, gain, columns = self.fed_back
             if transposed:
                 found += (gain.T @ np.einsum("nk,nk->n", columns, q))[:, None] * rows
             else:

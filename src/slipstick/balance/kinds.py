@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from slipstick.balance.compliance import Compliance
@@ -11,8 +11,8 @@ from slipstick.balance.dense import dense_jacobian
 from slipstick.balance.factored import FactoredCompliance
 from slipstick.errors import Fault, InputError
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.state.contact_state import Carried
 from slipstick.structure.protocol import Receptance
-from slipstick.thermal.model import Heat
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ class Kind(Protocol):
         ...
 
     def jacobian(
-        self, balance: Balance, tangents: Tangents, compliance: AnyCompliance, heat: Heat | None = None
+        self, balance: Balance, tangents: Tangents, compliance: AnyCompliance, states: Sequence[Carried] = ()
     ) -> Jacobian:
-        """``I + A dF/dX`` of tangents by batch, with what heat adds."""
+        """``I + A dF/dX`` of tangents by batch, with what contact states add."""
         ...
 
 
@@ -60,9 +60,11 @@ class WrittenOut:
         """With all entries."""
         return Compliance(receptance, orders, omega, along)
 
-    def jacobian(self, balance: Balance, tangents: Tangents, compliance: Any, heat: Heat | None = None) -> Jacobian:
+    def jacobian(
+        self, balance: Balance, tangents: Tangents, compliance: Any, states: Sequence[Carried] = ()
+    ) -> Jacobian:
         """With all entries."""
-        return dense_jacobian(balance, tangents, compliance, heat)
+        return dense_jacobian(balance, tangents, compliance, states)
 
 
 class Products:
@@ -76,9 +78,11 @@ class Products:
         """By its modes."""
         return FactoredCompliance(receptance.factors(orders, omega, along))
 
-    def jacobian(self, balance: Balance, tangents: Tangents, compliance: Any, heat: Heat | None = None) -> Jacobian:
+    def jacobian(
+        self, balance: Balance, tangents: Tangents, compliance: Any, states: Sequence[Carried] = ()
+    ) -> Jacobian:
         """By its products."""
-        return ContactJacobian(balance, tangents, compliance, heat)
+        return ContactJacobian(balance, tangents, compliance, states)
 
 
 KINDS: Mapping[str, Kind] = {kind.name: kind for kind in (WrittenOut(), Products())}

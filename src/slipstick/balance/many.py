@@ -23,10 +23,10 @@ from slipstick.typing import Array
 def evaluated_together(balance: Balance) -> bool:
     """Whether states of a balance can be evaluated together.
 
-    Not with heat, which depends on the neighbouring solution, and not in the forms of the equations that are made for
-    one frequency at a time.
+    Not with contact states, which depend on the neighbouring solution, and not in the forms of the equations that are
+    made for one frequency at a time.
     """
-    return balance.heated is None and balance.springs is None and balance.kind.name == "dense"
+    return not balance.states and balance.springs is None and balance.kind.name == "dense"
 
 
 def respond(

@@ -27,8 +27,8 @@ def _rows(problem: Problem) -> Iterator[tuple[str, Any]]:
     for pair in problem.contacts[:1]:
         kinds = dict.fromkeys(type(own.contact).__name__ for own in problem.contacts)
         yield "contacts", f"{some(problem.elements)} ({some(kinds)}); first: {_numbers(pair)}"
-    if problem.heated is not None:
-        yield "heated", some(problem.heated.names)
+    for state in problem.contact_states:
+        yield state.has, some(state.names)
     if problem.loads:
         yield "loads", some((f"{load.target} (harmonic {load.harmonic})" for load in problem.loads), 4)
     if problem.relative:

@@ -21,6 +21,7 @@ from slipstick.faults import suggestion, text
 from slipstick.structure.dynamic import structure_values
 
 if TYPE_CHECKING:
+    from slipstick.balance.batches import Batch
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
 
@@ -61,11 +62,9 @@ class Target:
     structure: bool = False
     """Whether it is a parameter of the structure."""
 
-    def elements(self, problem: Problem) -> list[int]:
-        """Their places in the heated batch."""
-        heated = problem.heated
-        own = problem.batches[heated.batch].members if heated is not None else ()
-        return [own.index(member) for member in self.members if member in own]
+    def places(self, batch: Batch) -> list[int]:
+        """Their places in a batch."""
+        return [batch.members.index(member) for member in self.members if member in batch.members]
 
 
 def parameter_target(problem: Parts, name: str) -> Target:
@@ -166,7 +165,7 @@ def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
         constant = pair.given.get("normal", (None,)) == (None,) and not any(
             name.startswith("normal_") and np.any(value) for name, value in pair.rubbing.components()
         )
-        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.heated is not None:
+        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.contact_states:
             continue
         for k in range(len(pair)):
             same = tuple(

@@ -19,9 +19,9 @@ from slipstick.balance.kinds import KINDS, MOST_UNKNOWNS, AnyCompliance, Kind, k
 from slipstick.balance.problem import Problem
 from slipstick.contact.law import Motion
 from slipstick.solve.linear.jacobian import Jacobian
+from slipstick.state.contact_state import Carried
 from slipstick.structure.dynamic import adjusted
 from slipstick.structure.protocol import Receptance
-from slipstick.thermal.model import Heat
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, ComplexArray
 
@@ -66,23 +66,36 @@ class Balance:
         self.receptance = self.rows_to(self.directions)
         self._asked, self.kind = kind, kind_of(kind, self.receptance, self.size)
         self.springs: Array | None = None
-        self.heated = problem.heated
+        self.states = problem.contact_states
 
     def narrowed(self, harmonics: Harmonics) -> Balance:
         """The same with some of the harmonics; the structure is not projected again."""
         own = copy(self)
         own.problem = replace(self.problem, harmonics=harmonics, told=None)
         own.harmonics, own.orders, own.L = harmonics, harmonics.m.astype(float), harmonics.size
-        own.batches, own.heated = own.problem.batches, own.problem.heated
+        own.batches, own.states = own.problem.batches, own.problem.contact_states
         own.size = own.n_ports * own.L
         if self.springs is None:
             own.kind = kind_of(self._asked, self.receptance, own.size)
         return own
 
+    def holding(self) -> Balance:
+        """The same with every contact state held where it is handed on."""
+        own = copy(self)
+        own.states = tuple(state.held() for state in self.states)
+        return own
+
     @property
-    def heated_names(self) -> list[str]:
-        """Names of the heated contacts."""
-        return [] if self.heated is None else list(self.heated.names)
+    def n_states(self) -> int:
+        """How many values the contact states have together."""
+        return sum(len(state.names) for state in self.states)
+
+    def by_state(self, values: Array | None) -> list[Array | None]:
+        """Values (n_states,) of all contact states for each; None where there are none."""
+        if values is None or len(self.states) == 1:
+            return [values] * len(self.states)
+        ends = np.cumsum([len(state.names) for state in self.states])
+        return list(np.split(values, ends[:-1]))
 
     def rows_to(self, rows: Array) -> Receptance:
         """Receptance from the contact forces and loads to other directions ``rows`` (n_dofs, n_rows)."""
@@ -187,9 +200,9 @@ class Balance:
         """``A (F - P)`` (N,)."""
         return compliance.answer(self.excitation(forces, P))
 
-    def jacobian(self, tangents: Tangents, compliance: AnyCompliance, heat: Heat | None = None) -> Jacobian:
-        """``I + A dF/dX``, with what heat adds."""
-        return self.kind.jacobian(self, tangents, compliance, heat)
+    def jacobian(self, tangents: Tangents, compliance: AnyCompliance, states: Sequence[Carried] = ()) -> Jacobian:
+        """``I + A dF/dX``, with what contact states add."""
+        return self.kind.jacobian(self, tangents, compliance, states)
 
     def gather(self, own: Sequence[Array], shape: tuple[int, ...] = ()) -> Array:
         """Values (n, ...) by batch, in the order of the problem's elements (n_contacts, ...)."""

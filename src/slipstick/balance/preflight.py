@@ -127,16 +127,13 @@ def _ratio_warnings(problem: Problem, natural: Array, low: float, high: float) -
 
 
 def _sum_warnings(problem: Problem) -> Iterator[str]:
-    """Loads that were perhaps given twice, and heat that nothing depends on."""
+    """Loads that were perhaps given twice, and what looks wrong in contact states."""
     counted = Counter((load.target, load) for load in problem.loads if load.cos or load.sin)
     for (target, load), times in counted.items():
         if times > 1:
             yield f"load on '{target}', harmonic {load.harmonic}: given {times} times alike; their forces add up"
-    if problem.thermal is not None and not problem.thermal.parameters:
-        yield (
-            "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the results "
-            "are those of cold contacts, with their temperatures beside"
-        )
+    for state in problem.contact_states:
+        yield from state.warnings()
 
 
 def _harmonic_warnings(problem: Problem) -> Iterator[str]:

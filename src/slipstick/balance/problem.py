@@ -19,9 +19,8 @@ from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
 from slipstick.balance.preflight import problem_warnings
-from slipstick.balance.warm import cold_pairs
+from slipstick.balance.states import pairs_at_start
 from slipstick.contact import traits
-from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -36,9 +35,10 @@ from slipstick.faults import (
     whole,
     wrong,
 )
+from slipstick.state.contact_state import ContactState, StateModel
+from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.dynamic import structure_values
 from slipstick.structure.protocol import Structure
-from slipstick.thermal.model import HeatedContacts, ThermalModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Orders, Real
 from slipstick.units import Units
@@ -77,6 +77,8 @@ class Problem:
     thermal
         How friction heats the contacts and what that does to mu, kt, kn: these then stand for the values at the
         background temperature and are taken from the curves. None: nothing depends on temperature.
+    states
+        What contacts carry besides: models of your own, each a ``slipstick.state.contact_state.StateModel``.
     told
         Warnings that were given already, here or by the problem this one is a copy of. None: none is given, neither
         here nor for a curve; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
@@ -105,6 +107,7 @@ class Problem:
     friction: float
     thermal: ThermalModel | None
     told: frozenset[str] | None = field(repr=False, compare=False)
+    states: Sequence[StateModel] = ()  # pickles of before have none
 
     def __init__(
         self,
@@ -120,12 +123,13 @@ class Problem:
         load: Real = 1.0,
         friction: Real = 1.0,
         thermal: ThermalModel | None = None,
+        states: StateModel | Iterable[StateModel] = (),
         told: Iterable[str] | None = frozenset(),
     ) -> None:
         given = {
             "structure": structure, "contacts": contacts, "loads": loads, "harmonics": harmonics, "outputs": outputs,
             "period_ratio": period_ratio, "title": title, "units": units, "load": load, "friction": friction,
-            "thermal": thermal, "told": told,
+            "thermal": thermal, "states": states, "told": told,
         }  # fmt: skip
         for name, value in given.items():
             object.__setattr__(self, name, value)
@@ -138,9 +142,8 @@ class Problem:
         faults += problem_faults(self, wrong)
         if faults:
             raise InputError(faults)
-        if self.heated is not None:
-            batch = self.batches[self.heated.batch]
-            object.__setattr__(self, "contacts", cold_pairs(self.contacts, batch, self.heated))
+        for state in self.contact_states if self.batches else ():
+            object.__setattr__(self, "contacts", pairs_at_start(self.contacts, self.batches[state.batch], state))
         if self.told is not None:
             self.warn(problem_warnings(self))
 
@@ -180,15 +183,13 @@ class Problem:
         return tuple(name for pair in self.contacts for name in pair.elements)
 
     @cached_property
-    def heated(self) -> HeatedContacts | None:
-        """The thermal model for the contacts it heats, those of one kind of law, in their order; or None."""
-        if self.thermal is None:
-            return None
-        curves = set(self.thermal.parameters)
-        follow = [k for k, batch in enumerate(self.batches) if curves & set(batch.law.values)] or [0]
-        follow.sort(key=lambda k: not is_friction(self.batches[k].law))  # another law may call a parameter the same
-        names = [self.elements[e] for batch in self.batches[follow[0] :][:1] for e in batch.numbers]
-        return replace(self.thermal.elements(names), batch=follow[0])
+    def contact_states(self) -> tuple[ContactState, ...]:
+        """What contacts carry beside motion, each state for those of one kind of law; slow ones first."""
+        models = [*([] if self.thermal is None else [self.thermal]), *self.states]
+        laws = [batch.law for batch in self.batches]
+        names = [[self.elements[e] for e in batch.numbers] for batch in self.batches]
+        found = [state for model in models for state in model.of(laws, names)]
+        return tuple(sorted(found, key=lambda state: not state.slow))
 
     @cached_property
     def orders(self) -> tuple[int, int]:
@@ -258,12 +259,10 @@ class Problem:
     def parameter_target(self, name: str) -> Target:
         """What a named parameter such as "tip.velocity", "load.x.phase" or "load" is; InputError if there is none."""
         target = parameter_target(self, name)
-        if self.heated is not None and target.members and self.heated.follows(target.quantity, target.elements(self)):
-            raise InputError(
-                Fault(
-                    statement=f"{name} follows the temperature by its table", remedy="use the factor 'friction' instead"
-                )
-            )
+        for state in self.contact_states if target.members else ():
+            fault = state.parameter_fault(name, target.quantity, target.places(self.batches[state.batch]))
+            if fault is not None:
+                raise InputError(fault)
         return target
 
     def parameter(self, name: str) -> float:
@@ -310,6 +309,8 @@ def _right_kinds(problem: Problem) -> tuple[dict[str, Any], list[Fault]]:
         values["outputs"] = found.take(names, "outputs", problem.outputs)
     if problem.thermal is not None:
         found.take(one, "thermal", problem.thermal, ThermalModel, "an ss.ThermalModel or None")
+    states = found.take(several, "states", problem.states, StateModel, "a StateModel")
+    values["states"] = states
     if problem.told is not None:
         values["told"] = found.take(names, "told", problem.told, "warnings given already, or None")
         values["told"] = frozenset(values["told"] or ())

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from slipstick.balance.heat import Heat, heat_change
 from slipstick.balance.inputs import Given, Inputs
 from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance, ComplexArray, Forces
+from slipstick.balance.states import add_force_changes, power_rows
 from slipstick.contact import traits
 from slipstick.contact.law import Response, add_to
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.norm import norm
+from slipstick.state.contact_state import Carried, respond
 from slipstick.typing import Array
 
 
@@ -34,7 +35,7 @@ class Adapted(Protocol):
 
     @property
     def given(self) -> Array:
-        """The context with which the same harmonics are in use, near the same temperatures."""
+        """The context with which the same harmonics are in use, near the same contact states."""
         ...
 
 
@@ -46,17 +47,30 @@ class Detail:
     """One for each batch; none where they are still to be had (``balance.many``)."""
     inputs: Inputs
     omega: float
-    heat: Heat | None = None
+    states: tuple[Carried, ...] = ()
+    """What the contacts carry beside motion, in the order of the balance."""
     adapted: Adapted | None = None
     """Which harmonics are in use; None: all."""
 
     @property
-    def warm(self) -> Inputs:
-        """The inputs with the parameters that the laws were asked with: at the contact temperatures."""
-        if self.heat is None:
+    def asked(self) -> Inputs:
+        """The inputs with the parameters that the laws were asked with: at the contact states."""
+        if not self.states:
             return self.inputs
         given = zip(self.inputs.batches, self.responses, strict=True)
         return replace(self.inputs, batches=tuple(own.changed(**response.values) for own, response in given))
+
+    @property
+    def carried(self) -> Array | None:
+        """Values of the contact states (n_states,), near which those of the next points are sought."""
+        if len(self.states) == 1:
+            return self.states[0].values
+        return np.concatenate([own.values for own in self.states]) if self.states else None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the equilibrium of some state near the values handed on has vanished."""
+        return bool(self.states) and any(own.lost for own in self.states)
 
     @property
     def forces(self) -> Forces:
@@ -75,21 +89,28 @@ class Balanced:
     detail: Detail
 
 
-def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, temperature: Array | None = None) -> Detail:
-    """Forces, and heat if any, at unknowns (N,): the one place where laws meet the motion.
+def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array | None = None) -> Detail:
+    """Forces, and contact states if any, at unknowns (N,): the one place where laws meet the motion.
 
-    ``temperature`` (n_contacts,) is that of the neighbouring solution, near which this one is sought; cold without it.
+    ``near`` (n_states,) are the states of the neighbouring solution, near which these are sought; from their start
+    without it.
     """
     responses: list[Response] = []
-    heat: Heat | None = None
+    states: dict[int, Carried] = {}
     for k, given in enumerate(inputs.batches):
         batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
-        if balance.heated is not None and balance.heated.batch == k:
-            heat = balance.heated.respond(batch.law, motion, given.values, temperature)
-            responses.append(heat.response)
+        own = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
+        if own:
+            values = balance.by_state(near)
+            response, carried = respond(
+                [balance.states[s] for s in own], batch.law, motion, given.values, [values[s] for s in own]
+            )
+            responses.append(response)
+            states |= zip(own, carried, strict=True)
         else:
             responses.append(batch.law.respond(motion, given.values))
-    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, heat=heat)
+    in_order = tuple(states[s] for s in sorted(states)) if states else ()
+    return Detail(responses=tuple(responses), inputs=inputs, omega=omega, states=in_order)
 
 
 def unanswered(inputs: Inputs, omega: float) -> Detail:
@@ -101,7 +122,7 @@ def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyComplianc
     """Residual and Jacobian from the forces at unknowns (N,)."""
     G = balance.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)
-    jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.heat)
+    jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.states)
     return Balanced(
         residual=x + compliance.answer(G), jacobian=jacobian, G=G, compliance=compliance,
         detail=found,
@@ -125,10 +146,12 @@ def terms(balance: Balance, x: Array, at: Balanced) -> Array:
     return np.concatenate([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)], axis=1).reshape(-1)
 
 
-def force_rates(balance: Balance, found: Detail, dx: Array, own: Forces, dpower: Array | None = None) -> Forces:
+def force_rates(
+    balance: Balance, found: Detail, dx: Array, own: Forces, dpowers: Iterable[Array] = ()
+) -> Forces:  # fmt: skip
     """Change of the forces for a change ``dx`` (N,) of the motion, with changes ``own`` at fixed motion besides.
 
-    ``dpower`` (n,) is the change of the heated contacts' powers at fixed motion and temperature.
+    ``dpowers`` (n,) are changes of the powers that drive each contact state, at fixed motion and states.
     """
     changed = []
     for response, moved, extra in zip(found.responses, balance.spread(dx), own, strict=True):
@@ -138,8 +161,11 @@ def force_rates(balance: Balance, found: Detail, dx: Array, own: Forces, dpower:
                 part = np.einsum("cij,cj->ci", tangent, moved[j])
                 add_to(total, i, part)
         changed.append(total)
-    if found.heat is not None:
-        heat_change(balance, found.heat, dx, dpower, changed)
+    if found.states:
+        total_power = [
+            power_rows(balance, state) @ dx + dpower for state, dpower in zip(found.states, dpowers, strict=True)
+        ]
+        add_force_changes(found.states, total_power, changed)
     return changed
 
 

@@ -7,19 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.balance.heat import heated, power_along, warm_direction
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
+from slipstick.balance.states import answer_to_powers, at_states, power_along
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
-
-
-def _context(found: Detail) -> Array | None:
-    """Contact temperatures, near which those of the next points are sought; None where nothing is heated."""
-    return None if found.heat is None else found.heat.temperature
 
 
 class FrequencySystem:
@@ -34,30 +29,30 @@ class FrequencySystem:
 
     def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
         """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite, and
-        where the thermal equilibrium near the temperatures of ``context`` has vanished.
+        where the equilibrium of a contact state near that of ``context`` has vanished.
 
-        ``context`` holds the temperatures (n,) of the accepted point before, near which these are sought.
+        ``context`` holds the contact states (n_states,) of the accepted point before, near which these are sought.
         """
         if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
             return Evaluation.undefined(x.size)
         balance = self.balance
         found = detail(balance, x, parameter, self.inputs, context)
-        if found.heat is not None and found.heat.lost:
+        if found.lost:
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
         slope = at.compliance.rate(at.G)
         slopes = by_omega(found)
         if any(slopes):
             slope += at.compliance.answer(balance.excitation(slopes))
-        if found.heat is not None:
-            slope += heated(balance, found.heat, found.heat.power.omega, at.compliance)
-        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
+        if found.states:
+            slope += answer_to_powers(balance, found.states, (own.power.omega for own in found.states), at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), found.carried)
 
     def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
         """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
         own = [{i: rate * part for i, part in slopes.items()} for slopes in by_omega(found)]
-        dpower = None if found.heat is None else rate * found.heat.power.omega
-        return force_rates(self.balance, found, dx, own, dpower), np.zeros_like(found.inputs.P)
+        dpowers = (rate * carried.power.omega for carried in found.states)
+        return force_rates(self.balance, found, dx, own, dpowers), np.zeros_like(found.inputs.P)
 
 
 class ParameterSystem:
@@ -78,23 +73,24 @@ class ParameterSystem:
         balance = self.balance
         inputs, direction = self.path.at(parameter)
         found = detail(balance, x, self.omega, inputs, context)
-        if found.heat is not None and found.heat.lost:
+        if found.lost:
             return Evaluation.undefined(x.size)
         at = balanced(balance, x, found, self._compliance(inputs, direction))
-        direction = _warm(found, direction)
+        direction = at_states(found.states, direction)
         slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)
         if direction.structure:
             slope += at.compliance.rate(at.G)
-        if found.heat is not None:
-            slope += heated(balance, found.heat, power_along(found.heat, direction), at.compliance)
-        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), _context(found))
+        if found.states:
+            dpowers = (power_along(own, direction) for own in found.states)
+            slope += answer_to_powers(balance, found.states, dpowers, at.compliance)
+        return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), found.carried)
 
     def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Forces, Array]:
         """Change of the forces and of the loads at ``parameter`` for changes ``dx`` (N,) and ``rate`` of it."""
-        direction = _warm(found, self.path.at(parameter)[1])
+        direction = at_states(found.states, self.path.at(parameter)[1])
         own = [{i: rate * part for i, part in slopes.items()} for slopes in by_inputs(found, direction)]
-        dpower = None if found.heat is None else rate * power_along(found.heat, direction)
-        return force_rates(self.balance, found, dx, own, dpower), rate * direction.P
+        dpowers = (rate * power_along(carried, direction) for carried in found.states)
+        return force_rates(self.balance, found, dx, own, dpowers), rate * direction.P
 
     def _compliance(self, inputs: Inputs, direction: Inputs) -> AnyCompliance:
         if not (inputs.structure or direction.structure):
@@ -103,7 +99,3 @@ class ParameterSystem:
 
 
 AnySystem = FrequencySystem | ParameterSystem
-
-
-def _warm(found: Detail, direction: Inputs) -> Inputs:
-    return direction if found.heat is None else warm_direction(found.heat, direction)

@@ -24,11 +24,10 @@ from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
 from slipstick.results.table import ResultTable
+from slipstick.state.known import STORED_STATES
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.skin import Skin
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import AnyArray
 from slipstick.units import Units
@@ -46,8 +45,13 @@ def _by_fields(thing: Any) -> dict[str, Any]:
     return {f.name: getattr(thing, f.name) for f in fields(thing) if f.name != "_"}
 
 
+def _arguments(problem: Problem) -> dict[str, Any]:
+    """Without what programs of before do not know, where there is none of it."""
+    return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
+
+
 STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
-    "problem": (Problem, _by_fields),
+    "problem": (Problem, _arguments),
     "matrices": (MatrixStructure, lambda s: s.arguments),
     "modes": (ModalStructure, lambda s: s.arguments),
     "load shape": (LoadShape, _by_fields),
@@ -58,8 +62,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),
     "units": (Units, _by_fields),
-    "thermal": (ThermalModel, _by_fields),
-    "friction curve": (FrictionCurve, lambda c: {**c.tables, "interpolation": c.interpolation}),
+    **STORED_STATES,
 }
 """What may stand in a file: a word for each class, and the arguments that make an equal one."""
 

@@ -11,6 +11,7 @@ from slipstick.report.encoding import Indices, packed
 from slipstick.results.measures import phase_of
 from slipstick.results.schema import branch_parts, is_self_excited
 from slipstick.results.stability import between_known
+from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import Array
 from slipstick.units import after_number, power_unit
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
 _FIRST = (
-    "dissipated_power", "temperature", "friction_coefficient", "stick_fraction", "slip_fraction", "separation_fraction"
+    "dissipated_power", *(own.name for own in STATE_VARIABLES), "friction_coefficient",
+    "stick_fraction", "slip_fraction", "separation_fraction",
 )  # fmt: skip
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 _OVER = {

@@ -19,6 +19,7 @@ from slipstick.results.bifurcations import Bifurcation, bifurcations_of
 from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
 from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
+from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Frequency, Names
 from slipstick.units import Units
@@ -234,10 +235,10 @@ class Branch:
         """All thermal equilibria at the motion of a point, of which the branch holds the one next to its neighbours.
 
         For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
-        (``slipstick.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
+        (``slipstick.state.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
         d, problem = self.point(point), self.problem_at(point)
-        heated = problem.heated
+        heated = next((own for own in problem.contact_states if isinstance(own, HeatedContacts)), None)
         if heated is None:
             raise InputError("no contact of this branch is heated; give the problem a thermal model")
         batch, given = problem.batches[heated.batch], problem.inputs.batches[heated.batch]

@@ -19,7 +19,7 @@ from slipstick.contact import traits
 from slipstick.contact.law import Response
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
-from slipstick.results.schema import Layout, law_variables, layout_of
+from slipstick.results.schema import Layout, law_variables, layout_of, state_names
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
@@ -279,10 +279,9 @@ class Recorder:
         found["rubbing_motion"][:, at] = _stack([g.motion[0] for g in given], shape)
         normal = batch.law.ports.index("normal") if "normal" in batch.law.ports else None
         found["normal_motion"][:, at] = 0.0 if normal is None else _stack([g.motion[normal] for g in given], shape)
-        heat = [p.detail.heat for p in points]
-        hot = [h if h is not None and h.batch == k else None for h in heat]
-        if any(h is not None for h in hot):
-            found["temperature"][:, at] = _stack([h.temperature for h in hot if h is not None], shape[:1])
+        for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
+            if state.batch == k:
+                found[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
         for name, variable in law_variables(batch.law).items():
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
             shown = (batch.count, *found[name].shape[2:])
@@ -305,6 +304,16 @@ def unknowns(table: ResultTable, problem: Problem, point: int) -> Array:
         for name, port in zip(batch.law.ports, batch.ports, strict=True)
     )
     return np.concatenate(list(ports))
+
+
+def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | None:
+    """Values of the contact states (n_states,) at a point of results; None where none are known."""
+    names = state_names(balance.problem)
+    if not names or any(name not in table for name in names):
+        return None
+    places = [balance.batches[state.batch].elements for state in balance.states]
+    own = np.concatenate([table[name].to_numpy()[point][at] for name, at in zip(names, places, strict=True)])
+    return own if np.all(np.isfinite(own)) else None
 
 
 def _in_use(balance: Balance, point: Point) -> int:

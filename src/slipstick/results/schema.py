@@ -21,6 +21,7 @@ from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import InputError, Outcome
 from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, ranks
 from slipstick.results.table import ResultColumn, ResultTable
+from slipstick.state.known import STATE_VARIABLES
 from slipstick.typing import AnyArray, Array
 from slipstick.units import ANGULAR
 
@@ -76,7 +77,7 @@ VARIABLES: dict[str, Declared] = {
     "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the mean)"),
     "mean": Declared(("dof",), "length", "mean"),
     "dissipated_power": Declared(("contact",), "force length/time", "dissipated power"),
-    "temperature": Declared(("contact",), "temperature", "contact temperature"),
+    **{own.name: Declared(("contact",), own.units, own.long_name) for own in STATE_VARIABLES},
     "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),
     "rubbing_motion": Declared(("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
     "normal_motion": Declared(
@@ -98,7 +99,7 @@ VARIABLES: dict[str, Declared] = {
     ),
     "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
 }  # fmt: skip
-"""Every variable that does not depend on the contact laws; these bring their own (``contact.traits.variables``)."""
+"""Every variable that does not depend on the contact laws and a user's own contact states; these bring theirs."""
 
 STABILITY: dict[str, Declared] = {
     "multiplier": Declared(("rank", "part"), "1", "Floquet multipliers, the largest first"),
@@ -235,6 +236,19 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
             yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
         for name, own in law_variables(batch.law).items():
             yield name, Declared(("contact", *own.dims), own.units, own.long_name)
+    for name, state in zip(state_names(problem), problem.contact_states, strict=True):
+        if name not in VARIABLES:
+            yield name, Declared(("contact",), state.variable.units, state.variable.long_name)
+
+
+def state_names(problem: Problem) -> list[str]:
+    """What results call the values of each contact state; "state_" comes before a name that means something else."""
+    laws = {name for batch in problem.batches for name in law_variables(batch.law)}
+    taken = {*VARIABLES, *STABILITY, *_DIMENSIONS, *laws} - {own.name for own in STATE_VARIABLES}
+    return [
+        f"state_{own.variable.name}" if own.variable.name in taken else own.variable.name
+        for own in problem.contact_states
+    ]
 
 
 def law_variables(law: Law) -> dict[str, traits.Variable]:

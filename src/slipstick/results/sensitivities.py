@@ -12,7 +12,7 @@ from slipstick.balance.load_parameters import load_names
 from slipstick.balance.parameters import parameter_path, parameter_units
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, names
-from slipstick.results.schema import VARIABLES
+from slipstick.results.schema import VARIABLES, state_names
 from slipstick.structure.dynamic import structure_values
 from slipstick.typing import Array
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def parameter_names(problem: Problem, given: Any = None) -> tuple[str, ...]:
     """The parameters asked for; by default those of every contact pair, every load and the structure.
 
-    By default those are left out that follow the temperature by their table, or that stand for nothing.
+    By default those are left out that a contact state gives, or that stand for nothing.
 
     Raises
     ------
@@ -80,7 +80,8 @@ class PointDerivatives(NamedTuple):
     amplitude: Array
     mean: Array
     dissipated_power: Array
-    temperature: Array
+    states: Array
+    """Of the largest value under each name of ``state_names``, (n_names, n_parameters)."""
     followed: Array
     """Of the place of a peak along the branch; nan where it is no smooth one, whose height then changes otherwise."""
 
@@ -89,9 +90,8 @@ SUBJECTS = {
     "amplitude": "amplitude of {dof}",
     "mean": "mean of {dof}",
     "dissipated_power": "dissipated power of all contacts",
-    "temperature": "temperature of the hottest contact",
 }
-"""What is differentiated, by the name of its variable."""
+"""What is differentiated, by the name of its variable; besides these, each contact state."""
 
 
 def sensitivity_dataset(
@@ -104,12 +104,15 @@ def sensitivity_dataset(
     assert problem is not None
     label = problem.units.label
     by = [label(parameter_units(problem, name)) for name in parameters]
-    found = {name: np.array([getattr(p, name) for p in points]).T for name in PointDerivatives._fields}
+    found = {name: np.array([getattr(p, name) for p in points]).T for name in (*SUBJECTS, "followed")}
+    subjects = {name: (subject.format(dof=dof), VARIABLES[name].units) for name, subject in SUBJECTS.items()}
+    for s, (name, state) in enumerate(dict(zip(state_names(problem), problem.contact_states, strict=True)).items()):
+        found[name] = np.array([p.states[s] for p in points]).T
+        subjects[name] = state.extreme_name, state.variable.units
     data: dict[str, Any] = {}
-    for name, subject in SUBJECTS.items():
-        if name != "temperature" or problem.heated is not None:
-            meaning = {"long_name": f"derivative of the {subject.format(dof=dof)}", "of": label(VARIABLES[name].units)}
-            data[name] = (("parameter", "point"), found[name], meaning)
+    for name, (subject, units) in subjects.items():
+        meaning = {"long_name": f"derivative of the {subject}", "of": label(units)}
+        data[name] = (("parameter", "point"), found[name], meaning)
     of = table["peak_dof"].to_numpy() == branch.dof_index(dof)
     peaks, where = np.flatnonzero(of), table[followed]
     place = {"long_name": f"derivative of where {dof} peaks", "of": str(where.attrs.get("units", "1"))}

@@ -127,7 +127,7 @@ def _columns(wide: Harmonics, own: Harmonics) -> Sequence[int]:
 
 def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> Response:
     """One batch in the wider set at every point; elements of the first point first."""
-    return respond(balance, k, np.array([p.x for p in points]), omega, [p.detail.warm for p in points], wide)
+    return respond(balance, k, np.array([p.x for p in points]), omega, [p.detail.asked for p in points], wide)
 
 
 def _changes(balance: Balance, tangents: Sequence[Mapping[tuple[int, int], Array]], change: Array) -> Array:

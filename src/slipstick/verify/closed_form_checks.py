@@ -98,8 +98,8 @@ def _separation() -> ExpectedFound:
 
 def _hot(mu: NDArray[np.float64], T: NDArray[np.float64]) -> float:
     """Temperature rise of a vibrating element in full slip with mu(T) a cubic table; 20 N, 5 m/s, 8 K/W."""
-    from slipstick.thermal.equilibrium import equilibrium
-    from slipstick.thermal.friction_curve import FrictionCurve
+    from slipstick.state.thermal.equilibrium import equilibrium
+    from slipstick.state.thermal.friction_curve import FrictionCurve
 
     curve, rubbing = FrictionCurve(temperature=T, mu=mu, interpolation="cubic"), RubbingMotion(velocity=5.0)
 

@@ -50,11 +50,11 @@ def faults(*parts: str, folder: Path = Path()) -> list[str]:
 def test_a_table_and_a_resistance() -> None:
     problem = case(contact("a")).problem()
     assert problem.thermal is not None
-    assert problem.heated is not None
-    np.testing.assert_array_equal(problem.heated.resistance, [8.0])
-    np.testing.assert_array_equal(problem.heated.background, [25.0])
+    [heated] = problem.contact_states
+    np.testing.assert_array_equal(heated.resistance, [8.0])
+    np.testing.assert_array_equal(heated.background, [25.0])
     assert problem.contacts[0].values("mu") == 0.5
-    assert problem.heated.limits[1][0] == 900.0
+    assert heated.limits[1][0] == 900.0
 
 
 def test_no_heat_no_model() -> None:
@@ -64,8 +64,8 @@ def test_no_heat_no_model() -> None:
 def test_tables_of_several_parameters_each_with_its_interpolation() -> None:
     kt = '{ table = [[0, 120.0], [500, 100.0], [1000, 90.0]], interpolation = "cubic" }'
     problem = case(contact("a", kt=kt)).problem()
-    assert problem.heated is not None
-    curve = problem.heated.curves[0][0]
+    [heated] = problem.contact_states
+    curve = heated.curves[0][0]
     assert curve.interpolation == {"mu": "pchip", "kt": "cubic"}
     assert problem.contacts[0].values("kt") == pytest.approx(float(curve.kt(25.0)))
 
@@ -77,10 +77,10 @@ def test_influence_matrix_in_the_file_and_own_resistance_of_the_rest() -> None:
         contact("b", dof="y", thermal="[contact.thermal]\nbackground = 40\nresistance = 7.0\n"),
         contact("c", mu="0.3", thermal="", dof="y"),
     ).problem()
-    assert problem.heated is not None
+    [heated] = problem.contact_states
     expected = [[3.0, 0.0, 0.5], [0.0, 7.0, 0.0], [0.5, 0.0, 2.0]]
-    np.testing.assert_array_equal(problem.heated.resistance, expected)
-    np.testing.assert_array_equal(problem.heated.background, [30.0, 40.0, 30.0])
+    np.testing.assert_array_equal(heated.resistance, expected)
+    np.testing.assert_array_equal(heated.background, [30.0, 40.0, 30.0])
 
 
 @pytest.mark.parametrize("name", ["influence", "thermal_influence", "R"])
@@ -91,8 +91,8 @@ def test_influence_matrix_from_a_file(tmp_path: Path, name: str) -> None:
         '[thermal]\ninfluence = "heat.npz"\nbackground = 25', contact("a", thermal=""), contact("b", thermal=""),
         folder=tmp_path,
     ).problem()  # fmt: skip
-    assert problem.heated is not None
-    np.testing.assert_array_equal(problem.heated.resistance, [[2.0, 0.5], [0.5, 3.0]])
+    [heated] = problem.contact_states
+    np.testing.assert_array_equal(heated.resistance, [[2.0, 0.5], [0.5, 3.0]])
 
 
 def test_of_two_matrices_in_a_file_the_one_by_the_plain_name_counts(tmp_path: Path) -> None:
@@ -102,8 +102,8 @@ def test_of_two_matrices_in_a_file_the_one_by_the_plain_name_counts(tmp_path: Pa
         '[thermal]\ninfluence = "heat.npz"\nbackground = 25', contact("a", thermal=""), contact("b", thermal=""),
         folder=tmp_path,
     ).problem()  # fmt: skip
-    assert problem.heated is not None
-    np.testing.assert_array_equal(problem.heated.resistance, first)
+    [heated] = problem.contact_states
+    np.testing.assert_array_equal(heated.resistance, first)
 
 
 BAD = {

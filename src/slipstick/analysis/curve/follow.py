@@ -1,4 +1,4 @@
-"""A curve over frequency or over a parameter, segment by segment: points in order, temperatures carried along."""
+"""A curve over frequency or over a parameter, segment by segment: points in order, contact states carried along."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request, adapted_to
 from slipstick.analysis.curve.resume import Checkpoint, ResumeState
 from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
-from slipstick.analysis.curve.thermal_continuation import FOLDS, NO_WORK, ThermalContinuation, jumps_text
+from slipstick.analysis.curve.state_continuation import FOLDS, NO_WORK, StateContinuation, jumps_text
 from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
@@ -70,7 +70,7 @@ class CurveRequest(Request):
     departure
         Where the branch is taken up inside its range; None: at its start.
     context
-        What the first point is solved with, as a point before would hand it on: contact temperatures.
+        What the first point is solved with, as a point before would hand it on: contact states.
     """
 
     system: FrequencySystem | ParameterSystem
@@ -175,7 +175,7 @@ class CurveRun(Run[CurveRequest]):
         if len(segments) == 2:
             yield from self._segment(request.from_other_end)
         self.outcome, message = joined(segments, undamped=request.balance.springs is not None)
-        self.message, self.error = message + jumps_text(self.state.jumps), segments[-1].error
+        self.message, self.error = message + jumps_text(self.state.jumps, request.balance.states), segments[-1].error
 
     @property
     def attributes(self) -> Mapping[str, Any]:
@@ -226,7 +226,7 @@ class CurveRun(Run[CurveRequest]):
         finally:
             state.done = state.done.plus(steps.work)
 
-    def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> ThermalContinuation | None:
+    def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> StateContinuation | None:
         """From the first point of a segment, or from where it was interrupted; None without a first point."""
         state, departure, special = self.state, request.departure, self._special
         places, state.places = state.places, ()
@@ -242,7 +242,7 @@ class CurveRun(Run[CurveRequest]):
         if x is None:
             return None
         outputs, besides = self.recorder.outputs, self.recorder.besides
-        steps = ThermalContinuation(
+        steps = StateContinuation(
             request.system, x, request.start, request.stop, jumps=state.jumps, places=places, earlier=earlier,
             each=(special is not None and special.every) or adapted_to(request.options) is not None,
             options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),

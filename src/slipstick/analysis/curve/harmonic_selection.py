@@ -112,7 +112,7 @@ class _Found(Evaluation):
 
     @property
     def context(self) -> Array:
-        """The harmonics in use after this point, and its temperatures."""
+        """The harmonics in use after this point, and its contact states."""
         return self.told()
 
 
@@ -127,9 +127,9 @@ class _Adapting:
 
     def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
         """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
-        number, temperature = self._split(context)
+        number, near = self._split(context)
         rung = self._rungs[number]
-        value = rung.system.evaluate(x[rung.active], parameter, temperature)
+        value = rung.system.evaluate(x[rung.active], parameter, near)
         if value.detail is None:
             return Evaluation.undefined(x.size)
         assert value.parameter_derivative is not None
@@ -145,11 +145,11 @@ class _Adapting:
         return found
 
     def _split(self, context: Any) -> tuple[int, Array | None]:
-        """Which rung, and the contact temperatures: all harmonics where a context knows of temperatures alone."""
-        heated = 0 if self.balance.heated is None else len(self.balance.heated.names)
-        if context is None or context.size == heated:
+        """Which rung, and the contact states: all harmonics where a context knows of states alone."""
+        carried = self.balance.n_states
+        if context is None or context.size == carried:
             return len(self._rungs) - 1, context
-        return int(context[0]), context[1:] if heated else None
+        return int(context[0]), context[1:] if carried else None
 
     def _detail(self, own: Detail, point: _AtPoint, parameter: float) -> Detail:
         responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in own.responses)
@@ -198,7 +198,7 @@ class _AtPoint(Adapted):
 
     @property
     def given(self) -> Array:
-        """The context with which the same harmonics are in use, near the same temperatures."""
+        """The context with which the same harmonics are in use, near the same contact states."""
         return self._context(self._number)
 
     @cached_property
@@ -239,8 +239,8 @@ class _AtPoint(Adapted):
         return self._context(number)
 
     def _context(self, number: int) -> Array:
-        heat = self.value.detail.heat
-        return np.append(float(number), () if heat is None else heat.temperature)
+        carried = self.value.detail.carried
+        return np.append(float(number), () if carried is None else carried)
 
     def _dropped(self, number: int) -> float:
         """Largest deviation at the contacts of what a lower rung does not have, over that of all."""

@@ -26,7 +26,7 @@ from slipstick.typing import Array
 if TYPE_CHECKING:
     from slipstick.analysis.curve.request import Request
     from slipstick.analysis.curve.resume import Checkpoint
-    from slipstick.analysis.curve.thermal_continuation import Work
+    from slipstick.analysis.curve.state_continuation import Work
 
 R = TypeVar("R", bound="Request")
 

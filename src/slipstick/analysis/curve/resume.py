@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.curve.segments import Segment
-from slipstick.analysis.curve.thermal_continuation import NO_WORK, ThermalContinuation, Work
+from slipstick.analysis.curve.state_continuation import NO_WORK, StateContinuation, Work
 from slipstick.errors import InputError, Outcome
 from slipstick.solve.continuation import RestartPoint, Step
 from slipstick.typing import Array
@@ -30,7 +30,7 @@ class Checkpoint:
     ended
         Outcome and message of every part before this one.
     jumps
-        Texts of the thermal jumps so far.
+        Texts of the jumps of contact states so far.
     done, earlier
         Work of the parts before, and of the runs before the present one in this part.
     seconds
@@ -96,7 +96,7 @@ def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoi
 
 @dataclass(kw_only=True)
 class ResumeState:
-    """A branch under way: its segments, thermal jumps and work.
+    """A branch under way: its segments, jumps of contact states and work.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class ResumeState:
         """Points found so far, in all segments."""
         return sum(segment.points for segment in self.segments)
 
-    def checkpoint(self, step: Step, run: ThermalContinuation, seconds: float) -> Checkpoint:
+    def checkpoint(self, step: Step, run: StateContinuation, seconds: float) -> Checkpoint:
         """Where it stands at a step of the run under way."""
         place = run.place if run.place is not None and run.place.state is step.state else None
         return Checkpoint(

@@ -19,7 +19,7 @@ from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import frequency, numbers, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.branch import Branch
-from slipstick.results.record import Point, Recorder, unknowns
+from slipstick.results.record import Point, Recorder, contact_states, unknowns
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import newton
 from slipstick.solve.norm import norm
@@ -55,7 +55,7 @@ def steady_response(
     omega
         Fundamental frequencies, rad/s, one or a list; one alone with a ``parameter``.
     guess
-        What to try first: a branch, of which the point nearest to each one is taken (with its contact temperatures), or
+        What to try first: a branch, of which the point nearest to each one is taken (with its contact states), or
         unknowns as of ``forced_response``, such as ``branch.guess(point)``.
     options, listeners, stability
         As of ``forced_response``.
@@ -188,7 +188,7 @@ class SteadyRun(CurveRun):
 
 
 def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> tuple[Array, Array | None]:
-    """Unknowns (N,) and contact temperatures, where there are any, at the point of a branch nearest to a value.
+    """Unknowns (N,) and contact states, where there are any, at the point of a branch nearest to a value.
 
     InputError where the branch holds no motion of such contacts.
     """
@@ -203,16 +203,11 @@ def _nearest(branch: Branch, balance: Balance, value: float, parameter: str) -> 
     if guess.shape != (balance.n_ports, balance.L):
         found = f"a branch of {guess.shape[0]} contact motions and {guess.shape[1]} coefficients"
         raise InputError(Fault("guess", found, expected=f"{balance.n_ports} and {balance.L}"))
-    return guess.reshape(-1), _temperatures(balance, table["temperature"].to_numpy()[point])
-
-
-def _temperatures(balance: Balance, temperature: AnyArray) -> Array | None:
-    """Those of the heated contacts (n,), from all contacts of a point; None without heat."""
-    heated = balance.heated
-    if heated is None:
-        return None
-    own = np.asarray(temperature[balance.batches[heated.batch].elements], dtype=float)
-    return own if np.all(np.isfinite(own)) else None
+    states = contact_states(table, balance, point)
+    if states is not None:  # those that are sought near a guess: a slow one is the problem's, whatever is guessed
+        own = zip(balance.states, balance.by_state(states), strict=True)
+        states = np.concatenate([state.start if state.slow else value for state, value in own])
+    return guess.reshape(-1), states
 
 
 def corrected(branch: Branch, point: int) -> Mapping[str, AnyArray]:
@@ -223,9 +218,9 @@ def corrected(branch: Branch, point: int) -> Mapping[str, AnyArray]:
     numbers_there, problem = branch.point(point), branch.problem_at(point)
     balance, omega = Balance(problem), float(numbers_there["omega"])
     balance.anchor_if_undamped(omega)
-    temperature = _temperatures(balance, numbers_there["temperature"].to_numpy())
+    near = contact_states(branch.table, balance, point)
     system, start = FrequencySystem(balance, problem.inputs), branch.guess(point).ravel()
-    result = newton(lambda x: system.evaluate(x, omega, temperature), start, scale=norm(start) or 1.0)
+    result = newton(lambda x: system.evaluate(x, omega, near), start, scale=norm(start) or 1.0)
     if not result.converged:
         return {str(name): np.asarray(numbers_there[name]) for name in numbers_there}
     solution = Point.at(

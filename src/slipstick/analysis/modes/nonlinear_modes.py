@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.record import Run
 from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.thermal_continuation import relative_residual
+from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
 from slipstick.analysis.modes.system import ModeSystem, TargetMode

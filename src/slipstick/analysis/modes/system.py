@@ -91,7 +91,7 @@ class ModeSystem:
     """The system of equations for ``(X / A, q / A, w, xi)`` over ``log A``.
 
     The direction along which the phase is fixed is the ``context``: a shift in time of an earlier point, with the
-    contact temperatures there.
+    contact states there.
 
     Parameters
     ----------
@@ -162,11 +162,11 @@ class ModeSystem:
         """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``ModeDetail``."""
         if not (isfinite(y.dot(y)) and isfinite(parameter) and abs(parameter) < 600.0 and y[-2] > 0.0):
             return Evaluation.undefined(y.size)
-        reference, temperature = context or (self._reference, None)
+        reference, near = context or (self._reference, None)
         A, omega, xi, motion = exp(parameter), float(y[-2]), float(y[-1]), y[:-2]
         sizes = self.sizes(A)[:-2]
         q = A * y[-4:-2]
-        here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), temperature)
+        here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), near)
         if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
             return Evaluation.undefined(y.size)
         pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
@@ -183,15 +183,14 @@ class ModeSystem:
             Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
             np.concatenate([by_log / sizes, own_by_log, [rate, 0.0]]),
             ModeDetail(
-                responses=here.found.responses, inputs=here.found.inputs, omega=omega, heat=here.found.heat, size=A,
+                responses=here.found.responses, inputs=here.found.inputs, omega=omega, states=here.found.states, size=A,
                 xi=xi, at_dof=complex(U[self._pair[0]], -U[self._pair[1]]), modal=self._modal(here, q, omega, xi),
             ),
             lambda: np.concatenate([terms(self.balance, here.x, here.at) / sizes, [2.0, 2.0, 2.0, 1.0]]),
         )  # fmt: skip
-        heat = here.found.heat
         if reference @ shift < _TRANSVERSAL * norm(shift):
             reference = shift / norm(shift)
-        return evaluation._replace(context=(reference, None if heat is None else heat.temperature))
+        return evaluation._replace(context=(reference, here.found.carried))
 
     def _columns_of_mode(self, here: Linearization) -> list[Array]:
         """Derivatives of the balance by the motion of the mode, cosine and sine."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.curve.thermal_continuation import NO_WORK, Work
+from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.peaks.events import peak_events
 from slipstick.analysis.peaks.gradient import FLAT, Extreme
 from slipstick.analysis.peaks.system import PeakDetail, PeakSystem
@@ -181,12 +181,12 @@ class PeakContinuation:
         last, context = self.last, self._context
         assert last is not None
         assert context is not None
-        x, omega, temperature = last.y[:-1], float(last.y[-1]), context[1:]
-        U = self.system.space.at(x, omega, last.parameter, temperature if temperature.size else None).motion()[0]
+        x, omega, carried = last.y[:-1], float(last.y[-1]), context[1:]
+        U = self.system.space.at(x, omega, last.parameter, carried if carried.size else None).motion()[0]
         rival = Extreme.near(self.balance.harmonics, U, float(context[0])).rival(U)
         if rival is None:
             return None
-        start, scale = np.append(rival.time, temperature), np.append(np.full(x.size, norm(x) or 1.0), omega)
+        start, scale = np.append(rival.time, carried), np.append(np.full(x.size, norm(x) or 1.0), omega)
         found = newton(lambda y: self.system.evaluate(y, last.parameter, start), last.y, options=NEWTON, scale=scale)
         near = abs(found.x[-1] - omega) <= _ASIDE * omega
         if not (found.converged and near and found.evaluation.detail.bend < 0.0):
@@ -208,7 +208,7 @@ class PeakContinuation:
         run = continuation(
             system, x, omega, stop, options=ContinuationOptions(max_step=0.05, first_step=0.01),
             scaling=ArclengthScaling(x=self._size), events=peak_events(outputs, outputs.names, system),
-            context=None if last.detail.heat is None else last.detail.heat.temperature,
+            context=last.detail.carried,
         )  # fmt: skip
         for step in run:
             if step.kind == "peak":
@@ -311,7 +311,7 @@ class _Search:
         self._context = None if context is None else np.append(np.nan, context[1:])
         self._balance = FrequencySystem(system.balance, system.at(value)[0])
         self._x: Array | None = None
-        self._temperature = None if context is None or context.size == 1 else context[1:]
+        self._near = None if context is None or context.size == 1 else context[1:]
         self._solved = 0
 
     def slope(self, omega: float, x: Array | None = None) -> float | None:
@@ -319,7 +319,7 @@ class _Search:
         start = self._x if self._x is not None else x
         assert start is not None
         found = newton(
-            lambda z: self._balance.evaluate(z, omega, self._temperature), start, options=_NEWTON,
+            lambda z: self._balance.evaluate(z, omega, self._near), start, options=_NEWTON,
             scale=norm(start) or 1.0,
         )  # fmt: skip
         self._solved += found.iterations

@@ -97,9 +97,9 @@ class StateSpace:
     def __init__(self, outputs: Outputs, inputs: Inputs, path: Path | None = None) -> None:
         self.outputs, self.inputs, self.path = outputs, inputs, path
 
-    def at(self, x: Array, omega: float, value: float, temperature: Array | None = None) -> Linearization:
+    def at(self, x: Array, omega: float, value: float, near: Array | None = None) -> Linearization:
         """The neighbourhood of a state."""
-        return Linearization(self.outputs, x, omega, self.at_value(value), temperature)
+        return Linearization(self.outputs, x, omega, self.at_value(value), near)
 
     def at_value(self, value: float) -> Inputs:
         """Inputs at a value of the parameter."""
@@ -141,14 +141,11 @@ class PeakGradient:
         here, over_w = self._here, self.over.omega
         length, size = float(np.linalg.norm(self.t)), float(np.linalg.norm(here.x))
         step = _STEP * (min(scale, size / length) if length > 0 and size > 0 else scale)
-        heat = here.found.heat
-        temperature = None if heat is None else heat.temperature
+        near = here.found.carried
         sides = []
         for side in (step, -step):
             moved = (side, 0.0) if over_w else (0.0, side)
-            sides.append(
-                self._surface.at(here.x + side * self.t, here.omega + moved[0], self._s + moved[1], temperature)
-            )
+            sides.append(self._surface.at(here.x + side * self.t, here.omega + moved[0], self._s + moved[1], near))
         return Displaced(self, (sides[0], sides[1]), step, (self._s + step, self._s - step))
 
 

@@ -220,7 +220,7 @@ class OptimumSearch(PeakRun):
         u, evaluation = result.x, result.evaluation
         here = evaluation.detail
         detail = PeakDetail(
-            responses=here.found.responses, inputs=here.found.inputs, omega=float(u[-2]), heat=here.found.heat,
+            responses=here.found.responses, inputs=here.found.inputs, omega=float(u[-2]), states=here.found.states,
             amplitude=amplitude, rate=0.0, bend=float(hessian[0, 0]), ahead=0.0,
         )  # fmt: skip
         residual = relative(evaluation.residual[:-2], evaluation.terms()[:-2])

@@ -69,12 +69,12 @@ class PeakSystem:
     ) -> tuple[Linearization, PeakGradient] | None:
         """The neighbourhood of a state and the slope of its amplitude versus frequency; None where it is no motion.
 
-        ``context`` holds the time of the extreme that is followed (nan: the largest), and contact temperatures (n,).
+        ``context`` holds the time of the extreme that is followed (nan: the largest), and contact states (n_states,).
         """
         if not (isfinite(y.dot(y)) and y[-1] > 0.0 and isfinite(parameter)):
             return None
-        temperature = None if context is None or context.size == 1 else context[1:]
-        here = self.space.at(y[:-1], float(y[-1]), parameter, temperature)
+        near = None if context is None or context.size == 1 else context[1:]
+        here = self.space.at(y[:-1], float(y[-1]), parameter, near)
         if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
             return None
         U, h = here.motion()[0], self.balance.harmonics
@@ -93,10 +93,9 @@ class PeakSystem:
         along, beside = self.space.along(parameter), slope.displaced(here.omega)
         row = np.append(beside.by_motion(), beside.along(FREQUENCY))
         R, U = here.change(np.zeros_like(here.x), along)
-        heat = here.found.heat
-        own = np.zeros(0) if heat is None else heat.temperature
+        carried = np.zeros(0) if here.found.carried is None else here.found.carried
         detail = PeakDetail(
-            responses=here.found.responses, inputs=here.found.inputs, omega=here.omega, heat=heat,
+            responses=here.found.responses, inputs=here.found.inputs, omega=here.omega, states=here.found.states,
             amplitude=slope.extreme.value, rate=float(np.sum(slope.extreme.h * U) - slope.z @ R),
             bend=float(row @ np.append(slope.t, 1.0)), ahead=slope.extreme.ahead(here.motion()[0]),
         )  # fmt: skip
@@ -106,5 +105,5 @@ class PeakSystem:
             np.append(R, beside.along(along)),
             detail,
             lambda: np.append(terms(self.balance, here.x, here.at), slope.size),
-            np.append(slope.extreme.time, own),
+            np.append(slope.extreme.time, carried),
         )

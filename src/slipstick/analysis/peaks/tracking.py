@@ -232,8 +232,7 @@ def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], do
     highest: tuple[float, Array] | None = None
     for point in run.follow(guard=held):
         if point.kind == "peak":
-            heat = point.detail.heat
-            here = space.at(point.x, point.omega, value, None if heat is None else heat.temperature)
+            here = space.at(point.x, point.omega, value, point.detail.carried)
             size = Extreme.largest(balance.harmonics, here.motion()[0]).value
             if highest is None or size > highest[0]:
                 highest = size, np.append(point.x, point.omega)

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipstick.analysis.curve.record import Run, counted
 from slipstick.analysis.curve.request import Checks, Request
-from slipstick.analysis.curve.thermal_continuation import NO_WORK, Work
+from slipstick.analysis.curve.state_continuation import NO_WORK, Work
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.start import CycleStart
 from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
@@ -189,8 +189,7 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
         if not is_friction(pair.contact):
             yield Fault(("contact", pair.name), "it follows a law of another kind", expected="friction contacts")
-    if problem.heated is not None:
-        yield Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")
+    yield from (state.self_excited_fault() for state in problem.contact_states)
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
 

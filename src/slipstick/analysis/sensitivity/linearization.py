@@ -1,4 +1,4 @@
-"""The neighbourhood of a state of the balance: how residual, motion, power and temperature answer to everything.
+"""The neighbourhood of a state of the balance: how residual, motion, power and contact states answer to everything.
 
 ``R(X, w, s) = 0`` is the balance and ``U(X, w, s)`` the motion of the outputs. Changes are propagated forwards
 (``change``), and numbers on residual and motion backwards: to the unknowns (``pull``), which is the gradient of any
@@ -13,21 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.balance.compliance import Compliance
-from slipstick.balance.heat import heat_change, power_along, power_rows, warm_direction
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import balanced, by_inputs, by_omega, detail, force_rates
+from slipstick.balance.states import BatchPower, Powered, add_force_changes, at_states, power_along, power_rows
 from slipstick.contact.law import add_to
+from slipstick.contact.power import Power
 from slipstick.results.record import Outputs
 from slipstick.structure.dynamic import adjusted
-from slipstick.thermal.tangent import Power
 from slipstick.typing import Array, ComplexArray
-
-
-class BatchPower(NamedTuple):
-    """The power of the contacts of one batch."""
-
-    batch: int
-    power: Power
 
 
 class Move(NamedTuple):
@@ -35,7 +28,7 @@ class Move(NamedTuple):
 
     omega: float = 0.0
     inputs: Inputs | None = None
-    """Parameters of contacts, loads and structure; cold values where friction heats the contacts."""
+    """Parameters of contacts, loads and structure, as the problem has them where contact states move them."""
 
 
 NOTHING = Move()
@@ -49,16 +42,14 @@ class Linearization:
     ----------
     outputs
         Whose motion is asked for.
-    temperature
-        Contact temperatures near which these are sought; None: from the cold.
+    near
+        Contact states (n_states,) near which these are sought; None: from their start.
     """
 
-    def __init__(
-        self, outputs: Outputs, x: Array, omega: float, inputs: Inputs, temperature: Array | None = None
-    ) -> None:
+    def __init__(self, outputs: Outputs, x: Array, omega: float, inputs: Inputs, near: Array | None = None) -> None:
         balance = self.balance = outputs.balance
         self.outputs, self.x, self.omega, self.inputs = outputs, x, omega, inputs
-        self.found = detail(balance, x, omega, inputs, temperature)
+        self.found = detail(balance, x, omega, inputs, near)
         self.at = balanced(balance, x, self.found, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
@@ -66,8 +57,8 @@ class Linearization:
 
     @property
     def lost(self) -> bool:
-        """Whether there is no thermal equilibrium near the temperatures given."""
-        return self.found.heat is not None and self.found.heat.lost
+        """Whether some contact state has no equilibrium near the one given."""
+        return self.found.lost
 
     def motion(self) -> Array:
         """Coefficients of the outputs, (n_outputs, L)."""
@@ -77,8 +68,8 @@ class Linearization:
     def change(self, dx: Array, direction: Move = NOTHING) -> tuple[Array, Array]:
         """Change of the residual (N,) and of the outputs (n_outputs, L) for ``dx`` (N,) and a direction."""
         b, found = self.balance, self.found
-        own, dpower, dP = self._sources(direction)
-        dG = b.excitation(force_rates(b, found, dx, own, dpower), dP)
+        own, dpowers, dP = self._sources(direction)
+        dG = b.excitation(force_rates(b, found, dx, own, dpowers), dP)
         dU = self._outputs_change(dx, dG, direction)
         b.anchoring(dx, dG)
         dR = dx + self.at.compliance.answer(dG)
@@ -89,15 +80,14 @@ class Linearization:
         return dR, dU
 
     def pushed(self, direction: Move) -> ComplexArray:
-        """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, heat included."""
-        own, dpower, dP = self._sources(direction)
-        if self.found.heat is not None:
-            heat_change(self.balance, self.found.heat, np.zeros(self.balance.size), dpower, own)
+        """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, states included."""
+        own, dpowers, dP = self._sources(direction)
+        add_force_changes(self.found.states, dpowers, own)
         return self.balance.excitation(own, dP)
 
-    def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], Array | None, Array]:
-        """Changes at fixed motion: of forces and powers at fixed temperature too, and of the loads."""
-        found, inputs = self.found, self._warm(direction.inputs)
+    def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], list[Array], Array]:
+        """Changes at fixed motion: of forces and powers at fixed states too, and of the loads."""
+        found, inputs = self.found, self._at_states(direction.inputs)
         own: list[dict[int, Array]] = [{} for _ in self.balance.batches]
         if direction.omega:
             own = [{i: direction.omega * part for i, part in slopes.items()} for slopes in by_omega(found)]
@@ -105,9 +95,8 @@ class Linearization:
             for total, more in zip(own, by_inputs(found, inputs), strict=True):
                 for i, part in more.items():
                     add_to(total, i, part)
-        heat = found.heat
-        dpower = None if heat is None else self._power_rate(BatchPower(heat.batch, heat.power), direction)
-        return own, dpower, np.zeros_like(found.inputs.P) if inputs is None else inputs.P
+        dpowers = [self._power_rate(state, direction) for state in found.states]
+        return own, dpowers, np.zeros_like(found.inputs.P) if inputs is None else inputs.P
 
     def _outputs_change(self, dx: Array, dG: ComplexArray, direction: Move) -> Array:
         far = self._far
@@ -147,8 +136,8 @@ class Linearization:
         return pulled
 
     def forces_pulled(self, psi: ComplexArray) -> Array:
-        """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, heat included."""
-        b, heat = self.balance, self.found.heat
+        """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, contact states included."""
+        b = self.balance
         own, out = b.spread(b.real(psi)), np.zeros((b.n_ports, b.L))
         for batch, response, given in zip(b.batches, self.found.responses, own, strict=True):
             for (i, j), tangent in response.by_motion.items():
@@ -156,13 +145,12 @@ class Linearization:
                 if i in given and port.size:
                     out[port.rows] += np.einsum("cij,ci->cj", tangent, given[i])[port.members]
         pulled = out.reshape(-1)
-        if heat is not None:
-            given = own[heat.batch]
-            warmth = np.zeros(b.batches[heat.batch].count)
-            for i, force in heat.tangent.by_temperature.items():
-                if i in given:
-                    warmth += np.einsum("cl,cl->c", force, given[i])
-            pulled += (heat.tangent.gain.T @ warmth) @ power_rows(b, heat)
+        for state in self.found.states:
+            on_state = np.zeros(b.batches[state.batch].count)
+            for i, force in state.force_by_value.items():
+                if i in own[state.batch]:
+                    on_state += np.einsum("cl,cl->c", force, own[state.batch][i])
+            pulled += (state.gain.T @ on_state) @ power_rows(b, state)
         return pulled
 
     def _to_far(self, along: Mapping[str, float] | None = None) -> Compliance | None:
@@ -172,32 +160,29 @@ class Linearization:
         own = adjusted(self.outputs.receptance, self.inputs.structure)
         return Compliance(own, self.balance.orders, self.omega, along)
 
-    def _warm(self, inputs: Inputs | None) -> Inputs | None:
-        heat = self.found.heat
-        return inputs if heat is None or inputs is None else warm_direction(heat, inputs)
+    def _at_states(self, inputs: Inputs | None) -> Inputs | None:
+        return None if inputs is None else at_states(self.found.states, inputs)
 
-    def powers(self) -> list[BatchPower]:
+    def powers(self) -> list[Powered]:
         """Power of every batch."""
-        heat, found = self.found.heat, []
+        known: dict[int, Powered] = {state.batch: state for state in self.found.states}
         for k, (batch, response) in enumerate(zip(self.balance.batches, self.found.responses, strict=True)):
-            if heat is not None and heat.batch == k:
-                found.append(BatchPower(k, heat.power))
-            else:
+            if k not in known:
                 motion = self.balance.motion(k, self.x, self.omega, self.inputs.batches[k])
-                found.append(BatchPower(k, Power(batch.law, motion, response)))
-        return found
+                known[k] = BatchPower(k, Power(batch.law, motion, response))
+        return [known[k] for k in range(len(self.balance.batches))]
 
-    def power_change(self, own: BatchPower, weights: Array, direction: Move) -> float:
-        """Change of weighted powers at fixed motion and temperature."""
+    def power_change(self, own: Powered, weights: Array, direction: Move) -> float:
+        """Change of weighted powers at fixed motion and states."""
         return float(weights @ self._power_rate(own, direction))
 
-    def power_pulled(self, own: BatchPower, weights: Array) -> Array:
-        """Gradient (N,) of weighted powers over the unknowns at fixed temperature."""
+    def power_pulled(self, own: Powered, weights: Array) -> Array:
+        """Gradient (N,) of weighted powers over the unknowns at fixed states."""
         pulled: Array = weights @ power_rows(self.balance, own)
         return pulled
 
-    def _power_rate(self, own: BatchPower, direction: Move) -> Array:
-        inputs = self._warm(direction.inputs)
+    def _power_rate(self, own: Powered, direction: Move) -> Array:
+        inputs = self._at_states(direction.inputs)
         rate = np.zeros(self.balance.batches[own.batch].count)
         if direction.omega:
             rate = rate + direction.omega * own.power.omega

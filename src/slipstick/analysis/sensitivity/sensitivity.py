@@ -16,18 +16,20 @@ from numpy.typing import NDArray
 
 from slipstick.analysis.curve.record import one_thread
 from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
-from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
+from slipstick.balance.states import Powered
 from slipstick.contact import traits
 from slipstick.errors import InputError
 from slipstick.faults import warn
-from slipstick.results.record import Outputs, unknowns
-from slipstick.results.schema import is_self_excited
+from slipstick.results.record import Outputs, contact_states, unknowns
+from slipstick.results.schema import is_self_excited, state_names
 from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
 from slipstick.solve.norm import norm
+from slipstick.state.contact_state import Carried
 from slipstick.typing import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -41,8 +43,8 @@ class Functional(NamedTuple):
 
     h: Array
     """Numbers on the motion of the output, (1, L)."""
-    powers: tuple[tuple[BatchPower, Array], ...]
-    """Powers of batches at fixed temperature with their weights (n,), which hold what heat adds."""
+    powers: tuple[tuple[Powered, Array], ...]
+    """Powers of batches at fixed contact states with their weights (n,), which hold what the states add."""
     gradient: Array
     """Over the unknowns, (N,)."""
 
@@ -74,34 +76,39 @@ class Sensitivities:
         here = self._neighbourhood(point)
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             unknown = np.full(len(self.parameters), np.nan)
-            return PointDerivatives(unknown, unknown, unknown, unknown, unknown)
+            states = np.tile(unknown, (len(set(state_names(self.balance.problem))), 1))
+            return PointDerivatives(unknown, unknown, unknown, states, unknown)
         parts = list(self._functionals(here))
         Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
         directions = self._directions(float(self._table[self.branch.followed].to_numpy()[point]))
         pushed = [here.pushed(direction) for direction in directions]
-        found = np.full((4, len(directions)), np.nan)
+        found = np.empty((len(parts), len(directions)))
         for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
             found[row] = _along(here, part, z, directions, pushed)
         place = self._place_rates(here, point, directions, pushed)
-        amplitude, mean, power, temperature, place = np.where(_undecided(here, directions), np.nan, [*found, place])
-        return PointDerivatives(amplitude, mean, power, temperature, place)
+        rows = np.where(_undecided(here, directions), np.nan, [*found, place])
+        return PointDerivatives(rows[0], rows[1], rows[2], states=rows[3:-1], followed=rows[-1])
 
     def _functionals(self, here: Linearization) -> Iterator[Functional]:
-        """Amplitude, mean, power of all contacts, temperature of the hottest."""
+        """Amplitude, mean, power of all contacts, the largest of each contact state."""
         still = np.zeros((1, self.balance.L))
         mean = still.copy()
         mean[0, 0] = 1.0
         h = Extreme.largest(self.balance.harmonics, here.motion()[0]).h
         yield Functional(h, (), here.pull(h=h))
         yield Functional(mean, (), here.pull(h=mean))
-        heat, powers = here.found.heat, here.powers()
+        states, powers = here.found.states, here.powers()
         weights = [np.ones(self.balance.batches[own.batch].count) for own in powers]
-        if heat is not None:
-            weights[heat.batch] = 1.0 + heat.tangent.gain.T @ heat.equilibrium.dpower_dT
+        for state in states:
+            weights[state.batch] += state.gain.T @ state.power_by_value
         pairs = tuple(zip(powers, weights, strict=True))
         yield Functional(still, pairs, np.sum([here.power_pulled(*pair) for pair in pairs], axis=0))
-        if heat is not None:
-            pair = powers[heat.batch], heat.tangent.gain[int(np.argmax(heat.temperature))]
+        largest: dict[str, Carried] = {}
+        for name, state in zip(state_names(self.balance.problem), states, strict=True):
+            if name not in largest or state.values.max() > largest[name].values.max():
+                largest[name] = state
+        for state in largest.values():
+            pair = powers[state.batch], state.gain[int(np.argmax(state.values))]
             yield Functional(still, (pair,), here.power_pulled(*pair))
 
     def _place_rates(
@@ -129,28 +136,26 @@ class Sensitivities:
         return -(_along(here, still, q, directions, pushed) + explicit) / bent
 
     def _neighbourhood(self, point: int) -> Linearization:
-        heated, temperature = self.balance.heated, None
-        if heated is not None:
-            temperature = self._table["temperature"].to_numpy()[point][self.balance.batches[heated.batch].elements]
+        near = contact_states(self._table, self.balance, point)
         x = unknowns(self._table, self.balance.problem, point).reshape(-1)
         omega = float(self._table["omega"].to_numpy()[point])
         inputs = self.balance.problem.inputs
         if self._path is not None:
             inputs = self._path.at(float(self._table["parameter"].to_numpy()[point]))[0]
-        return self._solved(x, omega, inputs, temperature)
+        return self._solved(x, omega, inputs, near)
 
-    def _solved(self, x: Array, omega: float, inputs: Inputs, temperature: Array | None) -> Linearization:
+    def _solved(self, x: Array, omega: float, inputs: Inputs, near: Array | None) -> Linearization:
         """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
-        here = Linearization(self.outputs, x, omega, inputs, temperature)
+        here = Linearization(self.outputs, x, omega, inputs, near)
         for _ in range(_CORRECTIONS):
             wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
             if not wrong > _SOLVED * size or here.lost or here.jacobian.singular:
                 break
             moved = here.x - here.jacobian.solve(here.at.residual)
-            near = Linearization(self.outputs, moved, omega, inputs, temperature)
-            if not norm(near.at.residual) < wrong:
+            corrected = Linearization(self.outputs, moved, omega, inputs, near)
+            if not norm(corrected.at.residual) < wrong:
                 break
-            here = near
+            here = corrected
         return here
 
     def _directions(self, value: float) -> list[Move]:

@@ -154,7 +154,7 @@ class SpecialPoints:
         x, inputs, omega = self._placed(x, parameter)
         values = near.responses[0].values
         motion = self._watch.balance.motion(0, x, omega, inputs.batches[0])
-        own = inputs.batches[0].values if near.heat is None else values
+        own = inputs.batches[0].values if not near.states else values
         return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
 
     def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:

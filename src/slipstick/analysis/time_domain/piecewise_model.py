@@ -31,7 +31,7 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     Raises
     ------
     InputError
-        If a name in ``held`` is unknown, or the contacts heat up and their friction coefficients are not held.
+        If a name in ``held`` is unknown, or contacts carry a state and the parameters that follow it are not held.
     """
     held = _held(problem, held)
     tangential = [pair.direction("tangential", k) or {} for pair in problem.contacts for k in range(len(pair))]
@@ -103,13 +103,7 @@ def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]
             found.faults.append(Fault(where, found=f"shape {values.shape}", expected=f"({n},)"))
         elif values is not None:
             held[name] = values
-    if problem.heated is not None and "mu" not in (given or {}):
-        found.faults.append(
-            Fault(
-                "time integration",
-                "friction heats these contacts, and heat is not integrated in time",
-                remedy="give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}",
-            )
-        )
+    unknown = (state.time_fault(given or ()) for state in problem.contact_states)
+    found.faults += [fault for fault in unknown if fault is not None]
     found.end()
     return held

@@ -141,13 +141,13 @@ def transient(
         but for events that begin and end within a thirteenth of a step.
     held
         Contact parameters "mu", "kt", "kn", "gap", (n_contacts,), instead of the problem's: those of hot contacts,
-        whose heat is not integrated in time.
+        whose states are not integrated in time.
 
     Raises
     ------
     InputError
-        If an option is out of range, contacts heat up and are not held, the mass matrix is singular, or a period of the
-        forcing holds too many periods of the fastest mode (1 000 000 steps).
+        If an option is out of range, contacts carry a state and are not held, the mass matrix is singular, or a period
+        of the forcing holds too many periods of the fastest mode (1 000 000 steps).
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(

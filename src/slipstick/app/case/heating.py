@@ -15,8 +15,8 @@ from slipstick.faults import suggestion
 if TYPE_CHECKING:
     from slipstick.app.case.parts import Placed
     from slipstick.fem.contact_points import ContactPoints
-    from slipstick.thermal.friction_curve import FrictionCurve
-    from slipstick.thermal.model import ThermalModel
+    from slipstick.state.thermal.friction_curve import FrictionCurve
+    from slipstick.state.thermal.model import ThermalModel
     from slipstick.typing import Array
 
 OWN = "structure"
@@ -32,7 +32,7 @@ def cold_value(value: float | dict[str, Any], background: float | None) -> float
     """A number of the file, or what its table says at the background temperature (at its first row without one)."""
     if not isinstance(value, dict):
         return value
-    from slipstick.thermal.friction_curve import FrictionCurve
+    from slipstick.state.thermal.friction_curve import FrictionCurve
 
     curve = FrictionCurve(mu=value["table"], interpolation=value.get("interpolation", "pchip"))
     try:
@@ -172,7 +172,7 @@ def thermal_model(
     """The thermal model of a case without faults; ``shared`` is its influence matrix. None where nothing is heated."""
     import numpy as np
 
-    from slipstick.thermal.model import ThermalModel
+    from slipstick.state.thermal.model import ThermalModel
 
     if shared is None and all(contact.row.table.thermal is None for contact in contacts):
         return None
@@ -193,7 +193,7 @@ def thermal_model(
 
 
 def _curve(contact: ReadTable) -> FrictionCurve | None:
-    from slipstick.thermal.friction_curve import FrictionCurve
+    from slipstick.state.thermal.friction_curve import FrictionCurve
 
     given = {name: value for name in _PARAMETERS if isinstance(value := getattr(contact.table, name), dict)}
     if not given:

@@ -66,7 +66,7 @@ def _number_or_table(value: Any) -> Any:
         if value < 0:
             raise unexpected("a number >= 0")
         return float(value)
-    from slipstick.thermal.friction_curve import FrictionCurve
+    from slipstick.state.thermal.friction_curve import FrictionCurve
 
     known = ("table", "interpolation")
     faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]

@@ -1,4 +1,4 @@
-"""Contact temperatures along a branch: carried from point to point, and over the folds where their equilibrium ends."""
+"""Contact states along a branch: carried from point to point, and over the folds where their equilibrium ends."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipstick.analysis.curve.observables import context_between
-from slipstick.analysis.curve.thermal_relaxation import settled_body
+from slipstick.analysis.curve.relaxation import relaxed
 from slipstick.balance.many import evaluated_together
 from slipstick.balance.ports import Balance
+from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.errors import Outcome
 from slipstick.results.schema import NEAR_FOLD
 from slipstick.solve.continuation import Continuation, RestartPoint, Step, continuation
 from slipstick.solve.continuation.follow import failed
 from slipstick.solve.norm import norm, relative
-from slipstick.thermal.model import Heat
+from slipstick.state.contact_state import Carried, ContactState
 from slipstick.typing import Array
 
 UNSOLVED = 1e-8
@@ -52,34 +53,50 @@ NO_WORK = Work()
 
 @dataclass(frozen=True, kw_only=True)
 class Jump:
-    """A place where the thermal equilibrium ended and the contacts went on to the next one."""
+    """A place where the equilibrium of a fast contact state ended and the contacts went on to the next one."""
 
     parameter: float
-    before: Heat
-    after: Heat
+    before: Detail
+    after: Detail
     turned: bool
     """Whether the branch turned back there."""
 
     @property
     def beyond_fold(self) -> bool:
         """Whether this is another equilibrium, not the one that was about to end."""
-        return abs(self.after.equilibrium.margin) > 2.0 * abs(self.before.equilibrium.margin)
+        return abs(_margin(self.after)) > 2.0 * abs(_margin(self.before))
 
-    def far(self, balance: Balance) -> bool:
-        """Whether the temperatures changed."""
-        assert balance.heated is not None
-        low, high = balance.heated.limits
+    @property
+    def far(self) -> bool:
+        """Whether the values changed."""
         # an equilibrium that becomes unstable at held motion only goes on beside itself
-        least = 20.0 * _FAR if self.after.equilibrium.margin < 0 and not self.turned else _FAR
-        return bool(np.any(np.abs(self.after.temperature - self.before.temperature) > least * (high - low)))
+        least = 20.0 * _FAR if _margin(self.after) < 0 and not self.turned else _FAR
+        pairs = zip(self.before.states, self.after.states, strict=True)
+        return any(bool(np.any(np.abs(new.values - old.values) > least * new.state.span)) for old, new in pairs)
 
-    def text(self, names: Sequence[str]) -> str:
-        """Where, and between which temperatures; the contacts whose temperature changes most."""
-        before, after = self.before.temperature, self.after.temperature
-        order = np.argsort(-np.abs(after - before), kind="stable")
-        changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}" for i in order[:3]]
-        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-        return f"{self.parameter:.6g} (temperature of {', '.join(changes)}{more})"
+    @property
+    def text(self) -> str:
+        """Where, and between which values; the contacts whose value changes most."""
+        pairs = zip(self.before.states, self.after.states, strict=True)
+        changes = [_change(old, new) for old, new in pairs if not new.state.slow]
+        return f"{self.parameter:.6g} ({'; '.join(changes)})"
+
+
+def _change(old: Carried, new: Carried) -> str:
+    before, after, names = old.values, new.values, new.state.names
+    order = np.argsort(-np.abs(after - before), kind="stable")
+    changes = [f"{names[i]} from {before[i]:.5g} to {after[i]:.5g}" for i in order[:3]]
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f"{new.state.variable.name} of {', '.join(changes)}{more}"
+
+
+def _margin(detail: Detail) -> float:
+    """Of the state whose equilibrium is nearest to a fold."""
+    return min((own.margin for own in detail.states), key=abs)
+
+
+def _equilibria(states: Sequence[ContactState]) -> str:
+    return " or ".join(state.equilibrium_name for state in states if not state.slow)
 
 
 def relative_residual(step: Step) -> float:
@@ -93,11 +110,11 @@ def relative_residual(step: Step) -> float:
     return relative(value.residual, value.terms())
 
 
-class ThermalContinuation(Iterator[Step]):
-    """A continuation that hands the temperatures of each point on to the next; a plain one without heat.
+class StateContinuation(Iterator[Step]):
+    """A continuation that hands the contact states of each point on to the next; a plain one without.
 
-    Near the temperatures of the last point the balance has a solution only as long as their equilibrium exists. Where
-    it ends, the body is let go and the branch is followed from where it settles. Arguments and attributes are those of
+    Near the states of the last point the balance has a solution only as long as their equilibrium exists. Where it
+    ends, they are let go and the branch is followed from where they settle. Arguments and attributes are those of
     ``continuation``; besides:
 
     Attributes
@@ -127,7 +144,7 @@ class ThermalContinuation(Iterator[Step]):
     ) -> None:
         self._balance: Balance = system.balance
         self._system, self._ends, self._options = system, (start, stop), options
-        self._names, self._together = self._balance.heated_names, not each and evaluated_together(self._balance)
+        self._together = not each and evaluated_together(self._balance)
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message, self.residual, self.earlier = "", 0.0, earlier
@@ -190,8 +207,7 @@ class ThermalContinuation(Iterator[Step]):
                     outcome = Outcome.STEP_TOO_SMALL
                     message = f"{outcome.text} (at {step.parameter:g}: rounding leaves {self.residual:.0e})"
                     break
-                if fault := self._fault(step):
-                    self._end(Outcome.OUTSIDE_TABLE, f"at {step.parameter:g}: {fault}")
+                if self._ended(step.evaluation.detail, f"at {step.parameter:g}: "):
                     return
                 if landed:
                     step.kind, landed = "regular", False
@@ -227,57 +243,55 @@ class ThermalContinuation(Iterator[Step]):
                 self.residual = relative_residual(step)
             yield step
 
-    def _fault(self, step: Step) -> str | None:
-        """A sentence where the temperatures of a step are no result."""
-        heat = step.evaluation.detail.heat
-        fault: str | None = None if heat is None else heat.equilibrium.problem(self._names)
-        return fault
-
     def _jump(self, fold: Step, before: Step, *, turned: bool = False) -> bool:
-        """Begin a run beyond a place where the thermal equilibrium ends; False if it does not end there.
+        """Begin a run beyond a place where the equilibrium of a state ends; False if it does not end there.
 
-        ``before`` shows the direction of travel. At a turning point it is the heat that turns the branch where the
-        motion at the temperatures as they are goes on.
+        ``before`` shows the direction of travel. At a turning point it is the state that turns the branch where the
+        motion at the values as they are goes on.
         """
-        heat = fold.evaluation.detail.heat
-        if heat is None or self.earlier.runs >= _MOST_JUMPS or not (turned or abs(heat.equilibrium.margin) < _FOLD):
+        here: Detail = fold.evaluation.detail
+        z = here.carried
+        if z is None or all(own.state.slow for own in here.states) or self.earlier.runs >= _MOST_JUMPS:
+            return False
+        if not (turned or abs(_margin(here)) < _FOLD):
             return False
         low, high = min(self._ends), max(self._ends)
         forward = 1.0 if before.tangent_parameter >= 0 else -1.0
         for share in _BEYOND:
             p = min(max(fold.parameter + forward * share * (high - low), low), high)
-            found = settled_body(
-                self._balance, *self._system.at(p), fold.x, heat.temperature, reach=_NEAR if turned else np.inf
-            )
+            found = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
             if found is None:
                 continue
             x, there = found
-            jump = Jump(parameter=fold.parameter, before=heat, after=there, turned=turned)
-            if fault := there.equilibrium.problem(self._names):
-                said = f"the thermal equilibrium ends at {jump.text(self._names)}, and {fault}"
-                self._end(Outcome.OUTSIDE_TABLE, said)
+            jump = Jump(parameter=fold.parameter, before=here, after=there, turned=turned)
+            if self._ended(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
                 return False
-            if jump.far(self._balance) if turned else jump.beyond_fold:
-                if jump.far(self._balance):
-                    self.jumps.append(jump.text(self._names))
+            if jump.far if turned else jump.beyond_fold:
+                if jump.far:
+                    self.jumps.append(jump.text)
                 direction = np.append(np.zeros(x.size), forward)
-                options = self._options | {"at": p, "direction": direction, "context": there.temperature}
+                options = self._options | {"at": p, "direction": direction, "context": there.carried}
                 self.earlier = self.work
                 self._run = continuation(self._system, x, *self._ends, **options)
                 return True
         return False
 
-    def _end(self, outcome: Outcome, message: str) -> None:
-        self.outcome, self.message = outcome, f"{outcome.text} ({message})"
+    def _ended(self, detail: Detail, where: str) -> bool:
+        """Whether a contact state is no result, which ends the branch."""
+        for own in detail.states:
+            if fault := own.fault():
+                self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{own.state.left} ({where}{fault})"
+                return True
+        return False
 
 
-def jumps_text(jumps: Sequence[str]) -> str:
+def jumps_text(jumps: Sequence[str], states: Sequence[ContactState]) -> str:
     """What to add to the message of the outcome, or nothing."""
     if not jumps:
         return ""
     where = ", at ".join(jumps[:5])
     more = f" and at {len(jumps) - 5} further places" if len(jumps) > 5 else ""
     return (
-        f"; the thermal equilibrium ended and the contacts took another one at {where}{more}: "
+        f"; the {_equilibria(states)} ended and the contacts took another one at {where}{more}: "
         "several exist nearby, and the way back may differ"
     )

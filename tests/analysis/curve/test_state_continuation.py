@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slipstick.analysis.curve.thermal_continuation import relative_residual
+from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.solve.norm import norm
 
 

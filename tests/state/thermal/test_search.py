@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from helpers.heat import Array, brute_roots, steep
 
-from slipstick.thermal.search import element_equilibria, surface_equilibria
+from slipstick.state.thermal.search import element_equilibria, surface_equilibria
 
 
 def test_every_equilibrium_is_found() -> None:

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.law import Law, Motion, Response
-from slipstick.errors import Fault, InputError
+from slipstick.contact import traits
+from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Law, Motion
+from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, Name, number, numbers, one, shown, suggestion, table, wrong
 from slipstick.faults import names as names_of
-from slipstick.thermal.equilibrium import Equilibrium, checked, settled
-from slipstick.thermal.friction_curve import FrictionCurve, Sampled
-from slipstick.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
-from slipstick.thermal.tangent import Power, ThermalTangent, power_by_temperature, thermal_tangent
+from slipstick.state.contact_state import Carried, ContactState, Rate, Sampled, StateModel, StateVariable
+from slipstick.state.thermal.equilibrium import Equilibrium, checked, settled
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.search import ElementEquilibria, SurfaceEquilibria, element_equilibria, surface_equilibria
 from slipstick.typing import Array, Reals
 
-Parameters = tuple[dict[str, Array], dict[str, Sampled]]
+TEMPERATURE = StateVariable("temperature", "temperature", "contact temperature")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThermalModel:
+class ThermalModel(StateModel):
     """How the contacts of a problem heat up and what that does to them.
 
     Parameters
@@ -73,6 +75,13 @@ class ThermalModel:
         """Names of the parameters that some curve gives."""
         curves = self.curve.values() if isinstance(self.curve, Mapping) else (self.curve,)
         return tuple(dict.fromkeys(name for curve in curves for name in curve.names))
+
+    def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> list[HeatedContacts]:
+        """The contacts of the law that follows some curve."""
+        curves = set(self.parameters)
+        follow = [k for k, law in enumerate(laws) if curves & set(law.values)] or [0]
+        follow.sort(key=lambda k: not is_friction(laws[k]))  # another law may call a parameter the same
+        return [replace(self.elements([name for own in names[follow[0] :][:1] for name in own]), batch=follow[0])]
 
     def elements(self, names: Sequence[str]) -> HeatedContacts:
         """The model for these contacts, in this order; raises InputError with every fault."""
@@ -168,47 +177,43 @@ def _curve(name: Name, value: Any, expected: str = "ss.FrictionCurve(...)") -> F
 
 
 @dataclass(frozen=True, kw_only=True)
-class Heat:
-    """Contact forces at the equilibrium temperatures, and everything their consistent tangent needs, n elements."""
+class Heat(Carried):
+    """Temperatures at which friction heats and the body cools alike, and the forces there."""
 
-    batch: int
-    """Which batch of the balance is heated."""
-    response: Response
     equilibrium: Equilibrium
-    tangent: ThermalTangent
-    power: Power
-    heated: HeatedContacts
 
     @property
-    def temperature(self) -> Array:
-        """Contact temperatures (n,)."""
-        return self.equilibrium.temperature
+    def power_by_value(self) -> Array:
+        """``dEdot/dT`` (n,), zero where the parameters are held."""
+        return self.equilibrium.dpower_dT
 
     @property
     def lost(self) -> bool:
-        """Whether there is no equilibrium near the start temperature that was given."""
+        """Whether there is no equilibrium near the temperatures handed on."""
         found = self.equilibrium
         return found.jumped or (found.near and not found.converged)
 
-    @property
-    def hot(self) -> tuple[str, ...]:
-        """Parameters that some curve gives."""
-        return tuple(self.heated.nominal)
-
-    def per_cold(self, name: str) -> Array:
-        """Derivative of a parameter by its cold value, (n,)."""
-        return self.heated.per_cold(name, self.temperature)
+    def fault(self) -> str | None:
+        """What is wrong with the equilibrium."""
+        return self.equilibrium.problem(self.state.names)
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeatedContacts:
+class HeatedContacts(ContactState):
     """A thermal model bound to n contact elements: validated arrays; ``curves`` with the elements each is for.
 
-    ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them.
+    ``nominal`` holds mu, kt, kn (n,) of the curves at the background temperature, nan where no curve gives them: the
+    contacts' own stand for these, and scale the curves.
     """
 
+    variable = TEMPERATURE
+    has = "heated"
+    equilibrium_name = "thermal equilibrium"
+    extreme_name = "temperature of the hottest contact"
+    left = Outcome.OUTSIDE_TABLE.text
+
     batch: int = 0
-    """Which batch of the balance they are."""
+    slow: bool = False
     names: tuple[str, ...]
     background: Array
     resistance: Array
@@ -225,63 +230,99 @@ class HeatedContacts:
             knots[: curve.knots.size, rows] = curve.knots[:, None]
         return knots
 
-    def scales(self, cold: Mapping[str, Array]) -> dict[str, Array]:
-        """Factors (n,) on the curves of each parameter: its cold value over the curve's at the background."""
-        return {
-            name: np.divide(cold[name], own, out=np.ones(len(own)), where=own > 0) for name, own in self.nominal.items()
-        }
+    @property
+    def start(self) -> Array:
+        """The background."""
+        return self.background
 
-    def parameters(self, T: Array, cold: Mapping[str, Array], scales: Mapping[str, Array]) -> Parameters:
-        """All of mu, kt, kn at T (n,), and those that some curve gives with their slopes; held beyond the limits.
-
-        ``cold`` are the values without heat, ``scales`` is what they make of the curves.
-        """
-        inside = np.clip(T, *self.limits)
-        value = {name: np.array(cold[name], dtype=float) for name in self.nominal}
-        slope = {name: np.zeros(T.size) for name in self.nominal}
+    def parameters(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
+        """mu, kt, kn at the temperatures: the curves times what the cold values are of them."""
+        sampled = {name: Sampled(np.array(given[name], dtype=float), np.zeros(z.size)) for name in self.nominal}
         for curve, rows in self.curves:
-            for name, found in curve.within(inside[rows]).items():
-                value[name][rows], slope[name][rows] = found
-        held = inside != T
-        for name, scale in scales.items():
-            # where no curve gives it, the scale is 1 and the value is the cold one
-            value[name] *= scale
-            slope[name] *= scale
-            slope[name][held] = 0.0
-        return {**cold, **value}, {name: Sampled(value[name], slope[name]) for name in value}
+            for name, found in curve.within(z[rows]).items():
+                sampled[name].value[rows], sampled[name].derivative[rows] = found
+        for name, (value, slope) in sampled.items():
+            own = self.nominal[name]  # where no curve gives it, nan: the cold value stays
+            scale = np.divide(given[name], own, out=np.ones(len(own)), where=own > 0)
+            value *= scale
+            slope *= scale
+        return sampled
 
-    def follows(self, name: str, rows: Sequence[int]) -> bool:
-        """Whether a curve gives this parameter of one of these elements."""
-        return name in self.nominal and bool(np.any(np.isfinite(self.nominal[name][list(rows)])))
-
-    def per_cold(self, name: str, T: Array) -> Array:
-        """Derivative of a parameter at T by its cold value, (n,): the curve over its value at the background."""
-        ratio = np.ones_like(T)
-        inside = np.clip(T, *self.limits)
+    def by_given(self, name: str, z: Array) -> Array:
+        """Derivative of a parameter at temperatures by its cold value, (n,): the curve over its start."""
+        ratio = np.ones_like(z)
+        inside = np.clip(z, *self.limits)
         for curve, rows in self.curves:
             if name in curve.names:
                 own = self.nominal[name][rows]
                 ratio[rows] = np.divide(curve.at(inside[rows])[name].value, own, out=np.ones_like(own), where=own > 0)
         return ratio
 
-    def respond(self, law: Law, motion: Motion, cold: Mapping[str, Array], start: Array | None = None) -> Heat:
+    def rate(self, z: Array, power: Array) -> Rate:
+        """``T_0 + R Edot - T``, in time constants of the body."""
+        R, heat = self.resistance, np.maximum(power, 0.0)
+        return Rate(self.background + (R * heat if R.ndim == 1 else R @ heat) - z, -np.ones(z.size), R)
+
+    def at_start(self) -> Mapping[str, Array]:
+        """What the curves say at the background."""
+        return self.nominal
+
+    def follows(self, name: str, rows: Sequence[int]) -> bool:
+        """Whether a curve gives this parameter of one of these elements."""
+        return name in self.nominal and bool(np.any(np.isfinite(self.nominal[name][list(rows)])))
+
+    def parameter_fault(self, name: str, quantity: str, rows: Sequence[int]) -> Fault | None:
+        """A parameter with a curve."""
+        if not self.follows(quantity, rows):
+            return None
+        return Fault(
+            statement=f"{name} follows the temperature by its table", remedy="use the factor 'friction' instead"
+        )
+
+    def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
+        """A stiffness along the normal that follows the temperature where nothing moves along it."""
+        normal = {law.ports[i] for i, name in traits.stiffness_names(law).items() if name == "kn"}
+        for e, (name, own) in enumerate(zip(self.names, ports, strict=True)):
+            if self.follows("kn", [e]) and any(p not in own for p in normal & set(traits.optional_ports(law))):
+                yield Fault(
+                    ("contact", name),
+                    "kn depends on temperature but the contact has no normal direction, so its normal load is constant",
+                    remedy="give a normal direction, or no table of kn",
+                )
+
+    def warnings(self) -> Iterator[str]:
+        """Heat that nothing depends on."""
+        if not self.nominal:
+            yield (
+                "contact temperatures have no effect: neither mu nor kt nor kn is a table over temperature; the "
+                "results are those of cold contacts, with their temperatures beside"
+            )
+
+    def time_fault(self, held: Container[str]) -> Fault | None:
+        """Heat is not integrated in time; hot parameters may be held."""
+        if "mu" in held:
+            return None
+        return Fault(
+            "time integration",
+            "friction heats these contacts, and heat is not integrated in time",
+            remedy="give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}",
+        )
+
+    def self_excited_fault(self) -> Fault:
+        """It is not known."""
+        return Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")
+
+    def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Heat:
         """Forces at the temperatures that balance their own power.
 
-        ``cold`` holds the parameters (n,) without heat. ``start`` (n,) is the neighbouring solution, next to which also
-        an equilibrium counts that is unstable while the motion is held; cold without it. A temperature outside the
+        ``given`` holds the parameters (n,) without heat. Next to ``near`` (n,), the neighbouring solution, also
+        an equilibrium counts that is unstable while the motion is held; from cold without it. A temperature outside the
         tables does not raise: see ``Equilibrium.problem``.
         """
-        element = _Element(self, law, motion, cold)
-        found = settled(element, self.background, self.resistance, self.limits, start, knots=self.knots, hold=True)
-        power, sampled = element.at(found.temperature)
-        return Heat(
-            batch=self.batch,
-            response=power.response,
-            equilibrium=found,
-            tangent=thermal_tangent(self.resistance, found.dpower_dT, power.response, sampled),
-            power=power,
-            heated=self,
-        )
+        element = _Element(self, law, motion, given)
+        found = settled(element, self.background, self.resistance, self.limits, near, knots=self.knots, hold=True)
+        at = element.at(found.temperature)
+        return Heat(state=self, values=at.values, power=at.power, sampled=at.sampled, equilibrium=found)
 
     def all_equilibria(
         self, law: Law, motion: Motion, cold: Mapping[str, Array]
@@ -307,16 +348,13 @@ class _Element:
 
     def __init__(self, heated: HeatedContacts, law: Law, motion: Motion, cold: Mapping[str, Array]) -> None:
         self.heated, self.law, self.motion, self.cold = heated, law, motion, cold
-        self.scales = heated.scales(cold)
-        self.last: tuple[Array, Power, dict[str, Sampled]] | None = None
+        self.last: Carried | None = None
 
-    def at(self, T: Array) -> tuple[Power, dict[str, Sampled]]:
-        if self.last is None or not np.array_equal(self.last[0], T):
-            values, sampled = self.heated.parameters(T, self.cold, self.scales)
-            power = Power(self.law, self.motion, self.law.respond(self.motion, values))
-            self.last = (T, power, sampled)
-        return self.last[1:]
+    def at(self, T: Array) -> Carried:
+        if self.last is None or not np.array_equal(self.last.values, T):
+            self.last = self.heated.at(self.law, self.motion, self.cold, T)
+        return self.last
 
     def __call__(self, T: Array) -> tuple[Array, Array]:
-        power, sampled = self.at(T)
-        return power.value, power_by_temperature(power, sampled)
+        at = self.at(T)
+        return at.power.value, at.power_by_value

@@ -23,18 +23,18 @@ from helpers.heated import (
 )
 
 from slipstick.errors import InputError
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
-from slipstick.thermal.search import SurfaceEquilibria
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import ThermalModel
+from slipstick.state.thermal.search import SurfaceEquilibria
 
 
 def test_temperatures_balance_the_power_of_the_forces() -> None:
     for seed in range(8):
         at = forces(model(), state(seed))
-        np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
-        np.testing.assert_allclose(at.response.values["mu"], FALLING.mu(at.temperature), rtol=1e-14)
-        np.testing.assert_allclose(at.response.values["kt"], FALLING.kt(at.temperature), rtol=1e-14)
-        np.testing.assert_allclose(at.response.values["kn"], FALLING.kn(at.temperature), rtol=1e-14)
+        np.testing.assert_allclose(at.values, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
+        np.testing.assert_allclose(at.response.values["mu"], FALLING.mu(at.values), rtol=1e-14)
+        np.testing.assert_allclose(at.response.values["kt"], FALLING.kt(at.values), rtol=1e-14)
+        np.testing.assert_allclose(at.response.values["kn"], FALLING.kn(at.values), rtol=1e-14)
 
 
 def test_equal_curves_are_evaluated_together() -> None:
@@ -48,20 +48,20 @@ def test_contact_without_curve_keeps_its_parameters_and_heats_the_others() -> No
     at = forces(heated, state(0))
     np.testing.assert_array_equal(at.response.values["mu"][[0, 2]], MU)
     np.testing.assert_array_equal(at.response.values["kt"], KT)
-    np.testing.assert_allclose(at.response.values["mu"][1], curve.mu(at.temperature[1]) * MU / curve.mu(25.0))
-    np.testing.assert_allclose(at.temperature, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
+    np.testing.assert_allclose(at.response.values["mu"][1], curve.mu(at.values[1]) * MU / curve.mu(25.0))
+    np.testing.assert_allclose(at.values, 25.0 + INFLUENCE @ at.power.value, rtol=1e-11)
 
 
 def test_total_derivative_by_a_cold_value() -> None:
     """A factor on the friction coefficient scales the whole curve."""
     heated, given = model(), state(3)
     at = forces(heated, given)
-    ratio = heated.per_cold("mu", at.temperature)
-    np.testing.assert_allclose(ratio, FALLING.mu(at.temperature) / MU, rtol=1e-14)
+    ratio = heated.by_given("mu", at.values)
+    np.testing.assert_allclose(ratio, FALLING.mu(at.values) / MU, rtol=1e-14)
     added = common(at, at.power.by_parameter("mu") * ratio)
     assert_difference(
         at.response.by_parameter("mu")[0] * ratio[:, None] + added,
-        lambda h: forces(heated, moved(given, "mu", 1.0, h), start=at.temperature).response.force[0],
+        lambda h: forces(heated, moved(given, "mu", 1.0, h), start=at.values).response.force[0],
     )
 
 
@@ -70,10 +70,10 @@ def test_beyond_the_table_the_solver_gets_a_value_and_the_user_a_sentence() -> N
     heated = ThermalModel(curve=curve, background=25.0, resistance=50.0).elements(NAMES)
     at = forces(heated, state(1))
     assert np.all(np.isfinite(at.response.force[0]))
-    hot = at.temperature > 60
+    hot = at.values > 60
     assert hot.any()
     np.testing.assert_allclose(at.response.values["mu"][hot], 0.45 * MU / curve.mu(25.0), rtol=1e-14)
-    np.testing.assert_array_equal(at.tangent.by_temperature[0][hot], 0.0)
+    np.testing.assert_array_equal(at.force_by_value[0][hot], 0.0)
     assert "leaves its table, 20 to 60" in (at.equilibrium.problem(NAMES) or "")
 
 
@@ -83,10 +83,10 @@ def test_all_equilibria_contain_the_one_taken() -> None:
         at = forces(heated, given)
         found = heated.all_equilibria(LAW, *inputs(given))
         if isinstance(found, SurfaceEquilibria):
-            assert np.abs(found.temperature - at.temperature).max(axis=1).min() < 1e-8 * at.temperature.max()
+            assert np.abs(found.temperature - at.values).max(axis=1).min() < 1e-8 * at.values.max()
         else:
             for i, element in enumerate(found):
-                assert np.abs(element.temperature - at.temperature[i]).min() < 1e-8 * at.temperature[i]
+                assert np.abs(element.temperature - at.values[i]).min() < 1e-8 * at.values[i]
 
 
 def test_influence_matrix_in_the_order_of_its_own_contacts() -> None:

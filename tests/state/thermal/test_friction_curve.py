@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipstick.errors import InputError
-from slipstick.thermal.friction_curve import INTERPOLATIONS, FrictionCurve
+from slipstick.state.thermal.friction_curve import INTERPOLATIONS, FrictionCurve
 
 T = np.array([25.0, 200.0, 400.0, 600.0, 800.0])
 MU = np.array([0.50, 0.45, 0.38, 0.31, 0.27])

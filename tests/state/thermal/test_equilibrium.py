@@ -8,9 +8,9 @@ from helpers.heat import LOAD, T0, VELOCITY, Array, R, permanent_slip, steep, su
 from scipy.special import lambertw
 
 from slipstick.errors import InputError
-from slipstick.thermal.equilibrium import equilibrium
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.search import element_equilibria, surface_equilibria
+from slipstick.state.thermal.equilibrium import equilibrium
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.search import element_equilibria, surface_equilibria
 
 
 def test_falling_friction_has_the_root_of_a_quadratic() -> None:

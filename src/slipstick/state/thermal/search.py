@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.thermal.descent import SHORTEST_CELL, TemperatureCells
-from slipstick.thermal.equilibrium import PowerFunction, checked, dissipated, equilibrium, is_stable, onto
+from slipstick.state.thermal.descent import SHORTEST_CELL, TemperatureCells, bracketed
+from slipstick.state.thermal.equilibrium import PowerFunction, checked, dissipated, equilibrium, is_stable, onto
 from slipstick.typing import Array, BoolArray
 
 Scalar = Callable[[float], tuple[float, float]]
@@ -195,25 +195,14 @@ def _roots(balance: Scalar, samples: list[tuple[float, float, float]]) -> Elemen
         elif right[1] == 0:
             roots.append(right[0])
         elif left[1] * right[1] < 0:
-            roots.append(_bracketed(balance, left, right))
+            a, Ga, b = (np.array([end]) for end in (left[0], left[1], right[0]))
+            root, _ = bracketed(lambda T: _arrays(balance(float(T[0]))), a, Ga, b, lambda T: 2e-16 * np.abs(T))
+            roots.append(float(root[0]))
     temperature = np.array(roots)
     return ElementEquilibria(
         temperature=temperature, stable=np.array([balance(t)[1] > 0 for t in temperature], dtype=bool)
     )
 
 
-def _bracketed(balance: Scalar, left: tuple[float, float, float], right: tuple[float, float, float]) -> float:
-    """Newton kept inside a bracket with a change of sign."""
-    (a, Ga, _), (b, _, _) = left, right
-    t, last = 0.5 * (a + b), np.inf
-    for _ in range(200):
-        G, dG = balance(t)
-        if G == 0 or b - a <= 4e-16 * max(abs(a), abs(b)):
-            break
-        a, b = (t, b) if (G < 0) == (Ga < 0) else (a, t)
-        step = -G / dG if dG != 0 else np.inf
-        if abs(step) <= 2e-16 * abs(t):
-            break
-        t = t + step if a < t + step < b and abs(G) <= 0.5 * last else 0.5 * (a + b)
-        last = abs(G)
-    return t
+def _arrays(values: tuple[float, float]) -> tuple[Array, Array]:
+    return np.array(values[:1]), np.array(values[1:])

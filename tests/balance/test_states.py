@@ -8,20 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+import slipstick as ss
 from slipstick.balance.contacts import ContactPair
 from slipstick.balance.loads import Load
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.start import first_point
+from slipstick.balance.states import pairs_at_start, state_faults
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import InputError
 from slipstick.solve.newton import NewtonOptions, newton
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import ThermalModel
 from slipstick.structure.matrices import MatrixStructure
-from slipstick.thermal.friction_curve import FrictionCurve
-from slipstick.thermal.model import ThermalModel
 from slipstick.trig.harmonics import Harmonics
 
 Array = np.ndarray
@@ -85,7 +87,7 @@ def test_jacobian_and_frequency_derivative(seed: int) -> None:
     system, x, omega = FrequencySystem(balance, inputs), random_state(balance, seed), 5.3
     warm = system.evaluate(x, omega).context
     at = system.evaluate(x, omega, warm)
-    assert at.detail.heat.temperature.max() > 40.0
+    assert at.detail.states[0].values.max() > 40.0
     for k in range(balance.size):
         unit = np.eye(balance.size)[k]
         assert_difference(
@@ -190,8 +192,8 @@ def test_permanent_slip_of_the_oscillator() -> None:
     x = first_point(problem, omega)
     assert x is not None
     balance = Balance(problem)
-    heat = FrequencySystem(balance, problem.inputs).evaluate(x, omega).detail.heat
-    T, mu = heat.temperature[0], heat.response.values["mu"][0]
+    heat = FrequencySystem(balance, problem.inputs).evaluate(x, omega).detail.states[0]
+    T, mu = heat.values[0], heat.response.values["mu"][0]
     curve = problem.thermal.curve
     assert T > 200.0
     assert mu == pytest.approx(float(curve.mu(T)), rel=1e-14)
@@ -205,7 +207,7 @@ def test_permanent_slip_of_the_oscillator() -> None:
 def test_heat_off_is_the_plain_problem() -> None:
     hot, plain = oscillator(10.0, 0.0), oscillator(10.0, 0.0)
     object.__setattr__(plain, "thermal", None)
-    object.__setattr__(plain, "heated", None)
+    object.__setattr__(plain, "contact_states", ())
     a, b = first_point(hot, 4.25), first_point(plain, 4.25)
     assert a is not None
     assert b is not None
@@ -230,3 +232,37 @@ def test_newton_solver_converges_from_the_cold_solution() -> None:
     result = newton(lambda z: system.evaluate(z, 5.5), x, options=NewtonOptions(), scale=float(np.linalg.norm(x)))
     assert result.converged
     assert result.iterations <= 12
+
+
+CURVE = {"temperature": [20.0, 100.0], "mu": [0.5, 0.3], "kn": [2.0, 1.0]}
+
+
+def heated_pair(normal="y", **curve):
+    K = [[40.0, 0.0], [0.0, 60.0]]
+    structure = ss.MatrixStructure(M=[[1.0, 0.0], [0.0, 1.0]], C=[[0.1, 0.0], [0.0, 0.1]], K=K, dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=1.0, mu=0.1, kn=1.0, gap=-1.0)
+    pairs = [
+        ss.ContactPair(name="hot", contact=contact, tangential="x", normal=normal),
+        ss.ContactPair(name="other", contact=contact, tangential="y"),
+    ]
+    thermal = ss.ThermalModel(
+        curve={"hot": ss.FrictionCurve(**(CURVE | curve))}, background=60.0, resistance={"hot": 1.0}
+    )
+    return ss.Problem(structure, contacts=pairs, loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(6), thermal=thermal)
+
+
+def test_cold_values_are_those_of_the_curves_at_the_background():
+    p = heated_pair()
+    [heated] = p.contact_states
+    hot, other = pairs_at_start(p.contacts, p.batches[heated.batch], heated)
+    assert float(hot.contact.mu) == pytest.approx(0.4)
+    assert float(hot.contact.kn) == pytest.approx(1.5)
+    assert float(hot.contact.kt) == 1.0
+    assert other == p.contacts[1]
+
+
+def test_a_constant_load_does_not_follow_a_stiffness():
+    p = heated_pair()
+    assert not list(state_faults(p.contacts, p.batches, p.contact_states))
+    with pytest.raises(ss.InputError, match="contact 'hot': kn depends on temperature but the contact has no normal"):
+        ss.forced_response(heated_pair(normal=None), omega=(2.0, 3.0))

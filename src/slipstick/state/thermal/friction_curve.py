@@ -5,24 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import numbers, shown
+from slipstick.state.contact_state import Sampled
 from slipstick.typing import Array, Reals
 
 CURVED_PARAMETERS = ("mu", "kt", "kn")
 INTERPOLATIONS = ("pchip", "cubic", "natural")
-
-
-class Sampled(NamedTuple):
-    """A parameter and its derivative by temperature, both shaped like the temperatures asked for."""
-
-    value: Array
-    derivative: Array
 
 
 class FrictionCurve:

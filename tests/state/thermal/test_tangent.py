@@ -22,7 +22,7 @@ from helpers.heated import (
     state,
 )
 
-from slipstick.thermal.tangent import Power
+from slipstick.contact.power import Power
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -55,7 +55,7 @@ def test_total_tangent(seed: int, resistance: Array) -> None:
     at = forces(heated, given)
     assert at.equilibrium.converged
     assert at.equilibrium.problem() is None
-    T = at.temperature
+    T = at.values
     assert T.max() > 30.0
     own_forces = at.response.detail
     for name, own_x, own_y, power in (

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
-from slipstick.thermal.descent import LONGEST_CELL, downhill, near
+from slipstick.state.thermal.descent import LONGEST_CELL, downhill, near
 from slipstick.typing import Array, BoolArray
 
 PowerFunction = Callable[[Array], tuple[Array, Array]]
@@ -40,13 +40,6 @@ class Equilibrium:
     """Whether it was sought near a start temperature, not from cold."""
     jumped: bool
     evaluations: int
-
-    @property
-    def margin(self) -> float:
-        """1 less the largest eigenvalue of ``R dEdot/dT``: how far it is from a fold, 0 on it, negative if unstable."""
-        if self.resistance.ndim == 1:
-            return float(1.0 - np.max(self.resistance * self.dpower_dT, initial=0.0))
-        return float(1.0 - np.linalg.eigvals(self.resistance * self.dpower_dT).real.max(initial=0.0))
 
     @property
     def outside(self) -> BoolArray:

@@ -1,15 +1,11 @@
-"""Consistent derivatives of contact forces whose parameters follow the friction power (THEORY.md sections 7 and 8)."""
+"""Power that the contacts of one law dissipate, with its derivatives [THEORY.md section 7]."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from slipstick.contact.law import ByPort, Law, Motion, Response, add_to
 from slipstick.contact.traits import dissipating
-from slipstick.thermal.friction_curve import Sampled
 from slipstick.typing import Array
 
 
@@ -76,41 +72,3 @@ class Power:
     def by_parameter(self, name: str) -> Array:
         """By a parameter of the law, (n,) [THEORY.md (6.2), (6.3)]."""
         return self.along(self.response.by_parameter(name))
-
-
-@dataclass(frozen=True, kw_only=True)
-class ThermalTangent:
-    """How the equilibrium temperatures answer to power, and the forces to temperature.
-
-    ``gain`` (n, n) is ``(I - R Edot_T)^-1 R``: entry (e, f) is the rise at e by power put in at f, with the feedback of
-    every element's own friction. ``by_temperature`` holds ``dF_i/dT`` (n, L) by port, at fixed motion.
-    """
-
-    gain: Array
-    by_temperature: Mapping[int, Array]
-
-    def temperature(self, dpower: Array) -> Array:
-        """Total change of temperature (n, ...) by something each element's power depends on through (n, ...)."""
-        return np.tensordot(self.gain, dpower, axes=1)
-
-
-def power_by_temperature(power: Power, sampled: Mapping[str, Sampled]) -> Array:
-    """``dEdot/dT`` (n,) at fixed motion: ``Edot_b b_T`` over the parameters b with curves [THEORY.md (8.4)]."""
-    slope = np.zeros(power.motion.drift.shape[1])
-    for name, parameter in sampled.items():
-        slope += power.by_parameter(name) * parameter.derivative
-    return slope
-
-
-def thermal_tangent(
-    resistance: Array, dpower_dT: Array, response: Response, sampled: Mapping[str, Sampled]
-) -> ThermalTangent:
-    """The tangent at an equilibrium: resistance (n,) or (n, n), ``dpower_dT`` (n,), parameters with their slopes."""
-    R = np.diag(resistance) if resistance.ndim == 1 else resistance
-    by_temperature: dict[int, Array] = {}
-    for name, parameter in sampled.items():
-        for i, tangent in response.by_parameter(name).items():
-            part = tangent * parameter.derivative[:, None]
-            add_to(by_temperature, i, part)
-    gain = np.asarray(np.linalg.solve(np.eye(dpower_dT.size) - R * dpower_dT, R), dtype=float)
-    return ThermalTangent(gain=gain, by_temperature=by_temperature)

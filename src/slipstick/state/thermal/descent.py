@@ -113,7 +113,7 @@ def downhill(
         a, Ga, da = np.where(walked, ahead, a), np.where(walked, G, Ga), np.where(walked, dG, da)
         passed |= walked & (dG <= 0)
         h = np.where(walked, np.minimum(2.0 * h, longest), h)
-    T, closed = _bracketed(balance, a, Ga, np.where(bracket, b, a), small)
+    T, closed = bracketed(balance, a, Ga, np.where(bracket, b, a), small)
     return T, found | (bracket & closed), passed
 
 
@@ -126,7 +126,7 @@ def _next_cut(a: Array, way: Array, h: Array, limits: tuple[Array, Array], knots
     return np.asarray(np.where(cut, a + way * np.where(cut, distance, 0.0), ahead))
 
 
-def _bracketed(
+def bracketed(
     balance: HeatBalance, a: Array, Ga: Array, b: Array, small: Callable[[Array], Array]
 ) -> tuple[Array, BoolArray]:
     """Newton kept inside brackets whose ends have different signs; a bracket without width is left as it is."""

@@ -1,0 +1,323 @@
+"""What contacts carry beside their motion: temperature, worn depth, what a user brings.
+
+A contact state has one value ``z`` for each contact of one law. Parameters of the law follow it, ``b(z)``, and friction
+drives it: its rate is ``r(z, P)``, with ``P(Q, b)`` the dissipated powers. A **fast** state is in equilibrium with each
+steady motion, ``r = 0``, and is eliminated: every derivative of the forces gains ``F_z dz`` with
+
+    dz = G dP,    G = -(r_z + r_P P_z)^-1 r_P,
+
+``dP`` the change of the powers at fixed z (THEORY.md (8.2), where ``r = T_0 + R P - T``). A **slow** state is held at
+the value that is handed on from point to point; what integrates ``dz/dt = r`` changes it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Container, Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, NamedTuple, Self
+
+import numpy as np
+
+from slipstick.contact.law import Law, Motion, Response, add_to
+from slipstick.contact.power import Power
+from slipstick.errors import Fault
+from slipstick.solve.norm import norm
+from slipstick.typing import Array
+
+_TOLERANCE = 1e-12
+_ROUNDING = 1e-10
+_MOST_CORRECTIONS = 40
+_SHORTEST_STEP = 1e-3
+
+
+class StateVariable(NamedTuple):
+    """The results variable that holds the values of a state, one for each contact."""
+
+    name: str
+    units: str
+    """Dimension in words, such as "length/time"."""
+    long_name: str
+
+
+class Sampled(NamedTuple):
+    """A parameter and its derivative by the state, of one shape."""
+
+    value: Array
+    derivative: Array
+
+
+class Rate(NamedTuple):
+    """Rate of a state (n,) with its derivatives: (n,) where each contact depends on itself alone, else (n, n)."""
+
+    value: Array
+    by_state: Array
+    by_power: Array
+
+
+class StateModel(ABC):
+    """What a problem is given: ``ss.Problem(..., states=[model])``."""
+
+    @abstractmethod
+    def of(self, laws: Sequence[Law], names: Sequence[Sequence[str]]) -> Sequence[ContactState]:
+        """The state of the contacts of each law that it concerns.
+
+        ``laws`` are those of the problem, ``names`` the contacts of each. Raises InputError with every fault.
+        """
+
+
+class ContactState(ABC):
+    """A state of the n contacts of one law.
+
+    Attributes
+    ----------
+    batch
+        Number of the law among those of the problem.
+    names
+        The contacts.
+    slow
+        Whether it is held where it is handed on, not sought in equilibrium.
+    variable
+        What results call it.
+    limits
+        Lowest and highest value for which the parameters are known, numbers or (n,). A curve stops where a value leaves
+        them; where the equilibrium of a fast state ends within finite ones, it goes on with the next that is reached.
+    """
+
+    batch: int
+    names: tuple[str, ...]
+    slow: bool = False
+    limits: tuple[Array | float, Array | float] = (-np.inf, np.inf)
+    variable: ClassVar[StateVariable]
+    has: ClassVar[str] = "with a state"
+    """What a notebook calls contacts that have it."""
+    left: ClassVar[str] = "stopped early: a contact state left the range in which its parameters are known"
+    """How a curve ends where a value leaves the limits."""
+
+    @property
+    @abstractmethod
+    def start(self) -> Array:
+        """The value without friction, (n,): of a fast state where nothing is handed on yet, of a slow one at first."""
+
+    @abstractmethod
+    def parameters(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
+        """Parameters of the law that follow the state, at z (n,) within the limits; ``given`` are the problem's."""
+
+    @abstractmethod
+    def by_given(self, name: str, z: Array) -> Array:
+        """Derivative (n,) of one of these parameters at z by the problem's."""
+
+    @abstractmethod
+    def rate(self, z: Array, power: Array) -> Rate:
+        """``r(z, P)`` (n,) for powers (n,), per time of any unit that all fast states of a problem share."""
+
+    def parameter_fault(self, name: str, quantity: str, rows: Sequence[int]) -> Fault | None:
+        """Why a quantity of these contacts, called ``name``, cannot be varied: the state gives it by itself."""
+        return None
+
+    def at_start(self) -> Mapping[str, Array]:
+        """Parameters (n,) at the start where the state gives them whatever the problem says; nan where it does not."""
+        return {}
+
+    def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
+        """Contacts that cannot have it; ``ports`` are those that each has."""
+        return iter(())
+
+    def warnings(self) -> Iterator[str]:
+        """What can be computed but looks wrong, one sentence each."""
+        return iter(())
+
+    def time_fault(self, held: Container[str]) -> Fault | None:
+        """Why motion is not integrated in time with the parameters that are ``held``."""
+        changes = f"the {self.variable.long_name} changes in these contacts, which is not integrated in time"
+        return Fault("time integration", changes, remedy="leave the state out and give its parameters")
+
+    def self_excited_fault(self) -> Fault:
+        """Why self-excited vibration is not computed."""
+        changes = f"self-excited vibration with a changing {self.variable.long_name} is not known"
+        return Fault("states", changes, remedy="leave it out")
+
+    @property
+    def equilibrium_name(self) -> str:
+        """What messages call its equilibrium."""
+        return f"equilibrium of the {self.variable.long_name}"
+
+    @property
+    def extreme_name(self) -> str:
+        """What messages call the largest value among the contacts."""
+        return f"largest {self.variable.long_name}"
+
+    @property
+    def span(self) -> Array:
+        """Range of the values, (n,); inf where it has no end, as of a state that nothing follows."""
+        return np.broadcast_to(self.limits[1] - self.limits[0], len(self.names))
+
+    def held(self) -> Self:
+        """The same, slow."""
+        own = copy(self)
+        object.__setattr__(own, "slow", True)
+        return own
+
+    def settled(self, law: Law, motion: Motion, given: Mapping[str, Array], near: Array | None) -> Carried:
+        """In equilibrium at a motion, next to values (n,); from the start where there are none.
+
+        By Newton's method with steps halved until the rate falls, which is enough where there is one equilibrium.
+        """
+        at = self.at(law, motion, given, self.start if near is None else near)
+        size, left = np.where(np.isfinite(self.span), self.span, 1.0), np.inf
+        for _ in range(_MOST_CORRECTIONS):
+            try:
+                step = at.solve(-at.rate.value)
+            except np.linalg.LinAlgError:
+                break
+            left = float(np.max(np.abs(step) / np.maximum(np.abs(at.values), size)))
+            factor, rate = 1.0, norm(at.rate.value)
+            while left > _TOLERANCE and factor > _SHORTEST_STEP:
+                trial = self.at(law, motion, given, at.values + factor * step)
+                if norm(trial.rate.value) < rate:
+                    at = trial
+                    break
+                factor *= 0.5
+            else:
+                break
+        return replace(at, converged=left <= _ROUNDING)
+
+    def at(self, law: Law, motion: Motion, given: Mapping[str, Array], z: Array) -> Carried:
+        """At values z (n,), in equilibrium or not."""
+        sampled = self.within(z, given)
+        power = Power(law, motion, law.respond(motion, _with(given, sampled)))
+        return Carried(state=self, values=z, power=power, sampled=sampled)
+
+    def within(self, z: Array, given: Mapping[str, Array]) -> dict[str, Sampled]:
+        """``parameters``, held beyond the limits."""
+        inside = np.clip(z, *self.limits)
+        if np.array_equal(inside, z):
+            return self.parameters(z, given)
+        return {
+            name: Sampled(own.value, np.where(inside == z, own.derivative, 0.0))
+            for name, own in self.parameters(inside, given).items()
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Carried:
+    """A state at one motion: its values, the forces there, and what every derivative needs."""
+
+    state: ContactState
+    values: Array
+    """(n,)."""
+    power: Power
+    sampled: Mapping[str, Sampled]
+    """The parameters that follow it."""
+    converged: bool = True
+
+    @property
+    def batch(self) -> int:
+        """Which batch of the balance has it."""
+        return self.state.batch
+
+    @property
+    def response(self) -> Response:
+        """The forces."""
+        return self.power.response
+
+    @cached_property
+    def rate(self) -> Rate:
+        """Its rate; zero in equilibrium."""
+        return self.state.rate(self.values, self.power.value)
+
+    @cached_property
+    def power_by_value(self) -> Array:
+        """``dP/dz`` (n,) at fixed motion [THEORY.md (8.4)]."""
+        slope = np.zeros(self.values.size)
+        for name, own in self.sampled.items():
+            slope += self.power.by_parameter(name) * own.derivative
+        return slope
+
+    @cached_property
+    def force_by_value(self) -> Mapping[int, Array]:
+        """``dF_i/dz`` (n, L) by port, at fixed motion."""
+        found: dict[int, Array] = {}
+        for name, own in self.sampled.items():
+            for i, tangent in self.response.by_parameter(name).items():
+                add_to(found, i, tangent * own.derivative[:, None])
+        return found
+
+    def solve(self, right: Array) -> Array:
+        """``(r_z + r_P P_z)^-1`` times something (n, ...)."""
+        _, by_state, by_power = self.rate
+        matrix = _square(by_state) + _square(by_power) * self.power_by_value
+        return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+
+    @cached_property
+    def gain(self) -> Array:
+        """``G`` (n, n): the change of the values by powers put in at fixed values; 0 of a slow state."""
+        if self.state.slow:
+            return np.zeros((self.values.size, self.values.size))
+        _, by_state, by_power = self.rate
+        if by_state.ndim == by_power.ndim == 1:
+            return np.diag(-by_power / (by_state + by_power * self.power_by_value))
+        return -self.solve(_square(by_power))
+
+    @property
+    def margin(self) -> float:
+        """1 less the largest eigenvalue of ``-r_z^-1 r_P P_z``: how far the equilibrium is from a fold at this motion.
+
+        0 on it, negative beyond; at most 1, and 1 of a slow state.
+        """
+        if self.state.slow:
+            return 1.0
+        _, by_state, by_power = self.rate
+        if by_state.ndim == by_power.ndim == 1:
+            return float(1.0 - np.max(-by_power / by_state * self.power_by_value, initial=0.0))
+        feedback = np.linalg.solve(-_square(by_state), _square(by_power)) * self.power_by_value
+        return float(1.0 - np.linalg.eigvals(feedback).real.max(initial=0.0))
+
+    @property
+    def lost(self) -> bool:
+        """Whether there is no equilibrium next to the values handed on."""
+        return not self.converged
+
+    def fault(self) -> str | None:
+        """One sentence where the values are no result: they are beyond the limits."""
+        state = self.state
+        outside = np.flatnonzero(np.clip(self.values, *state.limits) != self.values)
+        if not outside.size:
+            return None
+        i = int(outside[0])
+        low, high = (np.broadcast_to(limit, self.values.size)[i] for limit in state.limits)
+        return (
+            f"the {state.variable.long_name} of contact {state.names[i]} leaves its range, {low:g} to {high:g}: "
+            f"it would be {self.values[i]:.4g}"
+        )
+
+
+def respond(
+    states: Sequence[ContactState], law: Law, motion: Motion, given: Mapping[str, Array], near: Sequence[Array | None]
+) -> tuple[Response, list[Carried]]:
+    """Forces of a law whose contacts have these states, next to the values ``near``.
+
+    Slow ones are held, one after the other; the last may be fast and finds its equilibrium with what they make of the
+    parameters.
+    """
+    values, held, fast = given, list[tuple[ContactState, Array, dict[str, Sampled]]](), None
+    for state, z in zip(states, near, strict=True):
+        if state.slow:
+            at = state.start if z is None else z
+            held.append((state, at, state.within(at, values)))
+            values = _with(values, held[-1][2])
+        else:
+            fast = state.settled(law, motion, values, z)
+    power = Power(law, motion, law.respond(motion, values)) if fast is None else fast.power
+    carried = [Carried(state=state, values=z, power=power, sampled=sampled) for state, z, sampled in held]
+    return power.response, carried if fast is None else [*carried, fast]
+
+
+def _with(given: Mapping[str, Array], sampled: Mapping[str, Sampled]) -> dict[str, Array]:
+    return {**given, **{name: own.value for name, own in sampled.items()}}
+
+
+def _square(own: Array) -> Array:
+    return np.diag(own) if own.ndim == 1 else own

@@ -1,0 +1,19 @@
+"""Contact states that come with the package."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from slipstick.state.contact_state import StateVariable
+from slipstick.state.thermal.friction_curve import FrictionCurve
+from slipstick.state.thermal.model import TEMPERATURE, ThermalModel
+
+STATE_VARIABLES: tuple[StateVariable, ...] = (TEMPERATURE,)
+"""In all results, whether contacts have the state or not."""
+
+STORED_STATES: dict[str, tuple[type, Any]] = {
+    "thermal": (ThermalModel, lambda model: {f.name: getattr(model, f.name) for f in fields(model)}),
+    "friction curve": (FrictionCurve, lambda curve: {**curve.tables, "interpolation": curve.interpolation}),
+}
+"""What a results file calls each part of their models, and the arguments that make an equal one."""
