@@ -209,7 +209,8 @@ class Cycles:
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
             return
-        yield self._rising(start, start.largest, STATE_CHANGE)
+        if not start.smooth:
+            yield self._rising(start, start.largest, STATE_CHANGE)
         first = start.first()
         if first is not None:
             yield from self._beyond(start, first)

@@ -41,7 +41,8 @@ def limit_cycles(
     Parameters
     ----------
     problem
-        What rubs: friction contacts on a structure that is known by matrices or modes.
+        What rubs: friction contacts, or laws without memory that tell their ``rate``, on a structure that is known by
+        matrices or modes.
     parameter, span
         As of ``parameter_response``: a name such as "brake.mu", its first and last value. Begin where steady sliding is
         stable.
@@ -143,8 +144,10 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
         if other := [name for name in pair.rubbing.names if name != "velocity"]:
             found = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
-        if not is_friction(pair.contact):
-            yield Fault(("contact", pair.name), "it follows a law of another kind", expected="friction contacts")
+        law = pair.contact
+        if not is_friction(law) and (law.memory or not law.in_time):
+            found = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
+            yield Fault(("contact", pair.name), found, expected="friction, or forces of motion and velocity")
     if problem.heated is not None:
         yield Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")
     if 1 not in problem.harmonics.orders:

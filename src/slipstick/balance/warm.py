@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from slipstick.contact import traits
 from slipstick.errors import Fault
 from slipstick.thermal.model import HeatedContacts
 
@@ -27,8 +26,8 @@ def cold_pairs(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContact
 def heat_faults(pairs: Sequence[ContactPair], batch: Batch, heated: HeatedContacts) -> list[Fault]:
     """Contacts that cannot be heated."""
     law = batch.law
-    ports = [law.ports[i] for i, name in traits.stiffness_names(law).items() if name == "kn"]
-    missing = [port for port in ports if port in traits.optional_ports(law)]
+    ports = [law.ports[i] for i, name in law.stiffness_names.items() if name == "kn"]
+    missing = [port for port in ports if port in law.optional_ports]
     return [
         Fault(
             ("contact", heated.names[e]),
