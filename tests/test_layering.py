@@ -87,7 +87,7 @@ def test_checker_sees_a_wrong_import() -> None:
     """The checker itself: a module-level import to the right is seen, one inside a function or for types is lazy."""
     source = (
         "from typing import TYPE_CHECKING\n"
-        "from slipstick.analysis.response import follow\n"
+        "from slipstick.analysis.curve.response import follow\n"
         "from ..balance import problem\n"
         "import slipstick.io.store\n"
         "from slipstick import plots\n"

@@ -222,6 +222,17 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
             "peaks_of": None, "options": SHORT, "listeners": (), "guess": None, "stability": "full", "follow": None,
         },
     ),
+    "steady_response": (
+        lambda: ss.steady_response,
+        {
+            "problem": PROBLEM, "omega": [2.0, 3.0], "guess": np.zeros(7), "options": SHORT, "listeners": (),
+            "stability": True,
+        },
+    ),
+    "steady_response of a parameter": (
+        lambda: ss.steady_response,
+        {"problem": PROBLEM, "parameter": "damper.mu", "values": [0.1, 0.3], "omega": 2.0, "guess": None},
+    ),
     "track_peak": (
         lambda: ss.track_peak,
         {

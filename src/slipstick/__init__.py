@@ -26,7 +26,7 @@ _PUBLIC = {
     "Load": "slipstick.balance.loads",
     "Problem": "slipstick.balance.problem",
     "import_model": "slipstick.importers.import_model",
-    "at_speed": "slipstick.fem.at_speed",
+    "at_speed": "slipstick.fem.rotation",
     "reduced_body": "slipstick.models.reduced_body",
     "reduced_blade": "slipstick.models.blade",
     "surface_contacts": "slipstick.models.surface_contacts",
@@ -37,14 +37,15 @@ _PUBLIC = {
     "ThermalModel": "slipstick.thermal.model",
     "Branch": "slipstick.results.branch",
     "load": "slipstick.io.loading",
-    "forced_response": "slipstick.analysis.response",
-    "parameter_response": "slipstick.analysis.response",
-    "linear_response": "slipstick.analysis.response",
-    "limit_cycles": "slipstick.analysis.limit_cycles",
-    "nonlinear_modes": "slipstick.analysis.nonlinear_modes",
-    "optimal": "slipstick.analysis.optimum",
-    "track_peak": "slipstick.analysis.tracking",
-    "transient": "slipstick.analysis.transient",
+    "forced_response": "slipstick.analysis.curve.response",
+    "parameter_response": "slipstick.analysis.curve.response",
+    "steady_response": "slipstick.analysis.curve.steady",
+    "linear_response": "slipstick.analysis.curve.response",
+    "limit_cycles": "slipstick.analysis.self_excited.limit_cycles",
+    "nonlinear_modes": "slipstick.analysis.modes.nonlinear_modes",
+    "optimal": "slipstick.analysis.peaks.optimum",
+    "track_peak": "slipstick.analysis.peaks.tracking",
+    "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.app.verbs.resume",
     "InputError": "slipstick.errors",
@@ -59,14 +60,15 @@ __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick import plots as plots
-    from slipstick.analysis.limit_cycles import limit_cycles as limit_cycles
-    from slipstick.analysis.nonlinear_modes import nonlinear_modes as nonlinear_modes
-    from slipstick.analysis.optimum import optimal as optimal
-    from slipstick.analysis.response import forced_response as forced_response
-    from slipstick.analysis.response import linear_response as linear_response
-    from slipstick.analysis.response import parameter_response as parameter_response
-    from slipstick.analysis.tracking import track_peak as track_peak
-    from slipstick.analysis.transient import transient as transient
+    from slipstick.analysis.curve.response import forced_response as forced_response
+    from slipstick.analysis.curve.response import linear_response as linear_response
+    from slipstick.analysis.curve.response import parameter_response as parameter_response
+    from slipstick.analysis.curve.steady import steady_response as steady_response
+    from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes as nonlinear_modes
+    from slipstick.analysis.peaks.optimum import optimal as optimal
+    from slipstick.analysis.peaks.tracking import track_peak as track_peak
+    from slipstick.analysis.self_excited.limit_cycles import limit_cycles as limit_cycles
+    from slipstick.analysis.time_domain.transient import transient as transient
     from slipstick.app.case.case import Case as Case
     from slipstick.app.case.case import load_case as load_case
     from slipstick.app.verbs.resume import resume as resume
@@ -82,8 +84,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.errors import InputError as InputError
     from slipstick.errors import Outcome as Outcome
     from slipstick.errors import SlipstickWarning as SlipstickWarning
-    from slipstick.fem.at_speed import at_speed as at_speed
     from slipstick.fem.materials import Material as Material
+    from slipstick.fem.rotation import at_speed as at_speed
     from slipstick.importers.import_model import import_model as import_model
     from slipstick.io.loading import load as load
     from slipstick.models.blade import reduced_blade as reduced_blade

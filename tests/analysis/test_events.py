@@ -1,7 +1,7 @@
 """What listeners are told: one beginning, every point with its numbers, one end."""
 
 import slipstick as ss
-from slipstick.analysis.events import PointFound, Started, Stopped, StrategyTried
+from slipstick.analysis.events import Listener, PointFound, Started, Stopped, StrategyTried
 from slipstick.verify.cases import oscillator
 
 
@@ -24,3 +24,19 @@ def test_a_curve_is_told_from_its_beginning_to_its_end():
     end = told[-1]
     assert (end.outcome, end.points) == (branch.outcome, len(points))
     assert end.attributes["outcome"] == branch.dataset.attrs["outcome"]
+
+
+def test_a_listener_overrides_the_methods_it_wants():
+    class Counter(Listener):
+        def __init__(self):
+            self.points, self.end = 0, None
+
+        def point_found(self, event):
+            self.points += 1
+
+        def stopped(self, event):
+            self.end = event
+
+    counter = Counter()
+    branch = ss.forced_response(oscillator(velocity=10.0), omega=(4.0, 6.0), listeners=counter)
+    assert counter.points == len(branch) == counter.end.points

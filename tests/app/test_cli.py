@@ -17,7 +17,6 @@ from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
 from slipstick.app.cli import app
-from slipstick.app.verbs import run as run_module
 from slipstick.app.verbs.examples import examples
 from slipstick.balance.kernel.compilation import compile_all
 from slipstick.io.loading import load_dataset
@@ -92,7 +91,11 @@ def test_run_loads_nothing_that_it_does_not_need(tmp_path: Path) -> None:
         "    print(*sys.modules)"
     )
     late = {"xarray", "pandas", "matplotlib", "dask", "h5netcdf", "slipstick.fem.mesh", "slipstick.importers.raw_model"}
-    unasked = {"slipstick.analysis.stability.verdict", "slipstick.analysis.sensitivity", "slipstick.studies.plan"}
+    unasked = {
+        "slipstick.analysis.stability.floquet",
+        "slipstick.analysis.sensitivity.sensitivity",
+        "slipstick.studies.plan",
+    }
     path, out = str(case(tmp_path)), str(tmp_path / "out")
     words = json.dumps([["check", path], ["run", path, "-o", out, "-q"]])
     done = subprocess.run([sys.executable, "-c", code, words], capture_output=True, text=True)
@@ -139,12 +142,11 @@ def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
 
 def test_missing_harmonics_are_warned_of_once(tmp_path: Path) -> None:
     """Odd harmonics alone under rubbing; the words are those of Python."""
-    from slipstick.app.verbs.run import warnings_of
-
     text = GOOD.replace('harmonics = "0..5"', "harmonics = [0, 1, 3]")
     assert text != GOOD
     result = slipstick("run", case(tmp_path, text), "-o", tmp_path / "out", "--no-figures")
-    (said,) = warnings_of(load_dataset(tmp_path / "out" / "results.nc"))
+    stored = load_dataset(tmp_path / "out" / "results.nc").attrs["warnings"].splitlines()
+    (said,) = [sentence for sentence in stored if "the harmonics left out" in sentence]
     assert told(result).count(" ".join(said.split())) == 1
 
 
@@ -311,7 +313,7 @@ def test_a_fault_of_the_program_is_a_sentence_and_a_log(tmp_path: Path, monkeypa
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("slipstick.app.case.case.Case.task", broken)
+    monkeypatch.setattr("slipstick.app.case.case.Case.curve", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 2
@@ -563,4 +565,6 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_states_are_averaged_over_the_contacts() -> None:
     record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
-    assert run_module.states_text(record) == "stick 25 % slip 50 % separation 25 %"
+    from slipstick.app.verbs.stored import states_text
+
+    assert states_text(record) == "stick 25 % slip 50 % separation 25 %"

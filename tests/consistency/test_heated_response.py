@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.analysis.response import forced_response, parameter_response
+from slipstick.analysis.curve.response import forced_response, parameter_response
 from slipstick.errors import InputError, Outcome
 from slipstick.thermal.friction_curve import FrictionCurve
 from slipstick.thermal.model import ThermalModel

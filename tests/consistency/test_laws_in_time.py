@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipstick as ss
-from slipstick.analysis.stability.verdict import StabilityWatch
+from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.balance.ports import Balance
 from slipstick.contact.law import Law, Motion, Response
 

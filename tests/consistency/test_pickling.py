@@ -15,7 +15,7 @@ import pytest
 from scipy import sparse
 
 import slipstick as ss
-from slipstick.analysis.response import response_options
+from slipstick.analysis.curve.response import response_options
 
 CONTACT = ss.ContactPair(
     name="damper",

@@ -8,12 +8,12 @@ import pytest
 from helpers.abaqus import TYPES, needs_ccx, run
 from scipy.sparse.linalg import eigsh
 
-from slipstick.fem.at_speed import at_speed
 from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import quadratic
+from slipstick.fem.rotation import at_speed
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape, blade_mesh
 

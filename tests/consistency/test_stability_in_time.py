@@ -9,7 +9,7 @@ from helpers.perturbed import grows_in_time, random_contacts
 from helpers.stability import contact_motion, flutter, stops
 
 import slipstick as ss
-from slipstick.analysis.response import follow
+from slipstick.analysis.curve.response import follow
 
 CLEAR = 0.01
 """Distance of the largest multiplier from the unit circle from which on the verdict has to be the same."""

@@ -10,8 +10,8 @@ from helpers.stability import contact_motion
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
-from slipstick.analysis.response import follow
-from slipstick.analysis.stepping import ChatteringError
+from slipstick.analysis.curve.response import follow
+from slipstick.analysis.time_domain.event_integrator import ChatteringError
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.SlipstickWarning")
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
-from slipstick.analysis.response import parameter_response
+from slipstick.analysis.curve.response import parameter_response
 from slipstick.errors import Outcome
 from slipstick.results.branch import Branch
 from slipstick.thermal.friction_curve import FrictionCurve

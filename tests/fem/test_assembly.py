@@ -1,12 +1,14 @@
 """Assembly does not depend on how the work is cut or on the order of nodes and elements."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipstick.fem import assembly
-from slipstick.fem.assembly import assemble, conduction
+from slipstick.fem.assembly import assemble, conduction, pattern_of
 from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.materials import Material
@@ -55,3 +57,24 @@ def test_a_body_twice_as_large_is_twice_as_stiff_and_eight_times_as_heavy():
     one, two = assemble(mesh, SOLID), assemble(replace(mesh, nodes=2.0 * mesh.nodes), SOLID)
     for name, factor in zip(NAMES, (2.0, 8.0, 2.0), strict=True):
         np.testing.assert_allclose(getattr(two, name).toarray(), factor * getattr(one, name).toarray(), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet10", "pyramid5"])
+def test_against_adding_element_by_element(kind):
+    mesh = box((1.0, 1.0, 1.0), (2, 2, 1), kind)
+    pattern = pattern_of(mesh)
+    block = mesh.blocks[kind]
+    parts = np.random.default_rng(0).normal(size=pattern.slots[kind].shape)
+    dense = np.zeros((mesh.n_nodes, mesh.n_nodes))
+    for row, part in zip(block, parts, strict=True):
+        dense[np.ix_(row, row)] += part
+    values = np.bincount(pattern.slots[kind].ravel(), parts.ravel(), minlength=pattern.n_couplings)
+    np.testing.assert_allclose(pattern.scalar_matrix(values).toarray(), dense, atol=1e-14)
+    np.testing.assert_allclose(pattern.repeated_matrix(values).toarray(), np.kron(dense, np.eye(3)), atol=1e-14)
+    blocks = values[:, None, None] * np.arange(9.0).reshape(3, 3)
+    expected = np.kron(dense, np.arange(9.0).reshape(3, 3))
+    np.testing.assert_allclose(pattern.vector_matrix(blocks).toarray(), expected, atol=1e-13)
+    coupled = np.zeros((mesh.n_nodes, mesh.n_nodes), dtype=bool)
+    for row in block:
+        coupled[np.ix_(row, row)] = True
+    assert pattern.n_couplings == coupled.sum()

@@ -1,12 +1,14 @@
 """Equations between dofs of nodes, in an imported model: matrices, names, what is kept of dependent dofs."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 from helpers.imported import spd
 from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
-from slipstick.fem.equations import NodalEquation
+from slipstick.fem.equations import NodalEquation, directions_in, names_dofs, rows_named
 from slipstick.fem.imported import ImportedModel
 from slipstick.io.model_file import load_model, save_model
 from slipstick.models.reduced_body import reduced_body
@@ -88,3 +90,15 @@ def test_rows_that_only_equations_name_come_into_being():
     tied = model().constrain([arm])
     assert "n7rz" in tied.dofs
     assert tied.K.toarray()[tied.index("n7rz"), tied.index("n7rz")] == pytest.approx(9.0 * model().K.toarray()[0, 0])
+
+
+NODES, COMPONENTS = np.array([3, 3, 12, 12]), np.array([0, 4, 0, 6])
+
+
+def test_names():
+    assert directions_in("xyz") == {"x", "y", "z"}
+    assert directions_in("x, ry") == {"x", "ry"}
+    assert [names_dofs(name) for name in ("n12", "n12s", "n12xx", "N12", "12")] == [True, True, False, False, False]
+    assert rows_named("n12", NODES, COMPONENTS).tolist() == [False, False, True, True]
+    assert rows_named("n3ry", NODES, COMPONENTS).tolist() == [False, True, False, False]
+    assert not rows_named("n3z", NODES, COMPONENTS).any()

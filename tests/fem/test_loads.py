@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.meshes import nodal_normals
 
 from slipstick.fem.box import box
-from slipstick.fem.loads import area, area_weights, film_matrix, heat_load, nodal_normals, pressure_load, traction_load
+from slipstick.fem.loads import area, area_weights, film_matrix, heat_load, pressure_load
 
 
 def quarter_tube(kind="hex20", radius=2.0, height=3.0):
@@ -34,13 +35,6 @@ def test_a_film_does_on_constants_what_a_flux_does():
     np.testing.assert_allclose(film @ np.ones(mesh.n_nodes), heat_load(mesh, outside, 4.0), atol=1e-12)
     assert abs(film - film.T).max() < 1e-14
     assert np.linalg.eigvalsh(film.toarray()).min() > -1e-13
-
-
-def test_traction_turns_a_body_by_its_lever():
-    mesh = box((1.0, 2.0, 0.5), (2, 3, 2), "tet10")
-    load = traction_load(mesh, mesh.surface("x1"), [0.0, 0.0, 3.0]).reshape(-1, 3)
-    np.testing.assert_allclose(load.sum(axis=0), [0.0, 0.0, 3.0], atol=1e-13)
-    np.testing.assert_allclose(np.cross(mesh.nodes, load).sum(axis=0), [3.0 * 1.0, -3.0 * 1.0, 0.0], atol=1e-12)
 
 
 def test_shares_of_the_area_are_positive_where_consistent_ones_are_not():

@@ -1,19 +1,113 @@
-"""Centrifugal states against closed forms; what cannot turn."""
+"""Models at speed: arguments, notes, matrices between speeds."""
+
+from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.imported import STEEL
 from scipy.linalg import eigh
 
-from slipstick.errors import InputError
+import slipstick as ss
+from slipstick.errors import InputError, SlipstickWarning
+from slipstick.fem import rotation
 from slipstick.fem.axis import Axis
 from slipstick.fem.box import box
 from slipstick.fem.equations import NodalEquation
+from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.rotation import centrifugal
+from slipstick.fem.rotation import at_speed, centrifugal, kept_centrifugal
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+
+ABOUT = {"direction": (0, 0, 1)}
+
+
+@pytest.fixture(scope="module")
+def blade() -> ImportedModel:
+    mesh = box((0.3, 0.03, 0.01), (3, 1, 1), "hex20")
+    return assemble_mesh(MeshModel(mesh=mesh), source="blade", material=STEEL, fixed=["x0"])
+
+
+def test_the_note_says_what_was_done(blade):
+    found = at_speed(blade, 500.0, axis={"point": (-0.1, 0, 0), "direction": [0, 0, 2]})
+    assert found.speed == 500.0
+    assert "at 500 rad/s about (0, 0, 1) through (-0.1, 0, 0): largest static displacement" in found.notes[-1]
+    assert "Coriolis forces are left out" in found.notes[-1]
+    assert blade.speed == 0.0
+    with pytest.raises(InputError, match="blade is a model at 500 rad/s already"):
+        at_speed(found, 600.0, axis=ABOUT)
+
+
+def test_speeds_survive_a_model_file(blade, tmp_path):
+    from slipstick.io.model_file import load_model, save_model
+
+    save_model(at_speed(blade, 500.0, axis=ABOUT), tmp_path / "m.h5")
+    assert load_model(tmp_path / "m.h5").speed == 500.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"speed": 1.0}, "axis.*found None.*expected a table"),
+        ({"speed": 1.0, "axis": {"direction": (0, 0, 1)}, "others": {1.0: None}}, "axis.*together with others"),
+        ({"speed": -1.0}, "speed.*found -1.0.*expected a speed >= 0"),
+        ({"speed": "fast"}, "speed.*found 'fast'"),
+        ({"speed": 1.0, "axis": {"direction": (0, 0)}}, "axis, direction"),
+        ({"speed": 1.0, "axis": {"direction": (0, 0, 0)}}, "axis, direction"),
+        ({"speed": 1.0, "axis": {"direction": (0, 0, 1), "point": "here"}}, "axis, point"),
+        ({"speed": 1.0, "others": {}}, "others.*expected"),
+        ({"speed": 1.0, "others": {"a": 1}}, "others.*expected"),
+        ({"speed": 1.0, "others": {0.0: None}}, "others.*expected"),
+    ],
+)
+def test_wrong_arguments(blade, arguments, sentence):
+    with pytest.raises(InputError, match=sentence):
+        at_speed(blade, **arguments)
+
+
+def test_matrices_between_speeds(blade):
+    """Linear in the square of the speed; rows in another order are found by name."""
+    at = {speed: replace(blade, K=(1.0 + speed**2 / 1e4) * blade.K) for speed in (50.0, 100.0)}
+    turned = np.arange(blade.n_dofs)[::-1]
+    other = at[100.0]
+    at[100.0] = replace(
+        other,
+        K=other.K[turned][:, turned],
+        M=other.M[turned][:, turned],
+        dof_nodes=other.dof_nodes[turned],
+        dof_components=other.dof_components[turned],
+    )
+    for speed in (0.0, 20.0, 50.0, 80.0, 100.0):
+        found = at_speed(blade, speed, others=at)
+        assert abs(found.K - (1.0 + speed**2 / 1e4) * blade.K).max() < 1e-12 * abs(blade.K).max()
+    with pytest.raises(InputError, match="expected at most 100, the highest speed with matrices"):
+        at_speed(blade, 101.0, others=at)
+    with pytest.raises(InputError, match="have different mass; matrices at speeds are of one model"):
+        at_speed(blade, 10.0, others={100.0: replace(blade, M=2.0 * blade.M)})
+    with pytest.raises(InputError, match="have different dofs"):
+        at_speed(blade, 10.0, others={100.0: replace(blade, dof_nodes=blade.dof_nodes + 1)})
+
+
+def test_what_looks_wrong_is_warned_of(blade):
+    with pytest.warns(SlipstickWarning, match=r"the strain at speed is 0\.\d+, beyond what metals bear"):
+        at_speed(blade, 9000.0, axis=ABOUT)
+    heavy = replace(blade, M=1.5 * blade.M)
+    with pytest.warns(SlipstickWarning, match="centrifugal forces are those of the mesh"):
+        at_speed(heavy, 100.0, axis=ABOUT)
+
+
+def test_a_blade_at_speed_is_a_structure(blade):
+    """Stiffer in bending out of the plane of rotation, in a reduction too."""
+    tip = next(name for name in blade.dofs[::-1] if name.endswith("z"))
+    first = [
+        ss.reduced_body(model, keep=[tip], modes=4).structure.natural_frequencies[0]
+        for model in (blade, at_speed(blade, 1000.0, axis=ABOUT))
+    ]
+    assert first[1] > 1.1 * first[0]
+
 
 ROD = Material(young=100.0, poisson=0.0, density=2.0)
 
@@ -103,3 +197,31 @@ def test_tied_parts_turn_as_one_piece():
     ]
     np.testing.assert_allclose(values[0], values[1], rtol=1e-7)
     np.testing.assert_allclose(ours.displacement[whole.n_nodes :], theirs.displacement[right], atol=1e-9)
+
+
+def test_states_are_kept_and_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = box((0.3, 0.03, 0.01), (2, 1, 1), "hex8")
+    model = assemble_mesh(MeshModel(mesh=mesh), source="blade", material=STEEL, fixed=["x0"])
+    made: list[float] = []
+
+    def counted(*given):
+        made.append(given[1])
+        return centrifugal(*given)
+
+    monkeypatch.setattr(rotation, "centrifugal", counted)
+    first, second = (kept_centrifugal(model, 300.0, Axis(), tmp_path) for _ in range(2))
+    assert made == [300.0]
+    assert abs(first.stiffness - second.stiffness).max() == 0.0
+    np.testing.assert_array_equal(first.displacement, second.displacement)
+    assert (first.strain, first.mass) == (second.strain, second.mass)
+    light = replace(model, materials={"all": Material(young=2e11, poisson=0.3, density=7000.0)})
+    for other in ((model, 301.0, Axis()), (model, 300.0, Axis(point=(1, 0, 0))), (light, 300.0, Axis())):
+        kept_centrifugal(*other, tmp_path)
+    assert len(made) == 4
+    assert len(list(tmp_path.iterdir())) == 4
+    for path in tmp_path.iterdir():
+        path.write_bytes(path.read_bytes()[:200])
+    kept_centrifugal(model, 300.0, Axis(), tmp_path)
+    assert len(made) == 5
+    kept_centrifugal(model, 300.0, Axis(), None)
+    assert len(made) == 6

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from helpers.meshes import nodal_normals
 
 from slipstick.errors import InputError
-from slipstick.fem.boundary import boundary, surface_from_nodes
+from slipstick.fem.boundary import boundary
 from slipstick.fem.box import box
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.loads import (
@@ -12,9 +13,7 @@ from slipstick.fem.loads import (
     area_weights,
     film_matrix,
     heat_load,
-    nodal_normals,
     pressure_load,
-    traction_load,
 )
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh
@@ -49,16 +48,6 @@ def test_sides_of_a_box(kind):
     assert np.abs(pressure_load(mesh, skin).reshape(-1, 3).sum(axis=0)).max() < 1e-13
     moment = np.cross(mesh.nodes, pressure_load(mesh, skin).reshape(-1, 3)).sum(axis=0)
     assert np.abs(moment).max() < 1e-13
-    assert traction_load(mesh, skin, [1.0, 2.0, 3.0]).reshape(-1, 3).sum(axis=0) == pytest.approx([7.0, 14.0, 21.0])
-
-
-def test_surface_from_the_nodes_of_a_component():
-    mesh = box(SIZE, (2, 3, 2), "hex20")
-    corners = np.unique(mesh.blocks["hex20"][:, :8])
-    top = surface_from_nodes(mesh, corners[mesh.nodes[corners, 2] == 0.5])
-    assert area(mesh, top) == pytest.approx(2.0)
-    with pytest.raises(InputError, match="no face of the boundary"):
-        surface_from_nodes(mesh, corners[:2])
 
 
 def plate(n: int) -> Mesh:

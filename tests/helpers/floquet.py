@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from slipstick.analysis.assembling import friction_system
-from slipstick.analysis.piecewise import PiecewiseLinear, State
-from slipstick.analysis.shooting import one_period, periods
-from slipstick.analysis.starting import HarmonicStart, start_from_motion
-from slipstick.analysis.stepping import Stepper
+from slipstick.analysis.time_domain.event_integrator import Stepper
+from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_from_motion
+from slipstick.analysis.time_domain.piecewise import PiecewiseLinear, State
+from slipstick.analysis.time_domain.piecewise_model import friction_system
+from slipstick.analysis.time_domain.shooting import one_period, periods
 
 
 def exact_multipliers(problem, omega, X, Y, *, held=None, most=60, tolerance=1e-11):

@@ -5,11 +5,11 @@ import warnings
 import numpy as np
 
 import slipstick as ss
-from slipstick.analysis.assembling import friction_system
-from slipstick.analysis.piecewise import PiecewiseLinear
-from slipstick.analysis.shooting import periods
-from slipstick.analysis.starting import HarmonicStart, start_from_motion
-from slipstick.analysis.stepping import ChatteringError, Stepper
+from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
+from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_from_motion
+from slipstick.analysis.time_domain.piecewise import PiecewiseLinear
+from slipstick.analysis.time_domain.piecewise_model import friction_system
+from slipstick.analysis.time_domain.shooting import periods
 
 _GROWTH = 40.0
 """What a disturbance is to grow or shrink by, at the rate of the largest multiplier."""

@@ -5,11 +5,10 @@ import warnings
 import numpy as np
 
 import slipstick as ss
-from slipstick.analysis.cycle_start import CycleStart
-from slipstick.analysis.cycles import at_rest
-from slipstick.analysis.limit_cycles import asked_cycles
-from slipstick.analysis.response import follow
-from slipstick.analysis.sliding import SteadySliding
+from slipstick.analysis.curve.response import follow
+from slipstick.analysis.self_excited.limit_cycles import at_rest, cycles_request
+from slipstick.analysis.self_excited.start import CycleStart
+from slipstick.analysis.self_excited.steady_sliding import SteadySliding
 
 
 def oscillator(velocity, harmonics=11, **parts):
@@ -101,7 +100,7 @@ def brake(*, mu=0.4, damping=0.5, harmonics=11, pads=1, velocity=1.0, structure=
 
 def at_the_hopf_point(problem):
     """What is asked for, steady sliding there, its unknowns and the start of the limit cycles."""
-    request = asked_cycles(problem, "pad.mu", (0.4, 0.8), (), None)
+    request = cycles_request(problem, "pad.mu", (0.4, 0.8), (), None)
     sliding = SteadySliding(request.balance, "pad.mu")
     (hopf,) = sliding.hopf_points([sliding.at(0.5), sliding.at(0.6)])
     rest = at_rest(request.balance, hopf)

@@ -122,7 +122,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
         lambda: problem(structure=two(), contacts=pair(tangential="tipp"), loads=()),
         ss.InputError, ("no dof 'tipp'", "did you mean 'tip'?"),
     ),
-    "dof of another case": (lambda: problem(loads=ss.Load(dof="X", sin=1.0)), ss.InputError, ("'X'", "there are x")),
+    "dof of another case": (lambda: problem(loads=ss.Load(dof="X", sin=1.0)), ss.InputError, ("'X'", "mean 'x'?")),
     "unknown output": (lambda: problem(outputs="y"), ss.InputError, ("outputs", "'y'", "there are x")),
     "a name twice": (lambda: problem(contacts=[PAIR, PAIR]), ss.InputError, ("'damper' is used 2 times",)),
     "harmonics without 0": (lambda: problem(harmonics=[1, 2, 3]), ss.InputError, ("[1, 2, 3]", "starting at 0")),
@@ -174,7 +174,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], type[Exception], tuple[str, ...]]] =
     ),
     "range for a frequency": (lambda: ss.transient(PROBLEM, (2.0, 3.0)), ss.InputError, ("omega: found (2.0, 3.0)",)),
     # parameters
-    "parameter without its contact": (lambda: swept("mu"), ss.InputError, ("did you mean '*.mu'?",)),
+    "parameter without its contact": (lambda: swept("mu"), ss.InputError, ("did you mean 'damper.mu'?",)),
     "parameter misspelt": (lambda: swept("damper.normalload"), ss.InputError, ("mean 'damper.normal_load'?",)),
     "speed": (lambda: swept("belt.speed", problem=BELT), ss.InputError, ("'belt.speed'", "mean 'belt.velocity'?")),
     "force": (lambda: swept("load.x.force"), ss.InputError, ("did you mean 'load.x.amplitude'?",)),

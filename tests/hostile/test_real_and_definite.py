@@ -15,7 +15,7 @@ from slipstick.errors import InputError
 from slipstick.importers.plain.matrix_file import read_matrix
 from slipstick.importers.read_model import read_model
 from slipstick.structure import matrices
-from slipstick.structure.definite import smallest_pivot
+from slipstick.structure.matrix_checks import smallest_pivot
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.npz import read_arrays
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from helpers.meshes import nodal_normals, quality
 from scipy.integrate import quad
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary, face_counts
-from slipstick.fem.geometry import quality, volume
-from slipstick.fem.loads import area, nodal_normals, pressure_load
+from slipstick.fem.geometry import volume
+from slipstick.fem.loads import area, pressure_load
 from slipstick.fem.materials import Material
 from slipstick.fem.model import elastic_model
 from slipstick.fem.surfaces import contact_patches, spread_nodes

@@ -14,12 +14,11 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.analysis import nonlinear_modes as modes_module
-from slipstick.analysis import peaks as peaks_module
-from slipstick.analysis import walking
-from slipstick.analysis.stability import subharmonic, verdict
-from slipstick.analysis.tasks import frequency_task
-from slipstick.analysis.walking import collect
+from slipstick.analysis.curve import request
+from slipstick.analysis.curve.follow import frequency_request
+from slipstick.analysis.modes import nonlinear_modes as modes_module
+from slipstick.analysis.peaks import events as peaks_module
+from slipstick.analysis.stability import floquet, subharmonics
 from slipstick.app.cli import app
 from slipstick.results import record
 from slipstick.results.besides import Besides
@@ -80,10 +79,10 @@ def sound() -> ss.Branch:
 BESIDE = {
     "truncation": (record, "truncation", ("truncation",)),
     "amplitude": (record, "amplitude", ("amplitude",)),
-    "stability": (verdict.StabilityWatch, "difference", ("multiplier", "multiplier_max", "hill_pw_difference")),
+    "stability": (floquet.StabilityWatch, "difference", ("multiplier", "multiplier_max", "hill_pw_difference")),
     "what contacts do at interpolated points": (record, "Together", None),
     "stick_fraction": (record, "_detail_of", None),
-    "what is suspicious in the results": (walking, "result_warnings", ()),
+    "what is suspicious in the results": (request, "result_warnings", ()),
 }
 """What fails: where it is computed, and the variables that are then not known."""
 
@@ -109,7 +108,7 @@ def test_a_curve_stays_where_something_beside_it_fails(
 
 def test_stability_that_fails_all_along(sound: ss.Branch, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its test functions too: the curve goes on without special points."""
-    monkeypatch.setattr(verdict.StabilityWatch, "at", after(12, verdict.StabilityWatch.at))
+    monkeypatch.setattr(floquet.StabilityWatch, "at", after(12, floquet.StabilityWatch.at))
     branch, said = told(lambda: ss.forced_response(problem(), omega=(8.0, 12.0), stability=True))
     assert "where stability changes is not known at" in said
     assert "\nstability is not known at" in said
@@ -135,10 +134,10 @@ def test_largest_amplitudes_that_cannot_be_sought(monkeypatch: pytest.MonkeyPatc
     structure = ss.MatrixStructure(M=np.eye(3), C=0.01 * K, K=K, dofs=["a", "b", "c"])
     pair = ss.ContactPair(name="damper", contact=FRICTION, tangential="b")
     chain = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="a", sin=100.0), harmonics=range(4))
-    task = replace(frequency_task(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
-    whole = collect(task)
+    request = replace(frequency_request(chain, (4.0, 12.0)), peaks_of=(), largest_of=("a", "b", "c"))
+    whole = request.branch()
     monkeypatch.setattr(peaks_module._Slopes, "at", fails)
-    branch, said = told(lambda: collect(task))
+    branch, said = told(request.branch)
     assert re.search("^the place of the largest amplitudes is not known at .*on purpose", said, re.MULTILINE)
     assert branch.outcome is ss.Outcome.COMPLETED
     kinds = [b.dataset["kind"].to_numpy() for b in (branch, whole)]
@@ -206,7 +205,7 @@ def test_other_roads_stay_too(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_curve_stays_where_its_subharmonics_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subharmonic, "subharmonics_of", fails)
+    monkeypatch.setattr(subharmonics, "subharmonics_of", fails)
     with pytest.warns(ss.SlipstickWarning, match="^motion of twice the period is not known at 1 place"):
         branch = ss.forced_response(problem(), omega=(10.0, 10.5), follow="subharmonic")
     assert len(branch) > 1

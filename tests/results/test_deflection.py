@@ -7,7 +7,7 @@ import pytest
 from helpers.blocks import LOSS, block, branch
 
 import slipstick as ss
-from slipstick.fem.skin import skin_of
+from slipstick.fem.boundary import skin_of
 from slipstick.results.deflection import deflection_of
 
 

@@ -1,13 +1,18 @@
 """ModalStructure against the matrices it comes from, and what it refuses."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import slipstick as ss
+from slipstick.app.case.case import load_case
 from slipstick.errors import InputError
 from slipstick.structure.matrices import MatrixStructure
-from slipstick.structure.modal import LoadShape, ModalStructure
+from slipstick.structure.modal import LoadShape, ModalStructure, first_modes, modal_number_faults, residual_faults
 from slipstick.structure.protocol import Structure
 
 RNG = np.random.default_rng(9)
@@ -279,3 +284,104 @@ def test_reduced_blade():
     grid = structure.natural_frequencies[0] * (1 + np.linspace(-1e-4, 1e-4, 201))
     amplitude = 2.0 * np.abs(structure.project(rows, np.zeros((24, 0)), ["pressure"]).at([1], grid)[0][:, 0, 0, 0])
     assert amplitude.max() == pytest.approx(3.470e-3, rel=3e-4)  # the frictionless amplitude in its README
+
+
+SHAPE = LoadShape(participation=[1.0], static_response=[1.0, 2.0])
+
+
+def test_real_arrays_have_no_faults_and_each_complex_one_has_one():
+    good = {"omega": [1.0], "mode_shapes": [[1.0], [2.0]], "second_residual": None}
+    assert modal_number_faults(good, {"wind": SHAPE}) == []
+    assert len(modal_number_faults(good | {"omega": [1j], "mode_shapes": [[1j], [2.0]]}, {"wind": SHAPE})) == 2
+    (fault,) = modal_number_faults({}, {"wind": [1.0]})
+    assert "expected a structure.modal.LoadShape" in str(fault)
+
+
+def test_a_residual_is_a_sum_of_squares():
+    a = np.random.default_rng(0).normal(size=(4, 2))
+    square = a @ a.T
+    assert residual_faults("R", square, square.diagonal()) == []
+    assert residual_faults("R", square - 1e-6 * np.diag(square.diagonal()), square.diagonal()) == []
+    (fault,) = residual_faults("R", -square, square.diagonal())
+    assert "modes only add compliance" in str(fault)
+
+
+@pytest.mark.parametrize("dofs", [3, ["x", "x"], []])
+def test_wrong_names_hide_no_other_fault(dofs: Any) -> None:
+    with pytest.raises(ss.InputError) as caught:
+        ss.ModalStructure(
+            omega=[-1.0, 2.0], mode_shapes=[[1.0, np.nan], [0.0, 1.0]], static_compliance=np.eye(2), dofs=dofs
+        )
+    first, *others = caught.value.sentences
+    assert first.startswith("dofs: ")
+    assert [s.split(":")[0] for s in others] == ["omega", "mode_shapes"]
+
+
+def test_an_array_of_texts_hides_no_other_fault() -> None:
+    with pytest.raises(ss.InputError) as caught:
+        ss.ModalStructure(
+            omega=["a", "b"], mode_shapes=np.ones((2, 3)), static_compliance=[[1.0, 2.0], [0.0, 1.0]], dofs=["x", "y"],
+            loss_factor=-0.1,
+        )  # fmt: skip
+    assert sorted(s.split(":")[0] for s in caught.value.sentences) == ["loss_factor", "omega", "static_compliance"]
+
+
+CASE = """format = 1
+harmonics = "0..3"
+[structure]
+kind = "modal"
+file = "m.npz"
+{more}
+[[contact]]
+name = "a"
+tangential = "{dof}"
+kt = 1.0
+mu = 0.3
+normal_load = 1.0
+rubbing = {{ velocity = 1.0 }}
+[response]
+from = 0.5
+to = 1.5
+"""
+
+
+def write(folder: Path, **more: object) -> Path:
+    rng = np.random.default_rng(5)
+    shapes, omega = rng.standard_normal((3, 8)), np.linspace(1.0, 50.0, 8)
+    static = (shapes / omega**2) @ shapes.T
+    np.savez(folder / "m.npz", omega=omega, mode_shapes=shapes, static_compliance=0.5 * (static + static.T), **more)
+    return folder / "m.npz"
+
+
+def receptance(structure: ss.ModalStructure) -> np.ndarray:
+    return structure.project(np.eye(3), np.eye(3)).at([1], [0.3, 2.0])[0]
+
+
+def test_dropped_modes_are_added_to_the_second_residual() -> None:
+    shapes, omega = np.arange(6.0).reshape(2, 3) + 1, np.array([1.0, 2.0, 4.0])
+    whole = {"omega": omega, "mode_shapes": shapes, "second_residual": np.zeros((2, 2))}
+    kept = first_modes(whole, 1)
+    np.testing.assert_allclose(kept["second_residual"], (shapes[:, 1:] / omega[1:] ** 4) @ shapes[:, 1:].T)
+    assert kept["omega"].tolist() == [1.0]
+
+
+def test_python_and_case_file_read_the_same_structure(tmp_path: Path) -> None:
+    path = write(tmp_path, loss_factor=0.01)
+    (tmp_path / "case.toml").write_text(CASE.format(more="modes = 6", dof="n1y"))
+    case, script = load_case(tmp_path / "case.toml").structure, ss.ModalStructure.load(path, modes=6)
+    assert case.dofs == script.dofs == ("n1x", "n1y", "n1z")
+    np.testing.assert_array_equal(receptance(case), receptance(script))
+    whole = ss.ModalStructure.load(path)
+    np.testing.assert_allclose(receptance(script), receptance(whole), rtol=1e-4)
+
+
+def test_names_in_the_file_are_taken(tmp_path: Path) -> None:
+    """By the case file too, which took no notice of them."""
+    path = write(tmp_path, loss_factor=0.01, dofs=["tip", "root", "disc"])
+    (tmp_path / "case.toml").write_text(CASE.format(more="", dof="tip"))
+    assert load_case(tmp_path / "case.toml").structure.dofs == ("tip", "root", "disc")
+    assert ss.ModalStructure.load(path, dofs=["a", "b", "c"]).dofs == ("a", "b", "c")
+    with pytest.raises(InputError, match="dofs: found 1 names; expected 3"):
+        ss.ModalStructure.load(path, dofs=["a"])
+    with pytest.raises(InputError, match="modes: found 9; expected 1 to 8"):
+        ss.ModalStructure.load(path, modes=9)

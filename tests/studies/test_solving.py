@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipstick as ss
+from slipstick.analysis.curve.follow import CurveRequest
 from slipstick.errors import Outcome
-from slipstick.studies import solving
 from slipstick.studies.plan import StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job, solve
 from slipstick.verify.cases import oscillator
@@ -63,7 +63,7 @@ def test_a_fault_is_a_row(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyP
     def broken(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(solving, "collect", broken)
+    monkeypatch.setattr(CurveRequest, "branch", broken)
     solved = solve(job, plan, 1)
     assert (solved.outcome, solved.row["points"], solved.curve.size) == (Outcome.FAILED, 0, 0)
     assert "not together" in solved.message or "a fault of slipstick itself" in solved.message
@@ -71,13 +71,13 @@ def test_a_fault_is_a_row(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyP
 
 
 def test_an_interrupt_goes_on_to_the_caller(job: Job, plan: StudyPlan, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = solving.collect
+    whole = CurveRequest.branch
 
-    def interrupted(task: object) -> object:
-        branch = whole(task)  # type: ignore[arg-type]
+    def interrupted(request: CurveRequest) -> object:
+        branch = whole(request)
         branch.outcome = Outcome.INTERRUPTED
         return branch
 
-    monkeypatch.setattr(solving, "collect", interrupted)
+    monkeypatch.setattr(CurveRequest, "branch", interrupted)
     with pytest.raises(KeyboardInterrupt):
         solve(job, plan, 0)

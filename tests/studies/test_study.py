@@ -98,7 +98,7 @@ def test_missing_reruns_what_did_not_complete(
 ) -> None:
     arguments: dict[str, Any] = {"omega": (5.0, 7.0), "workers": 1, "folder": tmp_path}
     with monkeypatch.context() as patch:
-        patch.setattr("slipstick.studies.solving.collect", lambda task: 1 / 0)
+        patch.setattr("slipstick.analysis.curve.follow.CurveRequest.branch", lambda request: 1 / 0)
         failed = ss.study(problem, {"damper.mu": [0.2]}, **arguments)
     assert failed["outcome"].to_numpy().tolist() == ["FAILED"]
     assert ss.study(problem, {"damper.mu": [0.2]}, **arguments)["outcome"].to_numpy().tolist() == ["FAILED"]

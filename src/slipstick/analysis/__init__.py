@@ -1,1 +1,1 @@
-"""Analyses: forced response, parameter studies, linear references, integration in time."""
+"""Analyses: response curves, peaks, modes, self-excited vibration, stability, sensitivities, integration in time."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from slipstick.analysis.course import Checkpoint
+from slipstick.analysis.curve.resume import Checkpoint
 from slipstick.balance.start import StrategyTried
 from slipstick.errors import Outcome
 from slipstick.results.record import Point, Recorder
@@ -33,10 +33,10 @@ class PointFound:
     progress: float
     """Part of the range that is done, 0 to 1; it falls where the branch turns back."""
     step: float
-    """Scaled length of the next step."""
+    """Scaled length of the next step; nan where there is none."""
     recorder: Recorder = field(repr=False)
-    checkpoint: Checkpoint = field(repr=False)
-    """What the branch can be followed on from."""
+    checkpoint: Checkpoint | None = field(repr=False)
+    """What a curve can be followed on from; None for other analyses."""
 
     @property
     def omega(self) -> float:
@@ -73,4 +73,38 @@ class Stopped:
 
 
 Event = Started | StrategyTried | PointFound | Stopped
-Listener = Callable[[Any], None]
+
+
+class Listener:
+    """Is told what a computation does: a subclass overrides the methods it wants. A function of one event will do too.
+
+    An exception raised here ends the computation; a KeyboardInterrupt ends it with the outcome INTERRUPTED.
+    """
+
+    def __call__(self, event: Event) -> None:
+        """Tell of an event."""
+        match event:
+            case Started():
+                self.started(event)
+            case StrategyTried():
+                self.strategy_tried(event)
+            case PointFound():
+                self.point_found(event)
+            case Stopped():
+                self.stopped(event)
+
+    def started(self, event: Started) -> None:
+        """A branch begins."""
+
+    def strategy_tried(self, event: StrategyTried) -> None:
+        """A way to the first point was tried."""
+
+    def point_found(self, event: PointFound) -> None:
+        """A point was found."""
+
+    def stopped(self, event: Stopped) -> None:
+        """The computation ended."""
+
+
+EventFunction = Callable[[Any], None]
+"""A listener, or a function of one event."""

@@ -13,14 +13,8 @@ from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.paths import Path
 from slipstick.balance.ports import Balance, Forces
 from slipstick.balance.residual import Detail, balanced, by_inputs, by_omega, detail, force_rates, terms
-from slipstick.solve.linear.undefined import UndefinedJacobian
 from slipstick.solve.newton import Evaluation
 from slipstick.typing import Array
-
-
-def _undefined(size: int) -> Evaluation:
-    """What a system answers to an iterate that is no motion: the iteration takes a shorter step."""
-    return Evaluation(np.full(size, np.nan), UndefinedJacobian(size), np.full(size, np.nan))
 
 
 def _context(found: Detail) -> Array | None:
@@ -45,11 +39,11 @@ class FrequencySystem:
         ``context`` holds the temperatures (n,) of the accepted point before, near which these are sought.
         """
         if not (isfinite(x.dot(x)) and 0.0 < parameter < inf):
-            return _undefined(x.size)
+            return Evaluation.undefined(x.size)
         balance = self.balance
         found = detail(balance, x, parameter, self.inputs, context)
         if found.heat is not None and found.heat.lost:
-            return _undefined(x.size)
+            return Evaluation.undefined(x.size)
         at = balanced(balance, x, found, balance.compliance(parameter, self.inputs.structure))
         slope = at.compliance.rate(at.G)
         slopes = by_omega(found)
@@ -80,12 +74,12 @@ class ParameterSystem:
     def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
         if not (isfinite(x.dot(x)) and isfinite(parameter)):
-            return _undefined(x.size)
+            return Evaluation.undefined(x.size)
         balance = self.balance
         inputs, direction = self.path.at(parameter)
         found = detail(balance, x, self.omega, inputs, context)
         if found.heat is not None and found.heat.lost:
-            return _undefined(x.size)
+            return Evaluation.undefined(x.size)
         at = balanced(balance, x, found, self._compliance(inputs, direction))
         direction = _warm(found, direction)
         slope = balance.moved_by(by_inputs(found, direction), direction.P, at.compliance)

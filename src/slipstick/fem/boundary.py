@@ -1,4 +1,4 @@
-"""Boundary of a mesh: the faces that belong to one element alone, and surfaces picked out of them."""
+"""Boundary of a mesh: the faces that belong to one element alone, surfaces picked out of them, the skin to be seen."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from slipstick.faults import SMALLEST, number, numbers, wrong
 from slipstick.fem.elements import FACES
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import BoolArray, IntArray
+
+SKIN_NODES = 1500
+"""So many show the shape of a body; the modes at them are stored with it."""
 
 
 def all_faces(mesh: Mesh) -> dict[str, IntArray]:
@@ -55,28 +58,6 @@ def surface_where(mesh: Mesh, marked: BoolArray) -> Surface:
     return Surface(faces={kind: faces[marked[faces].all(axis=1)] for kind, faces in boundary(mesh).faces.items()})
 
 
-def surface_from_nodes(mesh: Mesh, nodes: IntArray) -> Surface:
-    """Boundary faces whose *corner* nodes are all in ``nodes``: what a node component of another program means.
-
-    Raises
-    ------
-    InputError
-        If no boundary face lies in the set.
-    """
-    marked = np.zeros(mesh.n_nodes, dtype=bool)
-    marked[nodes] = True
-    chosen = {
-        kind: faces[marked[faces[:, : FACES[kind].n_corners]].all(axis=1)]
-        for kind, faces in boundary(mesh).faces.items()
-    }
-    surface = Surface(faces={kind: faces for kind, faces in chosen.items() if len(faces)})
-    if not surface.n_faces:
-        raise InputError(
-            f"no face of the boundary lies in this set of {len(nodes)} nodes; give the nodes of whole faces"
-        )
-    return surface
-
-
 def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, depth: float = 0.1) -> Surface:
     """Boundary faces that look in a direction and lie at that end of the body, such as the tip of a blade.
 
@@ -107,3 +88,44 @@ def surface_towards(mesh: Mesh, direction: ArrayLike, *, angle: float = 30.0, de
     if not surface.n_faces:
         raise InputError(f"no boundary face looks towards {wanted.round(3).tolist()} within {angle} degrees there")
     return surface
+
+
+def skin_of(mesh: Mesh, most: int = SKIN_NODES) -> tuple[IntArray, IntArray]:
+    """The boundary as triangles to be seen: nodes (n,) of the mesh, and triangles (t, 3) of places among them, outward.
+
+    The corners of faces alone. With more than ``most`` nodes those in one cell of a grid become one of them.
+    """
+    triangles = _triangles(mesh)
+    nodes = np.unique(triangles)
+    if len(nodes) > most:
+        triangles = _merged(mesh, nodes, triangles, most)
+        nodes = np.unique(triangles)
+    return nodes, np.searchsorted(nodes, triangles)
+
+
+def _triangles(mesh: Mesh) -> IntArray:
+    parts = [np.empty((0, 3), dtype=np.int64)]
+    for kind, faces in boundary(mesh).faces.items():
+        corners = faces[:, : FACES[kind].n_corners]
+        parts += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
+    return np.concatenate(parts)
+
+
+def _merged(mesh: Mesh, nodes: IntArray, triangles: IntArray, most: int) -> IntArray:
+    """Triangles between the first nodes of the cells of a grid; what collapses is left out."""
+    places = mesh.nodes[nodes]
+    low, extent = places.min(axis=0), float(np.ptp(places, axis=0).max())
+    cells = 4096
+    while True:
+        grid = np.floor((places - low) / (extent / cells)).astype(np.int64)
+        _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        if len(first) <= most or cells == 1:
+            break
+        cells = max(1, int(0.85 * cells))
+    leader = np.zeros(mesh.n_nodes, dtype=np.int64)
+    leader[nodes] = nodes[first][inverse.ravel()]
+    moved = leader[triangles]
+    whole = (moved[:, 0] != moved[:, 1]) & (moved[:, 1] != moved[:, 2]) & (moved[:, 0] != moved[:, 2])
+    moved = moved[whole]
+    _, once = np.unique(np.sort(moved, axis=1), axis=0, return_index=True)
+    return moved[np.sort(once)]

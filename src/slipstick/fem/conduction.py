@@ -6,19 +6,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.boundary import boundary
 from slipstick.fem.loads import film_matrix
 from slipstick.fem.mesh import Mesh
 from slipstick.typing import Array, IntArray, Matrix
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 LinearSolver = Callable[[Any, Array], Array]
 """``solve(A, B) -> X`` for a sparse symmetric positive definite A (n, n) and B (n, m)."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
 
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
 from slipstick.typing import Array, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,15 +73,11 @@ def _sizes(components: IntArray, factors: Conversion) -> Array:
 
 
 def _congruent(matrix: csr_array, size: Array, factor: float) -> csr_array:
-    from scipy.sparse import csr_array, diags_array
-
     arms = diags_array(size)
     return csr_array(arms @ (factor * matrix) @ arms)
 
 
 def _dependence(model: ImportedModel, size: Array, factors: Conversion) -> csr_array | None:
-    from scipy.sparse import csr_array, diags_array
-
     if model.dependence is None:
         return None
     own = diags_array(1.0 / _sizes(model.dependent[:, 1], factors))

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.fem.assembly import add_values, chunks
+from slipstick.fem.assembly import Pattern, add_values, chunks
 from slipstick.fem.elements import Element
 from slipstick.fem.geometry import solid_gradients
 from slipstick.fem.materials import Materials, element_values
 from slipstick.fem.mesh import Mesh
-from slipstick.fem.sparsity import Pattern
 from slipstick.typing import Array
 
 Blocks = dict[tuple[int, int], Array]

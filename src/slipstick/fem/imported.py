@@ -7,20 +7,26 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import csc_array, csr_array, vstack
 
 from slipstick.errors import Fault, InputError, SlipstickWarning
 from slipstick.faults import suggestion
-from slipstick.fem.dof_names import directions_in, names_dofs, rows_named
-from slipstick.fem.equations import COMPONENTS, NodalEquation, Pair, dof_name, idle_notes, resolve
+from slipstick.fem.equations import (
+    COMPONENTS,
+    NodalEquation,
+    Pair,
+    directions_in,
+    dof_name,
+    idle_notes,
+    names_dofs,
+    resolve,
+    rows_named,
+)
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array, BoolArray, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_array, csr_array
 
 _ROUNDING = 1e-13
 """Sums below this fraction of their terms are rounding."""
@@ -148,8 +154,6 @@ class ImportedModel:
         InputError
             If there is none of that name, or it is constrained.
         """
-        from scipy.sparse import csc_array, csr_array, vstack
-
         parts = []
         for dof in dofs:
             if dof in self._dependent_rows and self.dependence is not None:
@@ -271,8 +275,6 @@ class ImportedModel:
         InputError
             As ``slipstick.structure.constraints.eliminate``.
         """
-        from scipy.sparse import csr_array
-
         rows = self._pairs(self.dof_nodes, self.dof_components)
         zero = [*self.constrained.tolist(), *held]
         every, found = resolve(rows, list(equations), [*map(_pair, zero)], self._combinations(rows))
@@ -327,8 +329,6 @@ def _pair(given: Sequence[int]) -> Pair:
 
 def _reduced(basis: csr_array, matrix: csr_array) -> csr_array:
     """``T' A T``; what is left of cancelled terms (a rigid body's own stiffness) is zero, not rounding."""
-    from scipy.sparse import csr_array
-
     part = csr_array(basis.T @ matrix @ basis)
     part = csr_array((part + part.T) * 0.5)
     size = csr_array(abs(basis).T @ abs(matrix) @ abs(basis))
@@ -359,3 +359,42 @@ def _faults(model: ImportedModel) -> Iterator[str]:
         yield f"coordinates have shape {model.coordinates.shape}; expected ({len(model.node_ids)}, 3)"
     elif not np.all(np.isfinite(model.coordinates)):
         yield "node coordinates are not all finite"
+
+
+def mesh_of(imported: ImportedModel, what: str) -> Mesh:
+    """The mesh, which ``what`` needs; InputError where there is none."""
+    if imported.mesh is None:
+        raise InputError(f"{imported.source}: {what} need the mesh; import it too, or name contact nodes")
+    return imported.mesh
+
+
+def rows_in_mesh(imported: ImportedModel, mesh: Mesh, nodes: IntArray, components: IntArray, what: str) -> IntArray:
+    """Index of each degree of freedom in the node-major list of the mesh; -1 for rotations of nodes in no element."""
+    order = np.argsort(mesh.labels)
+    place = order[np.searchsorted(mesh.labels, nodes, sorter=order).clip(max=len(order) - 1)]
+    strange = mesh.labels[place] != nodes
+    turns = components > 2
+    if np.any(turns & ~strange & np.isin(place, mesh.used_nodes)) or np.any(turns & strange):
+        raise InputError(f"{imported.source}: {what} need solid elements; the model has rotations")
+    if np.any(strange):
+        raise InputError(
+            f"{imported.source}: node {nodes[strange][0]} of the matrices is not in the mesh; give the mesh they came "
+            "from"
+        )
+    return np.where(turns, -1, 3 * place + components)
+
+
+def motion_in_mesh(imported: ImportedModel, mesh: Mesh, free: IntArray, what: str) -> csr_array | None:
+    """Motion of all nodes, where some depend on others or free degrees of freedom are rotations."""
+    if imported.dependence is None and np.all(free >= 0):
+        return None
+    own = np.flatnonzero(free >= 0)
+    parts = [csr_array((np.ones(len(own)), (range(len(own)), own)), shape=(len(own), len(free)))]
+    rows = [free[own]]
+    if imported.dependence is not None:
+        among = rows_in_mesh(imported, mesh, imported.dependent[:, 0], imported.dependent[:, 1], what)
+        parts.append(imported.dependence[among >= 0])
+        rows.append(among[among >= 0])
+    every = np.concatenate(rows)
+    moved = csr_array((np.ones(len(every)), (every, range(len(every)))), shape=(3 * mesh.n_nodes, len(every)))
+    return csr_array(moved @ vstack(parts))

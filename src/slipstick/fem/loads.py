@@ -1,22 +1,17 @@
-"""Surface integrals: pressure, traction, heat flux, convection film, nodal areas and normals.
+"""Surface integrals: pressure, heat flux, convection film, nodal areas.
 
 Load vectors are consistent (they integrate the shape functions): uniform pressure pulls on the corners of 8-node faces.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numpy.typing import ArrayLike
+from scipy.sparse import coo_array, csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.geometry import face_geometry
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.typing import Array
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 def area(mesh: Mesh, surface: Surface) -> float:
@@ -40,11 +35,6 @@ def pressure_load(mesh: Mesh, surface: Surface, pressure: float = 1.0) -> Array:
     return -pressure * load.ravel()
 
 
-def traction_load(mesh: Mesh, surface: Surface, traction: ArrayLike) -> Array:
-    """Nodal forces (3 n_nodes,) of a uniform traction (3,), force per area."""
-    return np.outer(heat_load(mesh, surface), np.asarray(traction, dtype=float)).ravel()
-
-
 def film_matrix(mesh: Mesh, surface: Surface, coefficient: float) -> csr_array:
     """Convection matrix ``h int N_i N_j dS``, (n_nodes, n_nodes), W/K for h in W/(m2 K).
 
@@ -53,8 +43,6 @@ def film_matrix(mesh: Mesh, surface: Surface, coefficient: float) -> csr_array:
     InputError
         If the coefficient is negative or not finite.
     """
-    from scipy.sparse import coo_array
-
     if not (np.isfinite(coefficient) and coefficient >= 0.0):
         raise InputError(f"convection coefficient {coefficient}: expected a finite value >= 0")
     rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
@@ -78,12 +66,3 @@ def area_weights(mesh: Mesh, surface: Surface) -> Array:
         squares = weights @ values**2
         np.add.at(shares, faces, squares * (weights.sum(axis=1) / squares.sum(axis=1))[:, None])
     return shares
-
-
-def nodal_normals(mesh: Mesh, surface: Surface) -> Array:
-    """Outward unit normals (n_nodes, 3), averaged over the faces at each node by area; zero off the surface."""
-    normals = np.zeros((mesh.n_nodes, 3))
-    for faces, values, weights, unit in face_geometry(mesh, surface):
-        np.add.at(normals, faces, np.einsum("mq,mqa,qn->mna", weights, unit, values**2))
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals / np.where(size > 0.0, size, 1.0)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse import coo_array, csr_array
 
 from slipstick.errors import InputError
 from slipstick.fem.equations import Pair
 from slipstick.typing import Array
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +57,6 @@ def with_lumped(
     matrices: Mapping[str, csr_array], rows: Sequence[Pair], lumped: Iterable[Lumped]
 ) -> tuple[dict[str, csr_array], list[Pair]]:
     """Matrices with these added, and their rows: those that only a mass or a spring has come last."""
-    from scipy.sparse import coo_array, csr_array
-
     parts = list(lumped)
     every = list(dict.fromkeys([*rows, *(pair for part in parts for pair in part.pairs)]))
     place = {pair: i for i, pair in enumerate(every)}

@@ -6,9 +6,10 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.assembly import SolidMatrices, assemble
@@ -16,9 +17,6 @@ from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh
 from slipstick.fem.refine import linear_warnings
 from slipstick.typing import Array, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +75,6 @@ class ElasticModel:
 
     def rows_of(self, nodes: IntArray) -> csr_array:
         """Sparse (n_free, 3 n): the columns take x, y, z of each node out of a motion; zero where it is held."""
-        from scipy.sparse import csr_array
-
         if self.basis is not None:
             return csr_array(self.basis[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()].T)
         at = self._position[(3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()]

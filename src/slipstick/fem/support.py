@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array
 
 from slipstick.fem.equations import COMPONENTS
 from slipstick.fem.imported import ImportedModel
 from slipstick.typing import Array, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
 
 RIGID = 1e-10
 """A motion whose stiffness is below this fraction of the largest diagonal entry of K is taken for a rigid body's."""
@@ -91,7 +88,6 @@ def misplaced_parts(model: ImportedModel) -> Iterator[tuple[IntArray, int, int]]
     Then positions, directions of displacements or the order of rows do not fit the matrices. Only parts whose points
     have positions are tried, up to 2000 rows.
     """
-    from scipy.sparse import diags_array
     from scipy.sparse.csgraph import connected_components
 
     count, part = connected_components(model.K, directed=False)

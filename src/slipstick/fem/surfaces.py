@@ -10,21 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array, hstack
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.elements import FACES
+from slipstick.fem.geometry import face_geometry
 from slipstick.fem.loads import area_weights
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.quadrature import Rule, gauss
 from slipstick.typing import Array, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_array
 
 _PATCH_POINTS = 8
 
@@ -52,8 +50,6 @@ class ContactPatches:
 
     def directions(self, vectors: Array) -> csc_array:
         """Columns (3 n_nodes, n_contacts): motion of each contact along its unit vector, (n_contacts, 3)."""
-        from scipy.sparse import csc_array
-
         along = [csc_array(self.weights * vectors[:, axis]) for axis in range(3)]
         coo = [part.tocoo() for part in along]
         rows = np.concatenate([3 * part.row + axis for axis, part in enumerate(coo)])
@@ -130,8 +126,6 @@ def contact_patches(mesh: Mesh, surface: Surface, at: ArrayLike, radius: float |
     InputError
         If a node is not on the surface, is given twice, or the patch does not meet enough of the surface.
     """
-    from scipy.sparse import csc_array, hstack
-
     nodes, positions = _located(mesh, surface, np.asarray(at))
     owned = np.zeros(len(nodes))
     for _, _, places, areas, _ in _samples(mesh, surface):
@@ -191,21 +185,8 @@ def _patch(mesh: Mesh, surface: Surface, position: Array, radius: float) -> tupl
 
 def _samples(mesh: Mesh, surface: Surface) -> Iterator[tuple[IntArray, Array, Array, Array, Array]]:
     """Faces, shape values, points (m, q, 3), areas (m, q) and unit normals (m, q, 3) at a dense rule."""
-    for kind, faces in surface.faces.items():
-        if len(faces):
-            rule = _dense_rule(kind)
-            values, gradients = FACES[kind].basis(rule.points)
-            corners = mesh.nodes[faces]
-            across = np.einsum("mna,qnd->mqad", corners, gradients)
-            normal = np.cross(across[..., 0], across[..., 1])
-            size = np.linalg.norm(normal, axis=2)
-            yield (
-                faces,
-                values,
-                np.einsum("qn,mna->mqa", values, corners),
-                size * rule.weights,
-                normal / size[..., None],
-            )
+    for faces, values, areas, normals in face_geometry(mesh, surface, _dense_rule):
+        yield faces, values, np.einsum("qn,mna->mqa", values, mesh.nodes[faces]), areas, normals
 
 
 def _dense_rule(kind: str) -> Rule:

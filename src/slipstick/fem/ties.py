@@ -126,12 +126,11 @@ class Sector:
 
     def rotation(self, sign: float) -> Array:
         """Rotation (3, 3) by one sector about the axis."""
+        from scipy.spatial.transform import Rotation
+
         axis = self.end - self.start
-        x, y, z = axis / np.linalg.norm(axis)
-        angle = sign * 2.0 * np.pi / self.count
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-        return turned
+        turn = sign * 2.0 * np.pi / self.count * axis / np.linalg.norm(axis)
+        return np.asarray(Rotation.from_rotvec(turn).as_matrix())
 
 
 def sides(mesh: Mesh, sector: Sector, dependent: IntArray, independent: Surface | IntArray) -> tuple[Projection, Array]:

@@ -12,11 +12,10 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.fem import refine
 from slipstick.fem.boundary import boundary
-from slipstick.fem.dof_names import names_dofs
 from slipstick.fem.elements import FACES, LINEAR_TO_QUADRATIC
-from slipstick.fem.equations import NodalEquation
+from slipstick.fem.equations import NodalEquation, names_dofs
 from slipstick.fem.frames import NodeAxes
-from slipstick.fem.hourglass import hourglass_warnings
+from slipstick.fem.geometry import hourglass_warnings
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.lumped import Lumped, with_lumped
 from slipstick.fem.materials import Material

@@ -13,8 +13,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.support import empty_rows, floating_parts, misplaced_parts, name_rows
-from slipstick.structure.checks import DAMPING_ELSEWHERE, number_faults, real
-from slipstick.structure.symmetry import asymmetry
+from slipstick.structure.checks import DAMPING_ELSEWHERE, asymmetry, number_faults, real
 from slipstick.typing import Array, BoolArray, IntArray, Matrix
 
 if TYPE_CHECKING:

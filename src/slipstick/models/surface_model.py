@@ -16,15 +16,14 @@ from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.assembly import conduction
+from slipstick.fem.boundary import skin_of
 from slipstick.fem.conduction import LinearSolver, conductance, default_solver, influence_matrix
 from slipstick.fem.contact_points import ContactPoints
-from slipstick.fem.imported import ImportedModel
-from slipstick.fem.in_mesh import mesh_of, motion_in_mesh, rows_in_mesh
+from slipstick.fem.imported import ImportedModel, mesh_of, motion_in_mesh, rows_in_mesh
 from slipstick.fem.loads import pressure_load
 from slipstick.fem.materials import Materials
 from slipstick.fem.mesh import Mesh, Surface
 from slipstick.fem.model import ElasticModel, elastic_model
-from slipstick.fem.skin import skin_of
 from slipstick.fem.surfaces import ContactPatches, contact_patches, spread_nodes
 from slipstick.structure.reduction.reduce import SkinRows
 from slipstick.typing import Array, IntArray

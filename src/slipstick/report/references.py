@@ -17,7 +17,7 @@ _SECONDS = 0.2
 
 def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
-    from slipstick.analysis.references import linear_references
+    from slipstick.analysis.curve.linear import linear_references
     from slipstick.balance.ports import Balance
 
     problem, dataset = branch.problem, branch.table

@@ -11,8 +11,7 @@ import numpy as np
 from slipstick.balance.ports import Balance
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
-from slipstick.structure.at_skin import AtSkin
-from slipstick.structure.skin import Skin
+from slipstick.structure.skin import AtSkin, Skin
 from slipstick.typing import Array
 
 if TYPE_CHECKING:

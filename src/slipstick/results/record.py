@@ -234,7 +234,12 @@ class Recorder:
         }
         if self.stability:
             found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
+        found |= self.further(points)
         return {name: found[name] for name in layout.variables}
+
+    def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
+        """Variables that a subclass adds to the layout."""
+        return {}
 
     def _each(self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]) -> Array:
         return self.besides.each(what, compute, count, shape)

@@ -276,11 +276,6 @@ def requested_attribute(values: Sequence[float]) -> dict[str, str]:
     return {REQUESTED: " ".join(repr(float(value)) for value in values)} if values else {}
 
 
-def requested_of(attributes: Mapping[str, Any]) -> tuple[float, ...]:
-    """What ``requested_attribute`` wrote."""
-    return tuple(map(float, str(attributes.get(REQUESTED, "")).split()))
-
-
 def attributes_of(
     problem: Problem, outcome: Outcome, message: str, warnings: Sequence[str] = (), *, parameter: str = "", **more: Any
 ) -> dict[str, Any]:

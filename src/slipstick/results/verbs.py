@@ -48,14 +48,14 @@ def save_shape(branch: Branch, path: str | Path, point: int, **options: Any) -> 
 
 def sensitivity(branch: Branch, parameters: Names, dof: str | None, *, together: bool = True) -> xarray.Dataset:
     """As ``Branch.sensitivity``; ``together``: parameters that are the same thing twice are warned of."""
-    from slipstick.analysis.sensitivity import sensitivity_of
+    from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
     return sensitivity_of(branch, parameters, dof, together=together)
 
 
 def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
     """As ``Branch.subharmonic``."""
-    from slipstick.analysis.stability.subharmonic import subharmonic_response
+    from slipstick.analysis.stability.subharmonics import subharmonic_response
 
     return subharmonic_response(branch, point, **options)
 
@@ -84,10 +84,10 @@ class TimeCheck:
 
 def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
-    from slipstick.analysis.assembling import friction_elements, integration_faults
-    from slipstick.analysis.correcting import corrected
-    from slipstick.analysis.starting import HarmonicStart
-    from slipstick.analysis.transient import transient
+    from slipstick.analysis.curve.steady import corrected
+    from slipstick.analysis.time_domain.initial_state import HarmonicStart
+    from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults
+    from slipstick.analysis.time_domain.transient import transient
     from slipstick.contact.friction_law import FrictionLaw, is_friction
 
     found, problem = branch.point(point), branch.problem_at(point)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
-from slipstick.structure.symmetry import ASYMMETRY, asymmetry
-from slipstick.typing import Array
+from slipstick.typing import Array, Matrix, Sparse
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
@@ -27,6 +26,9 @@ REAL_MODES = {
     "mode_shapes": "give the real modes of the undamped structure, and damping as loss_factor or damping_ratio",
 }
 """What to do about complex modal arrays."""
+
+ASYMMETRY = 1e-8
+"""Largest difference between a row and its column, relative to the row's absolute sum, that passes as symmetric."""
 
 
 def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
@@ -72,6 +74,40 @@ def array_faults(
     if non_negative and np.any(value < 0):
         return [Fault(name, f"the smallest entry is {value.min():g}", expected="none negative")]
     return []
+
+
+class MirroredPair(NamedTuple):
+    """An entry (row, column) and its mirror image (column, row) that differ."""
+
+    row: int
+    column: int
+    entry: float
+    mirrored: float
+
+
+def asymmetry(A: Matrix, tolerance: float = ASYMMETRY) -> MirroredPair | None:
+    """In the first row that differs from its column, what differs most; None for a symmetric matrix.
+
+    Two products with a random vector, no transposed copy: rows and columns that differ give different sums.
+
+    >>> from scipy import sparse
+    >>> asymmetry(sparse.csr_array([[2.0, 1.0], [0.0, 2.0]]))
+    MirroredPair(row=0, column=1, entry=1.0, mirrored=0.0)
+    """
+    x = np.random.default_rng(1).uniform(0.5, 1.5, A.shape[0])
+    difference = np.abs(A @ x - A.T @ x)
+    wrong = np.flatnonzero(difference > tolerance * np.maximum(abs(A) @ x, np.finfo(float).tiny))
+    if not len(wrong):
+        return None
+    i = int(wrong[0])
+    row, column = (np.ravel(each.toarray() if hasattr(each, "toarray") else each) for each in _cross(A, i))
+    j = int(np.argmax(np.abs(row - column)))
+    return MirroredPair(i, j, float(row[j]), float(column[j]))
+
+
+def _cross(A: Sparse, i: int) -> tuple[Any, Any]:
+    """Row and column ``i``."""
+    return (A.tocsr()[[i]], A.tocsc()[:, [i]]) if hasattr(A, "tocsr") else (A[i], A[:, i])
 
 
 def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> list[Fault]:

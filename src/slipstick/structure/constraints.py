@@ -10,16 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array, csr_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one
 from slipstick.typing import Array, IntArray
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
 
 _NEGLIGIBLE = 1e-12
 """Coefficients below this fraction of the largest are what is left of a cancellation."""
@@ -69,8 +67,6 @@ class Elimination:
 
     def reduce(self, matrix: Any) -> csr_array:
         """``T' A T``, exactly symmetric for a symmetric A."""
-        from scipy.sparse import csr_array
-
         reduced = csr_array(self.T.T @ csr_array(matrix) @ self.T)
         return csr_array((reduced + reduced.T) * 0.5)
 
@@ -199,8 +195,6 @@ class _Resolver:
 
 
 def _elimination(size: int, resolver: _Resolver) -> Elimination:
-    from scipy.sparse import coo_array, csr_array
-
     # the last ones depend on none before them: resolved in that order, no row is walked through twice
     for dof in reversed(list(resolver.rows)):
         resolver.rows[dof] = resolver.resolved(resolver.rows[dof])

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import (
@@ -20,12 +21,11 @@ from slipstick.structure.checks import (
     number_faults,
     real,
 )
-from slipstick.structure.definite import energy_fed, fed_modes
 from slipstick.structure.dynamic import DynamicStiffness, checked_values
+from slipstick.structure.matrix_checks import energy_fed, fed_modes, system_matrices
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance, PoleReceptance, SolvedReceptance
-from slipstick.structure.system_checks import system_matrices
 from slipstick.typing import Array, Matrix, MatrixLike, Reals
 
 DENSE_LIMIT = 1500
@@ -329,8 +329,6 @@ class MatrixStructure:
 
 def _thin(matrix: Matrix) -> Any:
     """A large dense matrix of mostly zeros as a sparse one, others as they are."""
-    from scipy.sparse import csc_array
-
     if isinstance(matrix, np.ndarray) and matrix.size > _SMALL and 4 * np.count_nonzero(matrix) < matrix.size:
         return csc_array(matrix)
     return matrix

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,24 +12,37 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.errors import Fault, InputError
-from slipstick.faults import one
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import one, shown
 from slipstick.structure.checks import (
+    REAL_MODES,
+    array_faults,
     checked_names,
     directions,
     known_shapes,
     named_shapes,
+    number_faults,
     real,
+    symmetry_faults,
 )
-from slipstick.structure.definite import fed_modes
 from slipstick.structure.dynamic import checked_values
-from slipstick.structure.modal_checks import RESIDUAL_ROUNDING, modal_faults, residual_faults
-from slipstick.structure.modal_files import first_modes, modal_arrays, modal_dofs, size_faults
+from slipstick.structure.matrix_checks import fed_modes, semidefinite_to
+from slipstick.structure.npz import array_shapes, read_any, read_arrays
 from slipstick.structure.protocol import Receptance, TimeEquations
 from slipstick.structure.receptance import ModalReceptance
 from slipstick.structure.skin import Skin
 from slipstick.structure.truncation import Truncation, load_arrays
 from slipstick.typing import Array, Reals
+
+_COMPLIANCES = ("static_compliance", "second_residual")
+"""Arrays that may be left out."""
+
+RESIDUAL_ROUNDING = 1e-4
+"""What a residual may lie below zero, relative to the whole: the digits of exported modes."""
+
+_NEEDED = {"omega": 1, "mode_shapes": 2, "static_compliance": 2}
+_DAMPING = ("loss_factor", "damping_ratio")
+_LOAD = ("load_participation", "static_load_response", "second_load_response")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -394,3 +407,160 @@ class ModalStructure:
 
     def __repr__(self) -> str:
         return f"ModalStructure({self.omega.size} modes, {len(self._dofs)} dofs)"
+
+
+def modal_number_faults(given: Mapping[str, Any], load_shapes: Mapping[str, LoadShape]) -> list[Fault]:
+    """Faults of modal arrays that are not made of real numbers; those that are None are left alone."""
+    faults = []
+    for name, value in given.items():
+        faults += [] if value is None else number_faults(name, value, REAL_MODES.get(name, ""))
+    for name, shape in load_shapes.items():
+        if not hasattr(shape, "arrays"):
+            faults.append(Fault(("load shape", name), found=shown(shape), expected="a structure.modal.LoadShape"))
+            continue
+        for part, value in shape.arrays().items():
+            faults += number_faults(("load shape", name, part), value)
+    return faults
+
+
+def modal_faults(given: Mapping[str, Any], load_shapes: Mapping[str, LoadShape], n: int | None) -> list[Fault]:
+    """Faults of all modal arrays at ``n`` dofs (None: not known), those of one beside those of the others.
+
+    What is of the wrong shape, or is no number, does not say how many modes or dofs there are.
+    """
+    faults = modal_number_faults(given, load_shapes)
+    wrong = {fault.where for fault in faults}
+    there = {name: v for name, v in given.items() if v is not None or name not in _COMPLIANCES}
+    known = {name: real(v) for name, v in there.items() if (name,) not in wrong}
+    shapes: tuple[int, ...] = known["mode_shapes"].shape if "mode_shapes" in known else ()
+    omega = known.pop("omega", None)
+    if omega is not None and (omega.ndim != 1 or omega.size == 0):
+        faults.append(Fault("omega", found=f"shape {omega.shape}", expected="(n_modes,), at least one mode"))
+        omega = None
+    if n is None and len(shapes) == 2:
+        n = shapes[0]
+    modes = omega.size if omega is not None else shapes[1] if len(shapes) == 2 else None
+    if omega is not None:
+        faults += array_faults("omega", omega, omega.shape, positive=True)
+    for name, value in known.items():
+        faults += _array_faults(name, value, n, modes)
+    for name, shape in load_shapes.items():
+        if hasattr(shape, "arrays"):
+            for part, value in shape.arrays().items():
+                where = ("load shape", name, part)
+                size = modes if part == "participation" else n
+                faults += [] if where in wrong or size is None else array_faults(where, real(value), (size,))
+    return faults
+
+
+def _array_faults(name: str, value: Any, n: int | None, modes: int | None) -> list[Fault]:
+    """Faults of one of the arrays with the sizes that are known."""
+    if name == "mode_shapes":
+        rows, columns = value.shape if value.ndim == 2 else (None, None)
+        return array_faults(name, value, (n or rows or 1, modes or columns or 1))
+    if name in _COMPLIANCES:
+        square = (n or len(np.atleast_1d(value)),) * 2
+        return array_faults(name, value, square) or symmetry_faults(name, value, tolerance=1e-5)
+    size = () if name == "damping" or value.ndim == 0 else value.shape if modes is None else (modes,)
+    return array_faults(name, value, size, non_negative=name != "damping_ratio")
+
+
+def residual_faults(name: str, residual: Array, whole: Array) -> list[Fault]:
+    """Faults of a residual (n, n) of the modes left out: a sum of squares, so it has no negative eigenvalue.
+
+    Judged in parts of ``whole`` (n,), the compliances it belongs to.
+    """
+    lowest = semidefinite_to(residual, whole, RESIDUAL_ROUNDING)
+    if lowest is None:
+        return []
+    return [
+        Fault(
+            name,
+            f"what it leaves to the modes not given has a negative eigenvalue ({lowest:.2g} of the whole), but modes "
+            "only add compliance",
+            remedy="check the order of dofs and modes, and that all arrays belong together",
+        )
+    ]
+
+
+def modal_arrays(path: Path) -> dict[str, Any]:
+    """The arrays of a file that ``ModalStructure.from_arrays`` knows.
+
+    Raises
+    ------
+    InputError
+        One sentence for each array that is missing, not real and finite, or does not fit the mode shapes.
+    """
+    arrays: dict[str, Any] = dict(read_arrays(path, _NEEDED, (*_LOAD, *_DAMPING, "second_residual")))
+    faults = list(_shape_faults(path.name, arrays))
+    if faults:
+        raise InputError(faults)
+    if "dofs" in array_shapes(path):
+        arrays["dofs"] = read_any(path)["dofs"]
+    return arrays
+
+
+def first_modes(arrays: Mapping[str, Any], modes: int) -> dict[str, Any]:
+    """The arrays of the first modes; the second residuals hold what the dropped ones leave."""
+    if modes == arrays["omega"].size:
+        return dict(arrays)
+    dropped = arrays["mode_shapes"][:, modes:] / arrays["omega"][modes:] ** 4
+    kept = {**arrays, "omega": arrays["omega"][:modes], "mode_shapes": arrays["mode_shapes"][:, :modes]}
+    kept |= {name: arrays[name][:modes] for name in _DAMPING if name in arrays and arrays[name].ndim == 1}
+    kept["second_residual"] = arrays.get("second_residual", 0.0) + dropped @ arrays["mode_shapes"][:, modes:].T
+    if "load_participation" in arrays:
+        participation = arrays["load_participation"]
+        kept["load_participation"] = participation[:modes]
+        kept["second_load_response"] = arrays.get("second_load_response", 0.0) + dropped @ participation[modes:]
+    return kept
+
+
+def modal_dofs(arrays: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the rows of the mode shapes: the file's own, else three directions a node.
+
+    >>> modal_dofs({"mode_shapes": np.eye(6)})
+    ('n1x', 'n1y', 'n1z', 'n2x', 'n2y', 'n2z')
+    """
+    if "dofs" in arrays:
+        return tuple(str(name) for name in np.asarray(arrays["dofs"]).ravel())
+    rows = np.asarray(arrays["mode_shapes"]).shape[0]
+    if rows % 3:
+        raise InputError(
+            Fault(
+                "dofs",
+                IS_MISSING,
+                remedy=f"{rows} rows of mode_shapes are not whole nodes of x, y, z: give their names",
+            )
+        )
+    return tuple(f"n{row // 3 + 1}{'xyz'[row % 3]}" for row in range(rows))
+
+
+def size_faults(shape: tuple[int, int], modes: int | None, dofs: Sequence[str] | None) -> Iterator[Fault]:
+    """Whether mode shapes (n_dofs, n_modes) have as many modes, and as many rows as there are names."""
+    rows, available = shape
+    if modes is not None and not 1 <= modes <= available:
+        yield Fault("modes", found=str(modes), expected=f"1 to {available}, the modes in the file")
+    if dofs is not None and len(dofs) != rows:
+        yield Fault("dofs", found=f"{len(dofs)} names", expected=f"{rows}, one for each row of mode_shapes")
+
+
+def _shape_faults(file: str, arrays: Mapping[str, Any]) -> Iterator[Fault]:
+    n_dofs, n_modes = arrays["mode_shapes"].shape
+    expected = {
+        "omega": (n_modes,),
+        "static_compliance": (n_dofs, n_dofs),
+        "second_residual": (n_dofs, n_dofs),
+        "load_participation": (n_modes,),
+        "static_load_response": (n_dofs,),
+        "second_load_response": (n_dofs,),
+        **{name: (n_modes,) for name in _DAMPING if name in arrays and arrays[name].ndim},
+    }
+    for name, shape in expected.items():
+        if name in arrays and arrays[name].shape != shape:
+            yield (
+                Fault(
+                    file,
+                    f"'{name}' has shape {arrays[name].shape}",
+                    expected=f"{shape} to agree with mode_shapes {(n_dofs, n_modes)}",
+                )
+            )

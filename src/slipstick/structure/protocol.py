@@ -30,7 +30,6 @@ class Receptance(Protocol):
         sector to sector), which is why they are asked for by number. Where they do, stability asks for
         ``of_order(0, frequency)`` too, (n_rows, n_columns): the receptance of order 0 away from rest.
         """
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,17 +60,14 @@ class Structure(Protocol):
     @property
     def dofs(self) -> tuple[str, ...]:
         """Names of the degrees of freedom."""
-        ...
 
     @property
     def load_shapes(self) -> tuple[str, ...]:
         """Names of distributed loads that are not a single dof (may be empty)."""
-        ...
 
     @property
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies known to the structure, ascending, rad/s."""
-        ...
 
     def project(self, rows: Array, columns: Array, shapes: Sequence[str] = ()) -> Receptance:
         """Receptance between direction vectors.
@@ -79,7 +75,6 @@ class Structure(Protocol):
         ``rows`` (n_dofs, n_rows) and ``columns`` (n_dofs, n_columns) hold direction cosines; each name in ``shapes``
         (load shapes) adds one more column at the end.
         """
-        ...
 
     def time_equations(
         self, rows: Array, columns: Array, shapes: Sequence[str] = (), *, damping_at: float | None = None
@@ -90,4 +85,3 @@ class Structure(Protocol):
         ``damping_at`` (rad/s): then vibration at that frequency is damped as it is in the receptance. A structure
         without a ``loss_factor`` is never asked for that.
         """
-        ...

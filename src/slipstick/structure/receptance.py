@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
@@ -57,7 +58,57 @@ class Factors:
     columns_slope: Array | None = None
 
 
-class ModalReceptance:
+class SummedReceptance(ABC):
+    """A receptance that is a sum over real modes; a kind says what its factors are."""
+
+    static: Array
+    _left: Array
+    _right: Array
+
+    @abstractmethod
+    def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
+        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,) of every omega.
+
+        Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
+        """
+
+    @property
+    def _many(self) -> bool:
+        """Whether there are too many products to be kept."""
+        return self.static.size * self._left.shape[1] > _LARGE
+
+    @cached_property
+    def _products(self) -> Array:
+        """``right_r left_r`` (n_columns n_rows, n_modes), made when a frequency is first asked for."""
+        return (self._right[:, None, :] * self._left[None, :, :]).reshape(-1, self._left.shape[1])
+
+    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
+        shape, apart = _shape(orders, omega, self.static.shape), self.factors(orders, omega)
+        value = self._summed(apart.weight, apart.parts, apart.part_weight)
+        slope = self._summed(apart.slope, apart.parts, apart.part_slope)
+        return value.reshape(shape), slope.reshape(shape)
+
+    def _summed(self, weight: ComplexArray, parts: tuple[Array, ...], part_weight: ComplexArray) -> ComplexArray:
+        """``left diag(weight) right^T`` and the parts (any, n_rows, n_columns), of all but the first weights."""
+        if self._many:
+            total = np.array([(self._left * each) @ self._right.T for each in weight[1:]])
+        else:  # real products times pairs of real and imaginary parts: half the work
+            pairs = np.ascontiguousarray(weight[1:].T).view(float)
+            shape = (len(weight) - 1, *self.static.shape[::-1])
+            total = (self._products @ pairs).view(complex).T.reshape(shape).swapaxes(1, 2)
+        for part, each in zip(parts, part_weight, strict=True):
+            total = total + each[1:, None, None] * part
+        return np.asarray(total, dtype=complex)
+
+    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
+        """Derivative by a parameter, of the shape of ``at``."""
+        apart = self.factors(orders, omega, {name: 1.0})
+        value = self._summed(apart.slope, apart.parts, apart.part_slope)
+        return value.reshape(_shape(orders, omega, self.static.shape))
+
+
+class ModalReceptance(SummedReceptance):
     """``A(w) = sum_r left_r right_r / (stiffness_r + i w factor damping_r - w^2) + residual / e + w^2 second / e^2``.
 
     ``e = 1 + i eta`` where one loss factor holds for all modes, else 1.
@@ -103,54 +154,25 @@ class ModalReceptance:
     def _set_stiffness(self, stiffness: AnyArray) -> None:
         """Stiffness of the modes kept, and what their loss factor makes of the modes left out."""
         self._stiffness, self._e = stiffness, None
-        given = [(power, matrix) for power, matrix in enumerate(self._left_out) if matrix is not None]
-        if given:
+        left_out = [(power, matrix) for power, matrix in enumerate(self._left_out) if matrix is not None]
+        if left_out:
             loss = stiffness.imag / stiffness.real
             if np.all(np.abs(loss - loss[0]) <= _ROUNDING * abs(loss[0])):
                 self._e = 1.0 + 1j * float(loss[0])
         self._rest = np.zeros((2, *self._shape), dtype=complex)
-        for power, matrix in given:
+        for power, matrix in left_out:
             self._rest[power] = matrix / (self._e or 1.0) ** (power + 1)
-
-    @property
-    def _many(self) -> bool:
-        """Whether there are too many products to be kept."""
-        return self.static.size * self._stiffness.size > _LARGE
-
-    @cached_property
-    def _products(self) -> Array:
-        """``right_r left_r`` (n_columns n_rows, n_modes), made when a frequency is first asked for."""
-        return (self._right[:, None, :] * self._left[None, :, :]).reshape(-1, self._stiffness.size)
-
-    def at(self, orders: ArrayLike, omega: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-        """Receptance at ``orders * omega`` and its derivative by omega, see ``Receptance.at``."""
-        shape, apart = _shape(orders, omega, self._shape), self.factors(orders, omega)
-        value = self._summed(apart.weight, apart.parts, apart.part_weight)
-        slope = self._summed(apart.slope, apart.parts, apart.part_slope)
-        return value.reshape(shape), slope.reshape(shape)
-
-    def _summed(self, weight: ComplexArray, parts: tuple[Array, ...], part_weight: ComplexArray) -> ComplexArray:
-        """``left diag(weight) right^T`` and the parts (any, n_rows, n_columns), of all but the first weights."""
-        if self._many:
-            found: Any = np.array([(self._left * own) @ self._right.T for own in weight[1:]])
-        else:  # real products times pairs of real and imaginary parts: half the work
-            pairs = np.ascontiguousarray(weight[1:].T).view(float)
-            shape = (len(weight) - 1, *self._shape[::-1])
-            found = (self._products @ pairs).view(complex).T.reshape(shape).swapaxes(1, 2)
-        for part, own in zip(parts, part_weight, strict=True):
-            found += own[1:, None, None] * part
-        return np.asarray(found, dtype=complex)
 
     def conjugates(self, orders: Array, omega: float) -> ComplexArray:
         """What ``at`` tells of one frequency as a balance sums it: (2, n_columns, n_rows, 1 + k), order 0 first."""
         out = np.empty((2, *self._shape[::-1], orders.size + 1), dtype=complex)
         out[0, :, :, 0], out[1, :, :, 0] = self.static.T, 0.0
-        given = self._stiffness, self._damping, self._rest, orders, omega * orders, out
+        arguments = self._stiffness, self._damping, self._rest, orders, omega * orders, out
         if not self._many:
-            _modal_sums()(self._products, 0, *given)
+            _modal_sums()(self._products, 0, *arguments)
         else:
-            for row, own in enumerate(self._left):
-                _modal_sums()(own * self._right, row, *given)
+            for row, shapes in enumerate(self._left):
+                _modal_sums()(shapes * self._right, row, *arguments)
         return out
 
     def answer(self, orders: Array, omega: Array, forces: Array) -> Array:
@@ -176,17 +198,8 @@ class ModalReceptance:
             new._set_stiffness(self._stiffness.real * (1.0 + 1j * values["loss_factor"]))
         return new
 
-    def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
-        """Derivative by ``loss_factor`` (of all modes together) or ``damping``, of the shape of ``at``."""
-        apart = self.factors(orders, omega, {name: 1.0})
-        value = self._summed(apart.slope, apart.parts, apart.part_slope)
-        return value.reshape(_shape(orders, omega, self._shape))
-
     def factors(self, orders: ArrayLike, omega: ArrayLike, along: Mapping[str, float] | None = None) -> Factors:
-        """What :meth:`at` sums, apart: for order 0, which is static, and ``orders`` (k,) of every omega.
-
-        Slopes are derivatives by omega, or ``along`` a direction in the parameters at fixed omega.
-        """
+        """What :meth:`at` sums, apart, or its derivatives by ``loss_factor`` (of all modes) and ``damping``."""
         m, w, _ = _places(orders, omega, self._shape)
         m = np.resize(m, len(w))
         D = 1.0 / (self._stiffness + w * (self._damping - w))
@@ -200,8 +213,8 @@ class ModalReceptance:
         else:
             loss, viscous = along.get("loss_factor", 0.0), along.get("damping", 0.0)
             slope = -D * D * (1j * loss * self._stiffness.real + viscous * w * self._viscous)
-            own = 0.0 if self._e is None else -1j * loss / e
-            part_slope = powers * own * np.array([[p + 1] for _, p in left_out]).reshape(-1, 1)
+            by_loss = 0.0 if self._e is None else -1j * loss / e
+            part_slope = powers * by_loss * np.array([[p + 1] for _, p in left_out]).reshape(-1, 1)
         static = np.array([[0.0 if p else 1.0] for _, p in left_out]).reshape(-1, 1)
         return Factors(
             left=self._left,
@@ -254,13 +267,12 @@ class PoleReceptance:
 
     def changed(self, **values: float) -> SolvedReceptance:
         """With other values of parameters: solved at each frequency, for other poles cost more."""
-        found: SolvedReceptance = self._solved.changed(**values)
-        return found
+        solved: SolvedReceptance = self._solved.changed(**values)
+        return solved
 
     def by_parameter(self, name: str, orders: ArrayLike, omega: ArrayLike) -> ComplexArray:
         """Derivative by a parameter of the structure, of the shape of ``at``."""
-        found: ComplexArray = self._solved.by_parameter(name, orders, omega)
-        return found
+        return np.asarray(self._solved.by_parameter(name, orders, omega), dtype=complex)
 
 
 class SolvedReceptance:
@@ -293,9 +305,9 @@ class SolvedReceptance:
         for i, each in enumerate(w[:, 0].tolist()):
             Z, dZ = self._stiffness(each)
             solve = _solver(Z)
-            moved = solve(self._columns, False)
-            value[i] = self._rows.T @ moved
-            slope[i] = -solve(self._rows, True).T @ (dZ @ moved)
+            motion = solve(self._columns, False)
+            value[i] = self._rows.T @ motion
+            slope[i] = -solve(self._rows, True).T @ (dZ @ motion)
         return _by_omega(value.reshape(shape), slope.reshape(shape), places)
 
     def changed(self, **values: float) -> SolvedReceptance:
@@ -321,8 +333,8 @@ def _modal_sums() -> Callable[..., None]:
     """The compiled sum, loaded when a frequency is first asked for."""
     from slipstick.structure.kernel.modal_sums import modal_sums
 
-    found: Callable[..., None] = modal_sums
-    return found
+    sums: Callable[..., None] = modal_sums
+    return sums
 
 
 def _shape(orders: ArrayLike, omega: ArrayLike, one: tuple[int, ...]) -> tuple[int, ...]:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slipstick.errors import Fault, InputError
 from slipstick.structure.checks import array_faults, number_faults, real
+from slipstick.structure.protocol import Receptance
 from slipstick.typing import Array, IntArray
+
+if TYPE_CHECKING:
+    from slipstick.structure.modal import ModalStructure
 
 MOST_SKIN_NODES = 20_000
 """More are not needed to see a shape."""
@@ -84,5 +89,22 @@ class Skin:
         """Orthonormal columns (3 n, k) that hold every motion of the skin."""
         columns = [self.modes, self.static, *(np.asarray(load)[:, None] for load in self.loads.values())]
         scaled = [np.asarray(c, dtype=float) / max(float(np.abs(c).max(initial=0.0)), 1e-300) for c in columns]
-        found: Array = np.linalg.qr(np.hstack(scaled))[0]
-        return found
+        return np.asarray(np.linalg.qr(np.hstack(scaled))[0])
+
+
+@dataclass(frozen=True)
+class AtSkin:
+    """A structure whose receptance is to the ``k`` columns of a basis (3 n, k) of the motion of its skin."""
+
+    structure: ModalStructure
+    skin: Skin
+    basis: Array
+
+    def project(self, rows: ArrayLike, columns: ArrayLike, shapes: Sequence[str] = ()) -> Receptance:
+        """Receptance from directions ``columns`` (n_dofs, n_columns) and loads to the basis; ``rows`` do not matter.
+
+        How what the modes leave out grows with frequency is not known at the skin.
+        """
+        static = np.column_stack([self.skin.static @ np.asarray(columns), *(self.skin.loads[name] for name in shapes)])
+        left = self.basis.T @ self.skin.modes
+        return self.structure.receptance_to(left, self.basis.T @ static, columns, shapes)

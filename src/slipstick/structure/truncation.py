@@ -1,4 +1,4 @@
-"""What the modes left out of a modal structure do to its receptance: an estimate from the structure's own residuals.
+"""What the modes left out of a modal structure do to its receptance: estimated from its residuals, or measured.
 
 A mode left out adds ``a_r a_r^T / (w_r^2 - w^2)``, of which the residuals hold the first terms in ``w^2``. With all
 modes up to ``w_n`` kept, ``R0 = sum a_r a_r^T / w_r^2`` and ``R1 = sum a_r a_r^T / w_r^4`` over those left out, the
@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.structure.receptance_size import ReceptanceSize
 from slipstick.typing import Array
 
 REFUSED = 1e-2
@@ -29,8 +28,76 @@ WARNED_REDUCTION = 1e-4
 RESONANT = 5.0
 """Largest factor on what a mode left out adds at rest."""
 
-
 _MODES_BEYOND = 5.0
+
+CANCELLED = 0.1
+"""A receptance counts as no less than this share of what its modes come to without cancelling."""
+
+UNREACHED = 1e-4
+"""The response to a load counts as no less than this share of what it could at most be: some reach nothing."""
+
+_BETWEEN = 24
+_SPREAD = 96
+
+
+class ReceptanceSize:
+    """How large a receptance given by modes and a static residual is: what its error is relative to.
+
+    Undamped, Frobenius norm between all dofs (first column) and from each load to all dofs (the others). Between two
+    resonances a receptance can pass through zero, where nothing is small beside it: there it counts as a share of what
+    its modes come to without cancelling each other.
+
+    Parameters
+    ----------
+    omega, shapes
+        The modes kept, (n_modes,) and (n_dofs, n_modes).
+    residual
+        Static compliance of the modes left out, (n_dofs, n_dofs).
+    participation, load_residual
+        Of loads: modal forces (n_loads, n_modes), static response of the modes left out (n_dofs, n_loads).
+    """
+
+    def __init__(
+        self, omega: Array, shapes: Array, residual: Array, participation: Array, load_residual: Array
+    ) -> None:
+        self._squared, self._shapes = omega**2, shapes
+        self._gram = shapes.T @ shapes
+        self._crossed = np.einsum("ir,ij,jr->r", shapes, residual, shapes, optimize=True)
+        self._residual = float(np.linalg.norm(residual))
+        self._loads = list(zip(participation, load_residual.T, strict=True))
+
+    def at(self, frequency: ArrayLike) -> Array:
+        """Sizes (..., 1 + n_loads) at frequencies (rad/s)."""
+        gap = self._squared - np.asarray(frequency, dtype=float)[..., None] ** 2
+        c = 1.0 / np.where(gap == 0.0, 1e-12 * self._squared, gap)
+        size, most = self._between_dofs(c), self._between_dofs(np.abs(c))
+        columns = [np.maximum(size, CANCELLED * most)]
+        for participation, residual in self._loads:
+            weights = c * participation
+            alone = np.linalg.norm(weights @ self._shapes.T + residual, axis=-1)
+            apart = _norm(np.abs(weights), np.abs(self._gram)) + float(np.linalg.norm(residual))
+            possible = np.sqrt(most * np.sum(np.abs(weights * participation), axis=-1))
+            columns.append(np.maximum.reduce([alone, CANCELLED * apart, UNREACHED * possible]))
+        return np.stack(columns, axis=-1)
+
+    def _between_dofs(self, c: Array) -> Array:
+        """``|sum c_r a_r a_r^T + R0|`` by the Gram matrix of the modes."""
+        whole = np.sum((c @ self._gram**2) * c, axis=-1) + 2.0 * c @ self._crossed + self._residual**2
+        return np.asarray(np.sqrt(np.maximum(whole, 0.0)))
+
+
+def _norm(weights: Array, gram: Array) -> Array:
+    return np.asarray(np.sqrt(np.maximum(np.sum((weights @ gram) * weights, axis=-1), 0.0)))
+
+
+def band(omega: Array, lowest: float, highest: float) -> Array:
+    """Frequencies that show what a receptance does over a band: spread evenly, and more between its resonances."""
+    even = np.linspace(lowest, highest, _SPREAD)
+    inner = np.sort(omega[(omega > lowest) & (omega < highest)])
+    ends = np.concatenate([[lowest], inner, [highest]])
+    parts = (np.arange(_BETWEEN) + 0.5) / _BETWEEN
+    between = ends[:-1, None] + np.diff(ends)[:, None] * parts
+    return np.unique(np.concatenate([even, between.ravel()]))
 
 
 class Truncation:
@@ -104,13 +171,51 @@ class Truncation:
 
 def load_arrays(shapes: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
     """What :class:`Truncation` takes of load shapes; second responses where all have one."""
-    found = {}
+    arrays = {}
     if shapes:
-        found["participation"] = np.array([shape["participation"] for shape in shapes])
-        found["load_response"] = np.column_stack([shape["static_response"] for shape in shapes])
+        arrays["participation"] = np.array([shape["participation"] for shape in shapes])
+        arrays["load_response"] = np.column_stack([shape["static_response"] for shape in shapes])
         if all("second_response" in shape for shape in shapes):
-            found["second_load_response"] = np.column_stack([shape["second_response"] for shape in shapes])
-    return found
+            arrays["second_load_response"] = np.column_stack([shape["second_response"] for shape in shapes])
+    return arrays
+
+
+def band_error(size: ReceptanceSize, omega: Array, n_keep: int, *, top: float, missing: Array, second: Array) -> float:
+    """Largest relative error of a reduction below ``top`` (rad/s), between directions and from each load to them.
+
+    From one direct solution at the top. With all modes up to ``w_n`` kept, the error of the receptance is
+    ``sum_r t_r w^4 / (w_r^2 - w^2)``, ``t_r = a_r a_r^T / w_r^4``, over those left out (THEORY.md (10.2)). Between
+    directions it is a form that grows faster than ``w^4``, so what is measured at the top ``W`` bounds it below. From a
+    load ``p`` the terms ``a_r (a_r . p)`` may cancel at the top and not below; as ``g(w) = w^4 / (w_r^2 - w^2)`` is
+    ``(w/W)^4 g(W) [1 - (W^2 - w^2) / (w_r^2 - w^2)]``, the error is at most (Cauchy and Schwarz; THEORY.md (10.4))::
+
+        (w/W)^4 [ |E_p(W)| + (W^2 - w^2) / (w_n^2 - w^2) sqrt(tr E(W)  E_pp(W)) ]
+
+    Beside a resonance the measured figure grows without end; (10.3) is then the better bound.
+
+    ``missing`` is what the receptance lacks at the top, ``second`` the second residual, both between directions and
+    loads after them (n, n); ``omega`` the modes kept. Infinite where these end below the top.
+    """
+    last = float(omega.max())
+    if last <= top:
+        return float("inf")
+    w = band(omega, 0.0, top)
+    part = (top**2 - w**2) / (last**2 - w**2)
+    measured = (w / top)[:, None] ** 4 * (_norms(missing, n_keep) + part[:, None] * _most(missing, n_keep))
+    known = (w**4 / (last**2 - w**2))[:, None] * np.maximum(_norms(second, n_keep), _most(second, n_keep))
+    below = np.minimum(measured, known) / size.at(w)
+    return float(max(below.max(), (_norms(missing, n_keep) / size.at(top)).max()))
+
+
+def _norms(form: Array, n: int) -> Array:
+    """Of the block between directions, then of each load's column."""
+    return np.concatenate([[np.linalg.norm(form[:n, :n])], np.linalg.norm(form[:n, n:], axis=0)])
+
+
+def _most(form: Array, n: int) -> Array:
+    """What can hide behind cancelling terms: nothing between directions, ``sqrt(tr F  F_pp)`` for a load."""
+    loads = np.sqrt(np.maximum(np.diag(form)[n:], 0.0) * max(float(np.trace(form[:n, :n])), 0.0))
+    return np.concatenate([[0.0], loads])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +243,7 @@ class WorstError:
 
     @property
     def needed(self) -> float:
-        """Frequency (rad/s) up to which modes bring the error below ``WARNED``, by experience (within a half).
+        """Frequency (rad/s) up to which modes bring it below ``WARNED_REDUCTION``, by experience (within a half).
 
         The error falls with the third to fifth power of the last mode's frequency, to 1e-4 at five times ``reach``.
         """

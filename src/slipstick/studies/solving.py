@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.tasks import frequency_task, parameter_task
-from slipstick.analysis.walking import collect
+from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of
 from slipstick.studies.plan import StudyPlan
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
-    from slipstick.analysis.task import Task
+    from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
@@ -61,12 +60,12 @@ class Job:
     options: ContinuationOptions | Mapping[str, Any] | None = None
     stability: Any = False
 
-    def task(self, problem: Problem) -> Task:
+    def request(self, problem: Problem) -> CurveRequest:
         """The branch of one case."""
         given = (self.requested, self.peaks_of, self.options, (), None, self.stability)
         if self.parameter:
-            return parameter_task(problem, self.parameter, self.span, self.omega, *given)
-        return frequency_task(problem, self.span, *given)
+            return parameter_request(problem, self.parameter, self.span, self.omega, *given)
+        return frequency_request(problem, self.span, *given)
 
     @cached_property
     def curve_layout(self) -> Layout:
@@ -115,7 +114,7 @@ def solve(job: Job, plan: StudyPlan, case: int) -> CaseSolved:
 
 
 def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
-    branch = collect(job.task(replace(plan.problem(job.problem, case), told=None)))
+    branch = job.request(replace(plan.problem(job.problem, case), told=None)).branch()
     if branch.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     data = branch.table

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.arguments import common_arguments, followed_problem
+from slipstick.analysis.curve.request import common_arguments, followed_problem
 from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
 from slipstick.errors import IS_MISSING, Fault, InputError

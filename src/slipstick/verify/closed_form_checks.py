@@ -123,7 +123,7 @@ def _hot_rational() -> ExpectedFound:
 
 def _den_hartog() -> ExpectedFound:
     """Slope over kt of the difference from rigid friction, by time integration."""
-    from slipstick.analysis.transient import transient
+    from slipstick.analysis.time_domain.transient import transient
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
@@ -143,7 +143,7 @@ def _den_hartog() -> ExpectedFound:
 
 def _oscillator_power() -> ExpectedFound:
     """Power of the oscillator just above its slip threshold: mu N v."""
-    from slipstick.analysis.transient import transient
+    from slipstick.analysis.time_domain.transient import transient
 
     velocity = 1.001 * cf.slip_threshold(MASS, DAMPING, STIFFNESS, LOAD, 5.0)
     return 240.0 * velocity, float(transient(oscillator(velocity=velocity), 5.0).power[0])

@@ -55,7 +55,7 @@ def _differences(name: str, derivative: str) -> ExpectedFound:
 
 
 def _integrated(velocity: float, omega: float, which: int) -> ExpectedFound:
-    from slipstick.analysis.transient import transient
+    from slipstick.analysis.time_domain.transient import transient
 
     r = transient(oscillator(velocity=velocity), omega)
     return EXACT_OSCILLATOR[velocity, omega][which], float((r.mean, r.amplitude)[which][0])

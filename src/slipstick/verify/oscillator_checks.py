@@ -25,7 +25,7 @@ GRID = tuple(np.round(np.arange(2.0, 15.001, 0.05), 10))
 @cache
 def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive: float = 0.0) -> Branch:
     """The response curve; with ``drive``, ``u = drive cos(omega t)`` instead of the load."""
-    from slipstick.analysis.response import forced_response
+    from slipstick.analysis.curve.response import forced_response
 
     problem = oscillator(
         velocity=velocity, harmonics=harmonics, load=0.0 if drive else LOAD, cos={1: drive} if drive else None
@@ -37,7 +37,7 @@ def curve(velocity: float, harmonics: tuple[int, ...] = tuple(range(11)), drive:
 @cache
 def point(velocity: float, omega: float, highest: int = 10) -> tuple[float, float, float]:
     """Mean, amplitude and stick fraction at one frequency."""
-    from slipstick.analysis.response import forced_response
+    from slipstick.analysis.curve.response import forced_response
 
     problem = oscillator(velocity=velocity, harmonics=range(highest + 1))
     branch = forced_response(problem, omega=(omega, omega * 1.001))
@@ -139,7 +139,7 @@ def _always_slips() -> ExpectedFound:
 
 def _best_loads() -> tuple[float, float]:
     """Normal loads of least resonance amplitude and of most dissipated power at resonance, v = 0."""
-    from slipstick.analysis.response import forced_response
+    from slipstick.analysis.curve.response import forced_response
 
     loads = np.geomspace(60.0, 1200.0, 14)
     amplitude, power = [], []
@@ -162,8 +162,8 @@ def _exact(velocity: float, omega: float, which: int, expected: float) -> Expect
 
 def truncation_error(velocity: float, omega: float, highest: Array) -> Array:
     """Largest error of x over the period, relative to the amplitude, for each highest harmonic kept."""
-    from slipstick.analysis.response import forced_response
-    from slipstick.analysis.transient import transient
+    from slipstick.analysis.curve.response import forced_response
+    from slipstick.analysis.time_domain.transient import transient
 
     exact = transient(oscillator(velocity=velocity), omega, tolerance=1e-12)
     errors = []

@@ -6,7 +6,7 @@ from helpers.stability import oscillator, point_at, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.argument_principle import count_unstable, folded, net_turns, strip
-from slipstick.analysis.stability.verdict import StabilityWatch
+from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.balance.ports import Balance
 
 OMEGA = 3.0

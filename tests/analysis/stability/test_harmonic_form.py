@@ -6,8 +6,8 @@ from helpers.floquet import distance
 from helpers.stability import oscillator, point_at, two_dofs
 
 import slipstick as ss
+from slipstick.analysis.stability.floquet import StabilityWatch
 from slipstick.analysis.stability.harmonic_form import HarmonicForm
-from slipstick.analysis.stability.verdict import StabilityWatch
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import balanced, detail
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
 from slipstick.solve.continuation.predictor import Span, predict
 
@@ -35,7 +35,7 @@ def test_along_the_cubic():
     """Points of a parabola: the cubic through two of them is the parabola."""
     curve, slope = (lambda t: np.array([t * t, t])), (lambda t: np.array([2 * t, 1.0]))
     metric = Metric(ArclengthScaling(x=1.0, adaptive=False, weight=1.0), np.ones(1), 1.0)
-    arc = Arc(curve(0.0), slope(0.0), curve(0.2), slope(0.2), 0.2)
+    arc = HermiteSegment(curve(0.0), slope(0.0), curve(0.2), slope(0.2), 0.2)
     last = SimpleNamespace(state=curve(0.2), tangent=slope(0.2))
     found = predict(metric, Span(0.0, 10.0), last, arc, 0.1)
     np.testing.assert_allclose(found.guess, curve(found.guess[-1]), atol=1e-13)

@@ -1,3 +1,5 @@
+"""What the solvers share: shapes kept, complex columns of a real matrix in two parts."""
+
 from __future__ import annotations
 
 import importlib.util
@@ -5,12 +7,55 @@ import importlib.util
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse import csc_array
 
 from slipstick.errors import InputError
-from slipstick.solve.linear import solvers
-from slipstick.solve.linear.factorisation import factorise, shifted
-from slipstick.solve.linear.factors import Factorisation, SingularMatrixError, one_blas_thread
-from slipstick.solve.linear.solvers import available_solvers
+from slipstick.solve.linear import factorisation
+from slipstick.solve.linear.factorisation import (
+    Factorisation,
+    SingularMatrixError,
+    available_solvers,
+    factorise,
+    one_blas_thread,
+    shifted,
+    solver_named,
+)
+
+A = np.diag([4.0, 5.0, 6.0]) + np.ones((3, 3))
+
+
+@pytest.mark.parametrize("solver", available_solvers())
+@pytest.mark.parametrize("shape", [(3,), (3, 1), (3, 5), (3, 0)])
+@pytest.mark.parametrize("factor", [1.0, 1.0 + 2.0j])
+def test_every_solver_solves_every_shape(solver, shape, factor):
+    factors = solver_named(solver)(csc_array(A), None)
+    assert isinstance(factors, Factorisation)
+    B = factor * np.random.default_rng(0).normal(size=shape)
+    np.testing.assert_allclose(A @ factors.solve(B), B, atol=1e-13)
+    assert factors.solve(B).shape == shape
+    assert factors.memory > 0
+    if factors.inertia is not None:
+        assert (factors.inertia.positive, factors.inertia.negative, factors.inertia.zero) == (3, 0, 0)
+
+
+def test_complex_columns_are_solved_in_two_parts():
+    asked = []
+    factors = Factorisation("own", lambda B: asked.append(B.dtype) or 2.0 * B, memory=1)
+    np.testing.assert_array_equal(factors.solve(np.array([1.0 + 3.0j])), [2.0 + 6.0j])
+    assert asked == [np.float64, np.float64]
+
+
+def test_choice():
+    assert "superlu" in available_solvers()
+    assert solver_named(None) is solver_named("auto") is solver_named(available_solvers()[0])
+    with pytest.raises(InputError, match="solver 'umfpack' is not known; choose one of"):
+        solver_named("umfpack")
+
+
+def test_a_zero_pivot_is_a_singular_matrix():
+    with pytest.raises(SingularMatrixError, match="the matrix is singular"):
+        solver_named("superlu")(csc_array(np.array([[1.0, 1.0], [1.0, 1.0]])), None)
+
 
 SOLVERS = available_solvers()
 
@@ -107,7 +152,7 @@ def test_unknown_and_missing_solvers_are_named(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(InputError, match="solver 'mumps' is not known; choose one of rslab"):
         factorise(grid(3), solver="mumps")
     real = importlib.util.find_spec
-    monkeypatch.setattr(solvers, "find_spec", lambda name: None if name in ("rslab", "pypardiso") else real(name))
+    monkeypatch.setattr(factorisation, "find_spec", lambda name: None if name in ("rslab", "pypardiso") else real(name))
     assert available_solvers() == ("superlu",)
     assert factorise(grid(3)).name == "superlu"
     with pytest.raises(InputError, match="solver 'rslab' is not installed: pip install rslab, or choose superlu"):

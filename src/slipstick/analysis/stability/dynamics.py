@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.structure.definite import DAMPING_ROUNDING, semidefinite_to
+from slipstick.structure.matrix_checks import DAMPING_ROUNDING, semidefinite_to
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
-from slipstick.analysis.stability.laws import FrictionPorts
+from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
 from slipstick.structure.protocol import Receptance

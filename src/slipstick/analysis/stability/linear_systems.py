@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics, dynamics
-from slipstick.analysis.stability.laws import Combinations, FrictionPorts
+from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.contact.friction_law import is_friction

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipstick.analysis.stability.intervals import StateInterval, StickStarts, Timeline
-from slipstick.analysis.stability.iterate import SmoothMotion
-from slipstick.analysis.stability.laws import Combinations
 from slipstick.analysis.stability.propagate import propagate
+from slipstick.analysis.stability.refined_motion import SmoothMotion
+from slipstick.analysis.stability.state_sequence import StateInterval, StickStarts, Timeline
+from slipstick.analysis.stability.switched_system import Combinations
 from slipstick.contact.kernel.tuples import STICK
 from slipstick.typing import Array, ComplexArray, IntArray
 

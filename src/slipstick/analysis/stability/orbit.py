@@ -10,17 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipstick.analysis.assembling import system_of
-from slipstick.analysis.law_in_time import LawsInTime
-from slipstick.analysis.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
-from slipstick.analysis.shooting import one_period, relative_change
 from slipstick.analysis.stability.dynamics import Dynamics
-from slipstick.analysis.stability.intervals import Timeline
-from slipstick.analysis.stability.iterate import SmoothMotion
-from slipstick.analysis.stability.laws import FrictionPorts
 from slipstick.analysis.stability.linear_systems import friction_batch, friction_values
-from slipstick.analysis.starting import periodic_memory, with_forces
-from slipstick.analysis.stepping import ChatteringError, Stepper
+from slipstick.analysis.stability.refined_motion import SmoothMotion
+from slipstick.analysis.stability.state_sequence import Timeline
+from slipstick.analysis.stability.switched_system import FrictionPorts
+from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
+from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
+from slipstick.analysis.time_domain.piecewise_model import system_of
+from slipstick.analysis.time_domain.shooting import one_period, relative_change
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.errors import InputError

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.analysis.stability.intervals import Word, word_of
+from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.analysis.stability.linear_systems import friction_batch
-from slipstick.analysis.stability.verdict import BEYOND, REAL, StabilityWatch, real_part
+from slipstick.analysis.stability.state_sequence import Word, word_of
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
@@ -27,8 +27,8 @@ from slipstick.results.stability import (
     UNKNOWN,
     PointStability,
 )
-from slipstick.solve.continuation.arc import Arc
 from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.typing import ComplexArray
 
 _HALVINGS = 10
@@ -135,7 +135,7 @@ class SpecialPoints:
             self._last = word, 1.0 if self._last is None else -self._last[1]
         return self._last[1]
 
-    def _change(self, first: Any, second: Any, arc: Arc) -> float:
+    def _change(self, first: Any, second: Any, arc: HermiteSegment) -> float:
         """Where on the arc the states are those of its end, by the arc alone."""
         before = self._word_at(first)
         low, high = 0.0, 1.0

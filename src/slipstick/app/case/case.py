@@ -22,7 +22,7 @@ from slipstick.faults import Gathering, one, warn, wrong
 from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
-    from slipstick.analysis.task import Task
+    from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
     from slipstick.results.branch import Branch
@@ -183,7 +183,7 @@ class Case:
 
     def options(self) -> Any:
         """Continuation options given in ``[response]``, over the defaults."""
-        from slipstick.analysis.response import response_options
+        from slipstick.analysis.curve.response import response_options
 
         given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
         return response_options(**given)
@@ -206,21 +206,19 @@ class Case:
         """Whether steady sliding is of interest by itself."""
         return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
-    def task(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Task:
+    def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
-        from slipstick.analysis.tasks import frequency_task, parameter_task
+        from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
         given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
         if self.parameter is None:
-            return frequency_task(self.problem(), self.span, *given)
-        return parameter_task(self.problem(), self.parameter, self.span, self.omega[0], *given)
+            return frequency_request(self.problem(), self.span, *given)
+        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *given)
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
-        from slipstick.analysis.walking import collect
-
-        branch = collect(self.task(listeners=listeners))
+        branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
         said = dict.fromkeys([*self.noticed, *branch.warnings])
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
@@ -228,7 +226,7 @@ class Case:
 
     def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
         """Branches of twice the period from those points of a branch of this case, where they are asked for."""
-        from slipstick.analysis.stability.subharmonic import subharmonics_of
+        from slipstick.analysis.stability.subharmonics import subharmonics_of
 
         if self.response.follow is None:
             return ()

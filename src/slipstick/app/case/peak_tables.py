@@ -122,8 +122,8 @@ def peak_table_faults(problem: Problem, tables: Mapping[str, Any], *, swept: boo
 
 def _refused(problem: Problem, name: str) -> str:
     """Why there is no mode, or no self-excited vibration, of a problem, whatever the table asks; in one sentence."""
-    from slipstick.analysis.limit_cycles import autonomous_faults
-    from slipstick.analysis.nonlinear_modes import motion_faults
+    from slipstick.analysis.modes.nonlinear_modes import motion_faults
+    from slipstick.analysis.self_excited.limit_cycles import autonomous_faults
 
     checks = {"modes": motion_faults, "cycles": autonomous_faults}
     found = checks[name](problem) if name in checks else []

@@ -13,7 +13,7 @@ Length = Annotated[Annotated[float, Field(gt=0)] | None, Field(description="a nu
 
 
 class StepKeys(BaseModel):
-    """Names are those of ``slipstick.analysis.task.ResponseOptions``; what is not given stays as it is there."""
+    """Named as in ``slipstick.analysis.curve.request.ResponseOptions``; what is not given stays as it is there."""
 
     max_points: Annotated[int, Field(ge=2, le=1_000_000)] | None = Field(
         default=None, description="a whole number from 2 to 1000000"
@@ -30,7 +30,7 @@ class StepKeys(BaseModel):
 
 def step_faults(raw: Mapping[str, Any]) -> list[Fault]:
     """Steps that are right each by itself but not beside each other; those left out have their defaults."""
-    from slipstick.analysis.task import response_options
+    from slipstick.analysis.curve.request import response_options
 
     usual = response_options()
     given = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}

@@ -69,7 +69,7 @@ def _kinds() -> str:
 
 def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
     from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
-    from slipstick.structure.system_checks import system_matrices
+    from slipstick.structure.matrix_checks import system_matrices
 
     given = {
         name: matrix
@@ -179,7 +179,7 @@ def _modal(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Descri
 
 def _modal_names(path: Path) -> Sequence[str] | None:
     """The names of the dofs in a file, where it is readable."""
-    from slipstick.structure.modal_files import modal_arrays, modal_dofs
+    from slipstick.structure.modal import modal_arrays, modal_dofs
 
     try:
         return modal_dofs(modal_arrays(path))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
     """The model at the speed of its ``rotation`` table; what is suspicious is in its warnings."""
-    from slipstick.fem.at_speed import turned_model
+    from slipstick.fem.rotation import turned_model
     from slipstick.io.model_file import load_model
 
     if table is None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.analysis.references import linear_references
+from slipstick.analysis.curve.linear import linear_references
 from slipstick.app.case.case import Case
 from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.answers import Answer, case_answer

@@ -24,7 +24,7 @@ def cycles_case(path: Path, output: Path | None, answer: Answer, *, force: bool 
         If the case has faults or no ``[cycles]``, something in it varies in time by itself, or the folder holds
         results.
     """
-    from slipstick.analysis.limit_cycles import limit_cycles
+    from slipstick.analysis.self_excited.limit_cycles import limit_cycles
 
     case, table = case_with(path, "cycles", 'parameter = "pad.mu", from = 0.3, to = 0.8')
     with folder_of(case, output, "cycles", force) as folder:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
-from typing import Any
 
 from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say, termination_as_interrupt, warnings_said
 from slipstick.app.verbs.output import SUBHARMONICS
-from slipstick.errors import TimeIsUp
+from slipstick.app.verbs.stored import Clock
 from slipstick.io.loading import load
 from slipstick.results.stability import PERIOD_DOUBLING
 
@@ -22,7 +20,7 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
     """
     whole = load(results)
     with termination_as_interrupt(), warnings_said():
-        found = case.subharmonics(whole, listeners=(_Clock(until),))
+        found = case.subharmonics(whole, listeners=(Clock(until),))
     answers: list[Answer] = []
     for number, branch in enumerate(found, 1):
         file = results.with_name(SUBHARMONICS.format(number))
@@ -34,14 +32,3 @@ def follow_doubled(case: Case, results: Path, until: float) -> list[Answer]:
     if PERIOD_DOUBLING not in whole.table["kind"].to_numpy():
         say("the period doubles nowhere: there is no motion of twice the period to follow")
     return answers
-
-
-class _Clock:
-    """Ends a computation when its time is up."""
-
-    def __init__(self, until: float) -> None:
-        self._until = until
-
-    def __call__(self, event: Any) -> None:
-        if time.monotonic() > self._until and type(event).__name__ != "Stopped":
-            raise TimeIsUp

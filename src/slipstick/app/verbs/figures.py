@@ -63,7 +63,7 @@ def _references(case: Case) -> dict[str, Any]:
     """Linear responses without contact and fully stuck, over the range of frequencies."""
     if case.parameter is not None:
         return {}
-    from slipstick.analysis.references import linear_references
+    from slipstick.analysis.curve.linear import linear_references
 
     return dict(linear_references(case.balance, case.omega))
 

@@ -13,7 +13,7 @@ from slipstick.errors import InputError
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.optimum import Optimum
+    from slipstick.analysis.peaks.optimum import Optimum
     from slipstick.results.branch import Branch
 
 
@@ -25,7 +25,7 @@ def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
     InputError
         If the case has faults or no ``[track]``, or the folder holds results.
     """
-    from slipstick.analysis.tracking import track_peak
+    from slipstick.analysis.peaks.tracking import track_peak
 
     case, table = case_with(path, "track", 'parameter = "damper.normal_load", from = 10, to = 1000')
     with folder_of(case, output, "track", force) as folder:
@@ -57,7 +57,7 @@ def optimal_case(path: Path, output: Path | None, answer: Answer, *, force: bool
     InputError
         If the case has faults or no ``[optimal]``, or the folder holds results.
     """
-    from slipstick.analysis.optimum import optimal
+    from slipstick.analysis.peaks.optimum import optimal
 
     case, table = case_with(path, "optimal", 'parameter = "damper.normal_load"')
     with folder_of(case, output, "optimal", force) as folder:
@@ -81,7 +81,7 @@ _BESIDE = 4.0
 
 def _among_peaks(case: Case, table: Any, found: Optimum) -> Branch:
     """The peak over values round the optimal one, which is marked; the optimum alone where it is not met again."""
-    from slipstick.analysis.tracking import track_peak
+    from slipstick.analysis.peaks.tracking import track_peak
 
     if not found.kind or found.value == 0.0:
         return found.branch
@@ -109,7 +109,7 @@ def modes_case(path: Path, output: Path | None, answer: Answer, *, force: bool =
     InputError
         If the case has faults or no ``[modes]``, or the folder holds results.
     """
-    from slipstick.analysis.nonlinear_modes import nonlinear_modes
+    from slipstick.analysis.modes.nonlinear_modes import nonlinear_modes
     from slipstick.plots import backbone, damping
 
     case, table = case_with(path, "modes", "from = 0.01, to = 10.0")

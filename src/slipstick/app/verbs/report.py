@@ -77,7 +77,6 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
 
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
-    from slipstick.analysis.walking import collect
     from slipstick.app.case.case import Case
     from slipstick.app.verbs.one_table import quietly
     from slipstick.app.verbs.prepare import prepare_kernel
@@ -94,7 +93,7 @@ def _case_of(path: Path, number: int) -> Branch:
         raise InputError(f"--case: found {number}; expected a case of the study, from 0 to {len(case.plan) - 1}")
     prepare_kernel(complain)
     job = case.study_job()
-    branch: Branch = quietly(collect, job.task(case.plan.problem(job.problem, number)))
+    branch: Branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
     values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
     branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
     return branch

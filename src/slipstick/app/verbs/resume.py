@@ -150,7 +150,7 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
 
 
 def _go_on(place: FolderOfRun, manner: Manner) -> int:
-    from slipstick.analysis.course import Checkpoint, resumable
+    from slipstick.analysis.curve.resume import Checkpoint, resumable
     from slipstick.io.journal import journal_of
     from slipstick.io.notes import unpacked
 

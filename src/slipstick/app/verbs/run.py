@@ -29,15 +29,12 @@ from slipstick.app.verbs.check import print_warnings
 from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
-from slipstick.errors import InputError, Outcome, SlipstickWarning, TimeIsUp
+from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    from slipstick.analysis.course import Checkpoint
-    from slipstick.analysis.events import PointFound, Stopped
+    from slipstick.analysis.curve.resume import Checkpoint
     from slipstick.io.journal import Recorded
-    from slipstick.io.store import ResultStore
-    from slipstick.results.record import Point, Recorder
     from slipstick.results.schema import Layout
     from slipstick.results.table import ResultTable
 
@@ -84,6 +81,8 @@ class Run:
     manner: Manner
     told: Sequence[str] = ()
     begun: Begun | None = None
+    doubts: Sequence[str] = ()
+    """What could not be computed about the points, and what is suspicious in their values."""
     outcome: Outcome = Outcome.INTERRUPTED
     message: str = ""
     failures: list[str] = field(default_factory=list)
@@ -121,12 +120,9 @@ class Run:
         factor, unit = self.case.shown_in
         start, stop = (value / factor for value in self.case.span)
         with termination_as_interrupt(), progress(start, stop, unit, quiet=self.manner.quiet) as shown:
-            listener = _Listener(self.store, recorder, shown, self.case)
             if self.manner.time_limit is not None:
-                self.until = listener.until = begin + self.manner.time_limit
-            if self.begun is not None:
-                listener.go_on(self.begun.checkpoints)
-            self._follow(listener)
+                self.until = begin + self.manner.time_limit
+            self._follow(shown)
         self._close()
 
     def _open(self, layout: Layout) -> None:
@@ -142,42 +138,39 @@ class Run:
         self.store = ResultStore(self.folder.results, layout, problem, about=about)
         self.folder.copy_case()
 
-    def _follow(self, listener: _Listener) -> None:
-        from slipstick.analysis.threads import undisturbed
-        from slipstick.analysis.walking import walk
+    def _follow(self, shown: Progress) -> None:
+        from slipstick.analysis.curve.record import undisturbed
+        from slipstick.app.verbs.stored import Clock, Stored
 
+        checkpoints = () if self.begun is None else self.begun.checkpoints
+        sink: Stored | None = None
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", SlipstickWarning)  # said before, or in the summary
-                task = replace(self.case.task(listeners=(listener,)), **self._taken_up)
+                run = replace(self.case.curve(), checkpoints=checkpoints).run()
+                sink = Stored(run, self.store, shown, self.case)
                 with undisturbed():
-                    for _ in walk(task, nullcontext):
+                    for _ in run.follow(sink, Clock(self.until), guard=nullcontext):
                         pass
         except KeyboardInterrupt:
             self.outcome = Outcome.INTERRUPTED
         except Exception as error:
             self._fail(error)
-        if listener.end is not None:
-            self.found = {**listener.end.attributes, **self.case.names}
-            for sentence in listener.recorder.besides.sentences:
-                complain(f"warning: {sentence}")
-                self.told = [*self.told, sentence]
-            if listener.end.error is not None:
-                self._fail(listener.end.error)
+        if sink is not None and sink.end is not None:
+            self.found = {**sink.end.attributes, **self.case.names}
+            self.doubts = sink.said()
+            if sink.end.error is not None:
+                self._fail(sink.end.error)
             if not self.failures:
-                self.outcome, self.message = listener.end.outcome, listener.end.message
+                self.outcome, self.message = sink.end.outcome, sink.end.message
 
     def _fail(self, error: Exception) -> None:
         """Take note of what ended the run."""
         self.failures += error.sentences if isinstance(error, InputError) else [fault_sentence(error)]
 
-    @property
-    def _taken_up(self) -> dict[str, Any]:
-        return {} if self.begun is None else {"checkpoints": self.begun.checkpoints}
-
     def _close(self) -> None:
         ended = {**self.found, "outcome": self.outcome.name, "outcome_text": self.text}
-        ended["warnings"] = "\n".join([*self.told, *self._afterwards()])
+        ended["warnings"] = "\n".join([*self.told, *self.doubts])
         self.seconds = float(self.found.get("seconds", 0.0))
         unfinished = self.failures or self.outcome in UNFINISHED
         try:
@@ -186,17 +179,6 @@ class Run:
             kept = f"every point is kept in {self.store.path}.journal, which slipstick reads"
             said = os_sentence(error)
             self.failures = [*(f for f in self.failures if f != said), f"{said}; {kept}"]
-
-    def _afterwards(self) -> list[str]:
-        """What the results call for."""
-        from slipstick.results.afterwards import result_warnings
-
-        values = self.store.layout.unpack(self.store.rows())
-        problem = self.case.problem()
-        asked = self.case.options().adapt_harmonics
-        return result_warnings(
-            self.case.parameter or "omega", values, problem.elements, problem.units.angular, asked, self.case.requested
-        )
 
     @cached_property
     def _data(self) -> ResultTable:
@@ -207,9 +189,8 @@ class Run:
     def answer(self) -> Answer:
         """What a program is told of the run."""
         data = self._data if len(self.store) else None
-        found = [] if data is None else warnings_of(data)
         ended = {"outcome": self.outcome.name, "message": self.text, "seconds": self.seconds, "errors": self.failures}
-        said = {"warnings": list(dict.fromkeys([*self.told, *found]))}
+        said = {"warnings": list(dict.fromkeys([*self.told, *self.doubts]))}
         results = {"points": 0, "peaks": []} if data is None else results_answer(data)
         doubled = {} if self.case.response.follow is None else {"subharmonics": self.doubled}
         return {**case_answer(self.case), **ended, **said, **results, **doubled, **files_in(self.folder.work)}
@@ -289,7 +270,7 @@ class Run:
                 self.manner.tell(line)
             if "coordinates_of_motion" in data.attrs:
                 self.manner.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
-            for sentence in warnings_of(data):
+            for sentence in self.doubts:
                 complain(f"warning: {sentence}")
             self.manner.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
         if not self.failures:
@@ -299,102 +280,6 @@ class Run:
             say(f"go on with: slipstick resume {self.folder.folder}")
         if self.folder.replaces:
             complain(f"the earlier results in {self.folder.folder} are untouched; the new ones are not complete")
-
-
-class _Listener:
-    """Writes points to the store and shows them; ends the run when its time is up."""
-
-    def __init__(self, store: ResultStore, recorder: Recorder, shown: Progress, case: Case) -> None:
-        self._store, self.recorder, self._shown, self._case = store, recorder, shown, case
-        self._factor, self._unit = case.shown_in
-        self._last: float | None = None
-        self._part = 1
-        self._waiting: list[PointFound] = []
-        self.until = math.inf
-        self.end: Stopped | None = None
-
-    def go_on(self, checkpoints: Sequence[Checkpoint]) -> None:
-        """Show the points that are there already."""
-        for point in checkpoints[-1:]:
-            self._part, self._last = point.part, float(point.state[-1]) / self._factor
-            self._shown.go_on(len(checkpoints), self._last)
-
-    def __call__(self, event: Any) -> None:
-        kind = type(event).__name__
-        if kind == "Started":
-            self.recorder = event.recorder  # which takes note of all that cannot be computed
-        if kind == "Stopped":
-            self.end = event
-            self._write()
-            return
-        if kind == "PointFound":
-            self._waiting.append(event)
-            if event.kind != "interpolated":
-                self._write()
-        elif kind == "StrategyTried":
-            why = f": {event.reason.text}" if event.reason else ""
-            result = "found" if event.found else f"not found{why}"
-            self._shown.note(f"  first point at {self._case.frequency_text(event.omega)}, {event.name}: {result}")
-        if time.monotonic() > self.until:
-            raise TimeIsUp
-
-    def _write(self) -> None:
-        """Points that come together are recorded together: interpolated ones with the solution they lead to."""
-        waiting, self._waiting = self._waiting, []
-        values = self.recorder.values([event.point for event in waiting])
-        for i, event in enumerate(waiting):
-            self._point(event.point, event.checkpoint, {name: value[i] for name, value in values.items()})
-
-    def _point(self, point: Point, checkpoint: Checkpoint, record: Mapping[str, Any]) -> None:
-        self._store.append(record, checkpoint.plain())
-        value = float(point.parameter) / self._factor
-        if point.part != self._part:
-            self._part, self._last = point.part, None
-            where = f"{value:.6g}{self._unit}"
-            self._shown.note(f"  the branch broke off: it is followed from the other end too, from {where}")
-        step = abs(value - self._last) if self._last is not None else 0.0
-        self._last = value
-        self._shown.at(value, step, states_text(record))
-
-
-def states_text(record: Mapping[str, Any]) -> str:
-    """How the contacts share stick, slip and separation, averaged over those that have such states.
-
-    >>> states_text({"stick_fraction": [0.25], "slip_fraction": [0.75], "separation_fraction": [0.0]})
-    'stick 25 % slip 75 %'
-    """
-    import numpy as np
-
-    parts = []
-    for name in ("stick", "slip", "separation"):
-        value = np.asarray(record.get(f"{name}_fraction", ()), dtype=float)
-        known = value[np.isfinite(value)]
-        parts.append((name, float(known.mean()) if known.size else 0.0))
-    return " ".join(f"{name} {part:.0%}".replace("%", " %") for name, part in parts if part > 0.0005) or "no contact"
-
-
-def warnings_of(data: ResultTable) -> list[str]:
-    """The warnings that the results of a branch call for."""
-    from slipstick.results.afterwards import result_warnings
-    from slipstick.results.schema import requested_of
-
-    names = (
-        "parameter",
-        "omega",
-        "truncation",
-        "separation_fraction",
-        "stable",
-        "stability_method",
-        "hill_pw_difference",
-        "kind",
-        "multiplier",
-        "unstable_multipliers",
-        "branch_part",
-    )
-    values = {name: data[name].to_numpy() for name in names if name in data}
-    contacts, unit = [str(name) for name in data["contact"].to_numpy()], Units.of_results(data.attrs).angular
-    asked, followed = data.attrs.get("adapt_harmonics"), str(data.attrs.get("parameter", "")) or "omega"
-    return result_warnings(followed, values, contacts, unit, asked, requested_of(data.attrs))
 
 
 def peak_lines(data: ResultTable, most: int = 12) -> list[str]:

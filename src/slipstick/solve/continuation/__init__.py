@@ -4,7 +4,14 @@ from slipstick.solve.continuation.events import BranchEvent
 from slipstick.solve.continuation.follow import Continuation, continuation
 from slipstick.solve.continuation.metric import ArclengthScaling
 from slipstick.solve.continuation.options import ContinuationOptions
-from slipstick.solve.continuation.place import Place
-from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step import RestartPoint, Step
 
-__all__ = ["ArclengthScaling", "BranchEvent", "Continuation", "ContinuationOptions", "Place", "Step", "continuation"]
+__all__ = [
+    "ArclengthScaling",
+    "BranchEvent",
+    "Continuation",
+    "ContinuationOptions",
+    "RestartPoint",
+    "Step",
+    "continuation",
+]

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric
-from slipstick.solve.continuation.place import Place
-from slipstick.solve.continuation.step import Step
+from slipstick.solve.continuation.step import RestartPoint, Step
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.newton import NewtonOptions, NewtonResult, System, iterate
 from slipstick.solve.norm import norm
@@ -38,7 +37,7 @@ class Corrector:
         self.exact = replace(self.patient, tolerance=min(_LOCATED, options.tolerance))
         self.evaluations = self.solves = 0
         self.context: Any = None
-        self._latest: tuple[Any, Arc | None] = ((), None)
+        self._latest: tuple[Any, HermiteSegment | None] = ((), None)
 
     def _evaluate(self, x: Array, parameter: float, context: Any = None) -> Any:
         context = self.context if context is None else context
@@ -46,7 +45,7 @@ class Corrector:
             return self._system.evaluate(x, parameter)
         return self._system.evaluate(x, parameter, context)  # type: ignore[call-arg]
 
-    def take_up(self, place: Place) -> Step:
+    def take_up(self, place: RestartPoint) -> Step:
         """The step of a place with its evaluation; counters and context are as they were when it was found."""
         self.context = place.given
         self.evaluations, self.solves = place.evaluations, place.solves
@@ -181,7 +180,7 @@ class Corrector:
             return None
         return tangent / self.metric.length(tangent), jacobian.sign()
 
-    def arc(self, first: Step, second: Step) -> Arc:
+    def arc(self, first: Step, second: Step) -> HermiteSegment:
         """The cubic between two neighbouring points in the present metric; the latest is remembered."""
         metric = self.metric
         (known, arc), asked = self._latest, (first, second, metric.weights)
@@ -190,7 +189,7 @@ class Corrector:
         turn = angle_of(metric.cosine(first.tangent, second.tangent))
         length = metric.length(second.state - first.state) * (1.0 + turn * turn / 24.0)
         rates = length / metric.length(first.tangent), length / metric.length(second.tangent)
-        arc = Arc(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
+        arc = HermiteSegment(first.state, first.tangent, second.state, second.tangent, length, rates=rates)
         self._latest = asked, arc
         return arc
 

@@ -4,16 +4,51 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import ceil, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.predictor import Span
-from slipstick.solve.continuation.readings import Between, Readings
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array, BoolArray
+
+if TYPE_CHECKING:
+    from slipstick.solve.continuation.step import Step
+
+
+class Observables(Protocol):
+    """Knows how states are read, and evaluates many of them in one go."""
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is read off that is no unknown."""
+        ...
+
+    def narrow(self, low: float, high: float) -> Array:
+        """Values (n,) of the parameter in between, ascending, near which a reading may have a narrow peak."""
+        ...
+
+    def between(self, first: Step, second: Step, states: Array) -> Between:
+        """States (n, N + 1) between two solutions, evaluated."""
+        ...
+
+
+class Between(Protocol):
+    """Evaluated states between two solutions; all sizes are relative to those of each reading nearby."""
+
+    residuals: Array
+    """(n, N)."""
+
+    def changes(self, dx: Array) -> Array:
+        """Largest change (n,) of any reading for changes (n, N) of the unknowns."""
+        ...
+
+    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+        """Largest distance (n,) of any reading, at unknowns changed by ``dx``, from the cubic through both ends."""
+        ...
+
 
 _LONGER = 1.1
 """Arcs are a little longer than the steps that were taken along them."""
@@ -36,36 +71,41 @@ class _Seen:
 
     Attributes
     ----------
-    unknowns_bent, readings_bent
+    unknowns_bent, observables_bent
         How far the cubics of both are off at each place (n,), over their own sizes.
     states, good
         Corrected, and whether the last correction was small.
     """
 
     def __init__(
-        self, corrector: Corrector, readings: Readings, arc: Arc, ends: tuple[Step, Step], places: ArcPlaces
+        self,
+        corrector: Corrector,
+        observables: Observables,
+        arc: HermiteSegment,
+        ends: tuple[Step, Step],
+        places: HermiteBasis,
     ) -> None:
-        self._corrector, self._readings, self._ends = corrector, readings, ends
+        self._corrector, self._observables, self._ends = corrector, observables, ends
         self._sizes = corrector.metric.sizes(*(end.state for end in ends))
         self.places, self.cubic, self._slopes = places, arc.points(places), arc.derivatives(places)
         between, off = self._off(self.cubic)
         self.unknowns_bent = corrector.metric.judged(off, self._sizes)
-        self.readings_bent = np.zeros(len(off))
-        if readings.any:
-            self.readings_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
+        self.observables_bent = np.zeros(len(off))
+        if observables.any:
+            self.observables_bent = _or_inf(between.bent(-_finite(off)[:, :-1], arc, places))
         off = _at_their_parameter(off, self._slopes)
         self.states, self.last = self.cubic - _finite(off), self._size(between, off)
 
     def _off(self, states: Array) -> tuple[Between, Array]:
         """States evaluated, and how far they are off the branch."""
         self._corrector.evaluations += len(states)
-        between = self._readings.between(*self._ends, states)
+        between = self._observables.between(*self._ends, states)
         return between, self._corrector.off(between.residuals, self._ends[1])
 
     def _size(self, between: Between, off: Array) -> Array:
         """Sizes (n,) of corrections, of what is read off the states too."""
         own = self._corrector.metric.judged(off, self._sizes)
-        if self._readings.any:
+        if self._observables.any:
             own = np.maximum(own, _or_inf(between.changes(_finite(off)[:, :-1])))
         return own
 
@@ -113,7 +153,7 @@ class DenseOutput:
     tolerance
         Largest error of what is stored of them over its own size: the last of a few corrections by the Jacobian of the
         next point, at every place. Where these do not get there the place is solved for.
-    readings
+    observables
         What is read off the states besides.
 
     Where the cubics between two points, from which the corrections start and along which events are sought, are too far
@@ -121,10 +161,10 @@ class DenseOutput:
     """
 
     def __init__(
-        self, corrector: Corrector, span: Span, step: float, tolerance: float, readings: Readings | None
+        self, corrector: Corrector, span: Span, step: float, tolerance: float, observables: Observables | None
     ) -> None:
         self._corrector, self._span, self._step, self._tolerance = corrector, span, _LONGER * step, tolerance
-        self._readings: Readings = _Unknowns(corrector) if readings is None else readings
+        self._observables: Observables = _Unknowns(corrector) if observables is None else observables
         self._latest: tuple[Any, Any, _Seen | None] = (None, None, None)
 
     def halves(self, first: Step, second: Step, apart: float, *, closely: bool = False) -> list[Step]:
@@ -135,16 +175,16 @@ class DenseOutput:
         """
         arc, second.apart = self._corrector.arc(first, second), apart
         second.smooth = apart <= _SURE * self._tolerance
-        if second.smooth and not self._readings.any:
+        if second.smooth and not self._observables.any:
             return []
         places = self._places(first, second, arc, closely)
         if places is None:
             return []
         seen = self._seen(first, second, arc, places)
         limit = _BENT * self._tolerance
-        bent = np.maximum(seen.unknowns_bent, seen.readings_bent)
+        bent = np.maximum(seen.unknowns_bent, seen.observables_bent)
         second.smooth = bool(bent.max() <= limit)
-        if second.smooth or arc.length <= (_FINEST if seen.readings_bent.max() > limit else self._step):
+        if second.smooth or arc.length <= (_FINEST if seen.observables_bent.max() > limit else self._step):
             return []
         worst = int(np.argmax(bent))
         at, guess, direction = float(places.u[worst]), seen.cubic[worst], arc.derivative(float(places.u[worst]))
@@ -156,36 +196,36 @@ class DenseOutput:
         before, after = (
             self._corrector.apart(middle, guess, direction, way) for way in (at * arc.length, (at - 1.0) * arc.length)
         )
-        closely = closely or bool(seen.readings_bent.max() > limit)
+        closely = closely or bool(seen.observables_bent.max() > limit)
         return [
             *self.halves(first, middle, before, closely=closely),
             middle,
             *self.halves(middle, second, after, closely=closely),
         ]
 
-    def _places(self, first: Step, second: Step, arc: Arc, closely: bool) -> ArcPlaces | None:
+    def _places(self, first: Step, second: Step, arc: HermiteSegment, closely: bool) -> HermiteBasis | None:
         """Places to look at: those of the points to come, and then those of narrow peaks; None where there are none."""
         count = ceil(arc.length / self._step)
-        if not self._readings.any:
+        if not self._observables.any:
             return _evenly(count) if count > 1 else None
         low, high = sorted((first.parameter, second.parameter))
         width = high - low
-        narrow = self._readings.narrow(low - width, high + width)
+        narrow = self._observables.narrow(low - width, high + width)
         if count < 2 and not (closely or narrow.size):
             return None
         even = _evenly(max(2, count))
         inside = [arc.where(p, 0.0, 1.0) for p in narrow.tolist() if low < p < high]
         inside = [u for u in inside if _END < u < 1.0 - _END]
-        return ArcPlaces(np.append(even.u, inside)) if inside else even
+        return HermiteBasis(np.append(even.u, inside)) if inside else even
 
-    def _seen(self, first: Step, second: Step, arc: Arc, places: ArcPlaces) -> _Seen:
+    def _seen(self, first: Step, second: Step, arc: HermiteSegment, places: HermiteBasis) -> _Seen:
         a, b, seen = self._latest
         if a is not first or b is not second or seen is None:
-            seen = _Seen(self._corrector, self._readings, arc, (first, second), places)
+            seen = _Seen(self._corrector, self._observables, arc, (first, second), places)
             self._latest = first, second, seen
         return seen
 
-    def _solved(self, arc: Arc, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
+    def _solved(self, arc: HermiteSegment, u: float, guess: Array, ends: tuple[Step, Step]) -> Step | None:
         """The solution on the plane across the arc through ``guess``, if it is the one that is expected.
 
         At a narrow peak, whose sides the plane would cut, it is the one at that parameter, sought from the chord: it
@@ -215,7 +255,7 @@ class DenseOutput:
         if count < 2 or not end.smooth:
             return []
         places = _evenly(count)
-        if end.apart <= _SURE * self._tolerance and not self._readings.any:
+        if end.apart <= _SURE * self._tolerance and not self._observables.any:
             states, good = arc.points(places), np.ones(count - 1, dtype=bool)
         else:
             states, good = self._seen(first, second, arc, places).settle(count - 1, self._tolerance)
@@ -237,7 +277,7 @@ class DenseOutput:
 
 
 class _Unknowns:
-    """No readings: states are evaluated one by one."""
+    """No observables: states are evaluated one by one."""
 
     any = False
 
@@ -261,12 +301,12 @@ class _Residuals:
         """None."""
         return np.zeros(len(dx))
 
-    def bent(self, dx: Array, arc: Arc, places: ArcPlaces) -> Array:
+    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """None."""
         return np.zeros(len(dx))
 
 
 @lru_cache(maxsize=64)
-def _evenly(count: int) -> ArcPlaces:
+def _evenly(count: int) -> HermiteBasis:
     """Places that part an arc into ``count`` pieces."""
-    return ArcPlaces(np.arange(1, count) / count)
+    return HermiteBasis(np.arange(1, count) / count)

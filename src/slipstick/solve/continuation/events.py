@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.typing import Array
 
 
@@ -71,8 +71,8 @@ class BranchEvent:
     direction: int = 0
     terminal: bool = False
     exact: bool = False
-    place: Callable[[Any, Any, Arc], float] | None = None
-    along: Callable[[Any, Any, Arc, ArcPlaces], Array] | None = None
+    place: Callable[[Any, Any, HermiteSegment], float] | None = None
+    along: Callable[[Any, Any, HermiteSegment, HermiteBasis], Array] | None = None
     height: Callable[[Any], float] | None = None
 
     @property
@@ -106,7 +106,7 @@ class Watched(Protocol):
         """Their values (n,) at a step."""
         ...
 
-    def expected(self, first: Any, second: Any, arc: Arc, places: ArcPlaces) -> tuple[Array, Array]:
+    def expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         """Between two neighbours: slopes (n_places, n), exact at the ends, and the largest values (n,) at maxima."""
         ...
 

@@ -8,16 +8,16 @@ from math import copysign
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc, ArcPlaces
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.events import BracketedRoot, BranchEvent, Watched
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
 from slipstick.solve.continuation.narrowing import Bracket, narrowed, narrowing
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
 
 _MAX_TRIALS = 60
 _TINY = float(np.finfo(float).tiny)
-_PLACES = ArcPlaces(np.linspace(0.0, 1.0, 9))
+_PLACES = HermiteBasis(np.linspace(0.0, 1.0, 9))
 _AT: list[float] = _PLACES.u.tolist()
 _NEARLY = 0.5
 """An event function that falls to this share between the ends of an arc nearly changes its sign there."""
@@ -119,7 +119,7 @@ class Locator:
         return sorted(found, key=lambda located: whole.part(located[1], self._corrector.metric))
 
     def _expected(
-        self, event: BranchEvent, before: float, first: Step, second: Step, arc: Arc
+        self, event: BranchEvent, before: float, first: Step, second: Step, arc: HermiteSegment
     ) -> tuple[list[float], list[float]]:
         """Places on the arc, its ends among them, and the event function there: exact at the ends."""
         if event.along is None:
@@ -130,7 +130,7 @@ class Locator:
             self._see_to_near_miss(event, arc, values)
         return _AT, values
 
-    def _see_to_near_miss(self, event: BranchEvent, arc: Arc, values: list[float]) -> None:
+    def _see_to_near_miss(self, event: BranchEvent, arc: HermiteSegment, values: list[float]) -> None:
         """Make values of one sign exact where it nearly changes: the cubic is not as near to the branch as that."""
         size, positive = [abs(value) for value in values], values[0] > 0.0
         nearest = min(range(1, len(size) - 1), key=size.__getitem__)
@@ -144,7 +144,13 @@ class Locator:
                     return
 
     def _exceed(
-        self, watched: Watched, largest: Array, found: list[tuple[float, Step]], arc: Arc, first: Step, second: Step
+        self,
+        watched: Watched,
+        largest: Array,
+        found: list[tuple[float, Step]],
+        arc: HermiteSegment,
+        first: Step,
+        second: Step,
     ) -> Array:
         """Add to ``found`` where something watched exceeds all before; the ``largest`` values that leaves.
 
@@ -166,7 +172,7 @@ class Locator:
         return largest
 
     def _maxima(
-        self, event: BranchEvent, arc: Arc, crossed: list[tuple[Both, Both]], first: Known, second: Known
+        self, event: BranchEvent, arc: HermiteSegment, crossed: list[tuple[Both, Both]], first: Known, second: Known
     ) -> list[tuple[float, Step] | None]:
         """The maxima between two neighbours.
 
@@ -248,7 +254,7 @@ class Locator:
         return narrowed(self._corrector, seen, bracket, self._tolerance)
 
     def _changes(
-        self, event: BranchEvent, arc: Arc, crossed: list[tuple[Both, Both]], first: Known, second: Known
+        self, event: BranchEvent, arc: HermiteSegment, crossed: list[tuple[Both, Both]], first: Known, second: Known
     ) -> list[tuple[float, Step] | None]:
         """The sign changes between two neighbours.
 
@@ -269,7 +275,7 @@ class Locator:
         return located
 
     def _change(
-        self, event: BranchEvent, arc: Arc, places: Both, low: Known | None, high: Known | None
+        self, event: BranchEvent, arc: HermiteSegment, places: Both, low: Known | None, high: Known | None
     ) -> tuple[float, Step] | None:
         """The sign change between two solutions, at ``places`` on the arc."""
         if event.height is not None:
@@ -281,7 +287,9 @@ class Locator:
             found = self._narrowed(event, places, low, high).root(event, self._corrector.metric, self._tolerance)
         return found
 
-    def _quickly(self, event: BranchEvent, arc: Arc, at: Both, of: Both, room: Both) -> tuple[float, Step] | None:
+    def _quickly(
+        self, event: BranchEvent, arc: HermiteSegment, at: Both, of: Both, room: Both
+    ) -> tuple[float, Step] | None:
         """By secants from where the sign change is expected; None where they lead out of the ``room``."""
         rate = (of[1] - of[0]) / (at[1] - at[0])
         u, off, known = at[0] - of[0] / rate, np.zeros(1), None
@@ -305,7 +313,7 @@ class Locator:
         return None
 
     def _solved(
-        self, event: BranchEvent, arc: Arc, u: float, off: Array | float, *, exact: bool = True
+        self, event: BranchEvent, arc: HermiteSegment, u: float, off: Array | float, *, exact: bool = True
     ) -> tuple[Step, float] | None:
         """The solution on the plane across the arc at ``u``, expected ``off`` it, and the event function there.
 
@@ -320,7 +328,7 @@ class Locator:
         return step, float(event.function(step))
 
     def _passages(
-        self, first: Step, second: Step, found: list[tuple[float, Step]], arc: Arc
+        self, first: Step, second: Step, found: list[tuple[float, Step]], arc: HermiteSegment
     ) -> list[tuple[float, Step]]:
         """Points at the requested parameter values; turning points in between (already found) part the passages."""
         passages = []
@@ -336,7 +344,7 @@ class Locator:
         return passages
 
     def _passage(
-        self, value: float, arc: Arc, low: tuple[float, Step], high: tuple[float, Step]
+        self, value: float, arc: HermiteSegment, low: tuple[float, Step], high: tuple[float, Step]
     ) -> tuple[float, Step] | None:
         """Solve at the exact parameter, from the arc or else from both sides, which solutions between bring nearer."""
         u = arc.where(value, low[0], high[0])
@@ -366,7 +374,7 @@ class Locator:
             return None
         return None if all(step.orientation * own < 0 for own in self._orientations) else step
 
-    def _jump(self, event: BranchEvent, arc: Arc, u: float) -> tuple[float, Step] | None:
+    def _jump(self, event: BranchEvent, arc: HermiteSegment, u: float) -> tuple[float, Step] | None:
         """The solution at a place on the arc."""
         guess = arc.point(u)
         step, _ = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name)
@@ -375,7 +383,7 @@ class Locator:
         return u, step
 
     def _event(
-        self, event: BranchEvent, arc: Arc, low: tuple[float, float], high: tuple[float, float]
+        self, event: BranchEvent, arc: HermiteSegment, low: tuple[float, float], high: tuple[float, float]
     ) -> tuple[float, Step] | None:
         """Solve on the arc until the place of the sign change is known to the tolerance; None where that ends."""
         metric = self._corrector.metric

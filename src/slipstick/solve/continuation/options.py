@@ -7,7 +7,7 @@ from math import inf
 
 from slipstick.errors import InputError
 from slipstick.solve.continuation.stepsize import StepOptions
-from slipstick.solve.newton.options import NewtonOptions
+from slipstick.solve.newton import NewtonOptions
 
 
 def _corrector_options() -> NewtonOptions:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slipstick.solve.continuation.arc import Arc
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.metric import Metric
 from slipstick.solve.continuation.step import Step
 from slipstick.typing import Array
@@ -38,7 +38,7 @@ class Prediction:
     at_end: bool
 
 
-def predict(metric: Metric, span: Span, last: Step, arc: Arc | None, length: float) -> Prediction:
+def predict(metric: Metric, span: Span, last: Step, arc: HermiteSegment | None, length: float) -> Prediction:
     """``length`` ahead of ``last``: along the cubic ``arc`` that ends there, or along the tangent."""
     ratio = metric.length(last.tangent)
     if arc is None:

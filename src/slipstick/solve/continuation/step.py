@@ -1,18 +1,55 @@
-"""A point of a branch."""
+"""A point of a branch, and the restart point: what a continuation can be taken up from, in another process too."""
 
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 import numpy as np
 
-from slipstick.solve.continuation.arc import Arc
-from slipstick.solve.continuation.place import Place
+from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.linear.jacobian import Jacobian
-from slipstick.solve.newton.result import NewtonResult
+from slipstick.solve.newton import NewtonResult
 from slipstick.typing import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestartPoint:
+    """An accepted point and what the points after it depend on; with the place before it, that is everything.
+
+    Attributes
+    ----------
+    state, tangent
+        ``(x, parameter)`` and its derivative along the branch, (N + 1,).
+    kind, orientation, arclength
+        Those of the ``Step``.
+    step_length
+        Scaled length of the next step.
+    measure
+        The metric in which the point was found, see ``Metric.measure``.
+    given
+        The context the point was solved with: what the point before handed on.
+    values
+        Event functions at the point, whose signs are compared with those of the next one.
+    points, rejected, evaluations, solves
+        Work counters.
+    """
+
+    state: Array
+    tangent: Array
+    kind: str
+    orientation: int
+    arclength: float
+    step_length: float
+    measure: tuple[float, float, float, float]
+    given: Any
+    values: tuple[float, ...]
+    points: int
+    rejected: int
+    evaluations: int
+    solves: int
 
 
 class Step:
@@ -77,17 +114,19 @@ class Step:
         self.orientation = 0
         self.arclength = 0.0
         self.apart, self.smooth, self.inserted = inf, False, False
-        self.place: tuple[Step, Step, Arc, float] | None = None
+        self.place: tuple[Step, Step, HermiteSegment, float] | None = None
 
     @classmethod
-    def interpolated(cls, state: Array, tangent: Array, place: tuple[Step, Step, Arc, float], arclength: float) -> Step:
+    def interpolated(
+        cls, state: Array, tangent: Array, place: tuple[Step, Step, HermiteSegment, float], arclength: float
+    ) -> Step:
         """A point of an arc, at a ``place``."""
         step = cls(state, tangent, NewtonResult(state), "interpolated", "", state.size - 1)
         step.place, step.arclength = place, arclength
         return step
 
     @classmethod
-    def again(cls, place: Place, evaluation: Any = None) -> Step:
+    def again(cls, place: RestartPoint, evaluation: Any = None) -> Step:
         """The step of a place; ``evaluation`` is what the system returned there."""
         result = NewtonResult(place.state)
         result.evaluation = evaluation

@@ -1,1 +1,1 @@
-"""Jacobians: what Newton and the continuation ask of one, and the kinds there are."""
+"""Jacobians, as Newton and the continuation ask for them, and sparse symmetric matrices: factors and lowest modes."""

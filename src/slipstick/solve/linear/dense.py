@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from slipstick.solve.linear.jacobian import Bordered
 from slipstick.typing import Array
 
 
@@ -119,19 +119,16 @@ class DenseJacobian(_Factorised):
         return f"DenseJacobian({self.size})"
 
 
-class BorderedDense(_Factorised):
+class BorderedDense(Bordered, _Factorised):
     """A dense Jacobian with a further column (N,) and row (N + 1,): assembled where it is factorised, not before."""
 
     __slots__ = ("_column", "_inner", "_row")
 
+    _inner: _Factorised
+
     def __init__(self, inner: _Factorised, column: Array, row: Array) -> None:
         self._lu = None
         self._inner, self._column, self._row = inner, column, row
-
-    @property
-    def size(self) -> int:
-        """N + 1."""
-        return self._row.size
 
     def write(self, out: Array) -> None:
         """Write all entries into the first rows and columns of ``out``."""
@@ -139,23 +136,6 @@ class BorderedDense(_Factorised):
         last = self._row.size - 1
         out[:last, last] = self._column
         out[last, : last + 1] = self._row
-
-    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
-        """``J @ x``, or the transpose times x."""
-        last, first = x[-1:], x[:-1]
-        if transposed:
-            whole = np.multiply.outer(self._row, x[-1])
-            whole[:-1] += self._inner.multiply(first, transposed=True)
-            whole[-1] += self._column @ first
-            return whole
-        above = self._inner.multiply(first) + np.multiply.outer(self._column, x[-1])
-        return np.concatenate([above, np.reshape(self._row @ x, last.shape)])
-
-    def bound(self, x: Array) -> Array:
-        """``|J| @ |x|``."""
-        size: Any = np.abs(x)
-        above = self._inner.bound(x[:-1]) + np.abs(self._column) * size[-1]
-        return np.append(above, np.abs(self._row) @ size)
 
     def __repr__(self) -> str:
         return f"BorderedDense({self.size})"

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
-from slipstick.solve.linear.gmres import Solved, gmres
-from slipstick.typing import Array
+from slipstick.solve.linear.jacobian import Bordered
+from slipstick.typing import Array, ComplexArray
 
 TOLERANCE = 1e-8
 """Relative residual of a solution: Newton corrections are right to so many digits."""
@@ -65,18 +67,21 @@ class IterativeJacobian(ABC):
             return np.column_stack([self.solve(column, transposed=transposed) for column in right.T])
         if transposed:
             # the same eigenvalues, the preconditioner on the other side
-            found = self._iterate(lambda x: self.precondition(self.multiply(x, transposed=True), transposed=True),
-                                  self.precondition(right, transposed=True))  # fmt: skip
-            return found.x
-        found = self._iterate(lambda x: self.multiply(self.precondition(x)), right)
-        return self.precondition(found.x)
+            right = self.precondition(right, transposed=True)
+            return self._iterate(
+                lambda x: self.precondition(self.multiply(x, transposed=True), transposed=True), right
+            ).x
+        return self.precondition(self._iterate(self._preconditioned, right).x)
+
+    def _preconditioned(self, x: Array) -> Array:
+        return self.multiply(self.precondition(x))
 
     def _iterate(self, apply: Callable[[Array], Array], right: Array, tolerance: float = TOLERANCE) -> Solved:
-        found = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
-        self.products += found.products
-        if not found.residual <= _GIVEN_UP:
-            found.x[...] = np.nan
-        return found
+        solved = gmres(apply, right, tolerance=tolerance, most=MOST_PRODUCTS)
+        self.products += solved.products
+        if not solved.residual <= _GIVEN_UP:
+            solved.x[...] = np.nan
+        return solved
 
     def sign(self) -> int:
         """Sign of the determinant: that of P, turned for each negative eigenvalue of ``J P^-1``.
@@ -89,7 +94,7 @@ class IterativeJacobian(ABC):
     @cached_property
     def _sign(self) -> int:
         right = np.random.default_rng(_SEED).standard_normal(self.size)
-        ritz = self._iterate(lambda x: self.multiply(self.precondition(x)), right, _FOR_SIGNS).ritz
+        ritz = self._iterate(self._preconditioned, right, _FOR_SIGNS).ritz
         real = np.abs(ritz.imag) <= 1e-10 * np.abs(ritz)
         return self.preconditioner_sign * (-1 if np.count_nonzero(real & (ritz.real < 0.0)) % 2 else 1)
 
@@ -98,27 +103,13 @@ class IterativeJacobian(ABC):
         return BorderedIterative(self, column, row)
 
 
-class BorderedIterative(IterativeJacobian):
+class BorderedIterative(Bordered, IterativeJacobian):
     """With a further column (N,) and row (N + 1,): the preconditioner is bordered likewise."""
+
+    _inner: IterativeJacobian
 
     def __init__(self, inner: IterativeJacobian, column: Array, row: Array) -> None:
         self._inner, self._column, self._row = inner, column, row
-
-    @property
-    def size(self) -> int:
-        """N + 1."""
-        return self._row.size
-
-    def multiply(self, x: Array, *, transposed: bool = False) -> Array:
-        """``J @ x``, or the transpose times x."""
-        first, last = x[:-1], x[-1:]
-        if transposed:
-            whole = np.multiply.outer(self._row, x[-1])
-            whole[:-1] += self._inner.multiply(first, transposed=True)
-            whole[-1] += self._column @ first
-            return whole
-        above = self._inner.multiply(first) + np.multiply.outer(self._column, x[-1])
-        return np.concatenate([above, np.reshape(self._row @ x, last.shape)])
 
     @cached_property
     def _eliminated(self) -> tuple[Array, float]:
@@ -139,13 +130,71 @@ class BorderedIterative(IterativeJacobian):
     @property
     def preconditioner_sign(self) -> int:
         """Sign of the determinant of P: that of the inner one times that of the corner left over."""
-        own = self._inner.preconditioner_sign
-        return own and own * int(np.sign(self._eliminated[1]))
+        sign = self._inner.preconditioner_sign
+        return sign and sign * int(np.sign(self._eliminated[1]))
 
-    def bound(self, x: Array) -> Array:
-        """``|J| @ |x|``, or more."""
-        size = np.abs(x)
-        return np.append(self._inner.bound(x[:-1]) + np.abs(self._column) * size[-1], np.abs(self._row) @ size)
 
-    def __repr__(self) -> str:
-        return f"BorderedIterative({self.size})"
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Solved:
+    """A solution ``x`` (N,), its relative residual, the products it took, and the Hessenberg matrix of the space."""
+
+    x: Array
+    residual: float
+    products: int
+    hessenberg: Array
+
+    @property
+    def ritz(self) -> ComplexArray:
+        """Ritz values (products,)."""
+        return np.asarray(np.linalg.eigvals(self.hessenberg), dtype=complex)
+
+
+def gmres(apply: Callable[[Array], Array], right: Array, *, tolerance: float, most: int) -> Solved:
+    """Solve ``apply(x) = right`` (N,) to a relative residual, without restart, in at most ``most`` products.
+
+    GMRES (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986). Besides the solution it returns the Ritz values
+    of the space that was searched: eigenvalues of the matrix that lie apart from the others are among them, which is
+    what tells the sign of a determinant.
+
+    >>> A = np.diag([1.0, 2.0, -4.0])
+    >>> found = gmres(lambda x: A @ x, np.array([1.0, 2.0, 4.0]), tolerance=1e-12, most=10)
+    >>> found.x.round(12), found.products, np.sort(found.ritz.real).round(9)
+    (array([ 1.,  1., -1.]), 3, array([-4.,  1.,  2.]))
+    """
+    size = float(np.linalg.norm(right))
+    most = min(most, right.size)
+    if not 0.0 < size < np.inf:
+        x = np.full(right.shape, 0.0 if size == 0.0 else np.nan)
+        return Solved(x=x, residual=0.0, products=0, hessenberg=np.empty((0, 0)))
+    basis = np.empty((most + 1, right.size))
+    basis[0] = right / size
+    H, R, rest = np.zeros((most + 1, most)), np.zeros((most + 1, most)), np.zeros(most + 1)
+    rotations: list[tuple[float, float]] = []
+    rest[0] = size
+    for k in range(most):
+        w = apply(basis[k])
+        for _ in range(2):  # once more, so that the basis stays orthogonal to rounding
+            part = basis[: k + 1] @ w
+            w = w - part @ basis[: k + 1]
+            H[: k + 1, k] += part
+        H[k + 1, k] = np.linalg.norm(w)
+        R[: k + 2, k] = H[: k + 2, k]
+        _rotate(R[:, k], rest, rotations, k)
+        done = not abs(rest[k + 1]) > tolerance * size
+        if done or H[k + 1, k] == 0.0:
+            break
+        basis[k + 1] = w / H[k + 1, k]
+    n = k + 1
+    x = solve_triangular(R[:n, :n], rest[:n], check_finite=False) @ basis[:n]
+    return Solved(x=x, residual=abs(float(rest[n])) / size, products=n, hessenberg=H[:n, :n])
+
+
+def _rotate(column: Array, rest: Array, rotations: list[tuple[float, float]], k: int) -> None:
+    """Turn column k of the Hessenberg matrix into one of a triangular matrix, and the right-hand side with it."""
+    for i, (c, s) in enumerate(rotations):
+        column[i], column[i + 1] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
+    size = float(np.hypot(column[k], column[k + 1])) or 1.0
+    c, s = float(column[k]) / size, float(column[k + 1]) / size
+    rotations.append((c, s))
+    column[k], column[k + 1] = size, 0.0
+    rest[k], rest[k + 1] = c * rest[k], -s * rest[k]

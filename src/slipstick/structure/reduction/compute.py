@@ -12,18 +12,14 @@ import numpy as np
 from scipy import sparse
 
 from slipstick.errors import InputError
-from slipstick.solve.linear.factorisation import factorise, shifted
-from slipstick.solve.linear.factors import SingularMatrixError
+from slipstick.solve.linear.factorisation import SingularMatrixError, factorise, shifted
 from slipstick.solve.linear.lanczos import BlockLanczos
 from slipstick.solve.linear.modes import EigenError, Modes, StageListener, StageProgress
-from slipstick.structure.definite import scaled, smallest_pivot
-from slipstick.structure.matrix_checks import matrix_faults, name_of
+from slipstick.structure.matrix_checks import matrix_faults, name_of, scaled, smallest_pivot
 from slipstick.structure.receptance import undamped
-from slipstick.structure.receptance_size import ReceptanceSize
 from slipstick.structure.reduction import store as reduction_store
-from slipstick.structure.reduction.band import band_error
 from slipstick.structure.reduction.request import Accuracy
-from slipstick.structure.truncation import Truncation
+from slipstick.structure.truncation import ReceptanceSize, Truncation, band_error
 from slipstick.typing import Array, Sparse
 
 MOST_BY_DEFAULT = 128
@@ -33,6 +29,9 @@ BAND_BY_DEFAULT = 10.0
 
 _TOGETHER = 256
 """Columns solved and multiplied at a time."""
+
+_STORED = ("omega", "amplitudes", "static", "second", "residuals")
+"""Arrays of the store that are the fields of their name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +47,8 @@ class ReducedData:
     """``[B, P]^T K^-1 M K^-1 [B, P]``, not yet less its modal part."""
     residuals: Array
     solver: str
-    complete: bool | None
-    error_estimate: float | None
+    complete: bool | None = None
+    error_estimate: float | None = None
     skin_modes: Array | None = None
     """Modes at the skin, (3 n_nodes, n_modes)."""
     skin_static: Array | None = None
@@ -61,11 +60,7 @@ class ReducedData:
         skin = {"skin_modes": self.skin_modes, "skin_static": self.skin_static}
         return {
             **{name: np.asarray(value, dtype=np.float32) for name, value in skin.items() if value is not None},
-            "omega": self.omega,
-            "amplitudes": self.amplitudes,
-            "static": self.static,
-            "second": self.second,
-            "residuals": self.residuals,
+            **{name: getattr(self, name) for name in _STORED},
             "solver": np.array(self.solver),
             "complete": np.array("unknown" if self.complete is None else "yes"),
             "error_estimate": np.array(np.nan if self.error_estimate is None else self.error_estimate),
@@ -118,11 +113,7 @@ def stored_data(path: Path, n_keep: int, n_loads: int, n_skin: int = 0) -> Reduc
     try:
         estimate = float(arrays["error_estimate"])
         data = ReducedData(
-            omega=arrays["omega"],
-            amplitudes=arrays["amplitudes"],
-            static=arrays["static"],
-            second=arrays["second"],
-            residuals=arrays["residuals"],
+            **{name: arrays[name] for name in _STORED},  # type: ignore[arg-type]
             solver=str(arrays["solver"]),
             complete=True if str(arrays["complete"]) == "yes" else None,
             error_estimate=None if np.isnan(estimate) else estimate,
@@ -179,19 +170,17 @@ def compute(
         second=0.5 * (second + second.T),
         residuals=np.empty(0),
         solver=iteration.solver,
-        complete=None,
-        error_estimate=None,
         skin_static=seen,
     )
     if want.modes is not None:
-        found = iteration.modes(min(want.modes, K.shape[0]))
-        data = _with_modes(partial, found, B)
+        modes = iteration.modes(min(want.modes, K.shape[0]))
+        data = _with_modes(partial, modes, B)
     elif probe is None:
-        data, found = _grow_by_estimate(iteration, partial, B, n_keep, want)
+        data, modes = _grow_by_estimate(iteration, partial, B, n_keep, want)
     else:
-        data, found = _grow(iteration, partial, B, n_keep, want, probe)
+        data, modes = _grow(iteration, partial, B, n_keep, want, probe)
     if skin is not None:
-        data = replace(data, skin_modes=np.asarray(skin.T @ found.shapes))
+        data = replace(data, skin_modes=np.asarray(skin.T @ modes.shapes))
     _require_positive(data)
     return replace(data, seconds=clock.stop())
 
@@ -232,8 +221,8 @@ def _grow(
                 f"{want.relative:.1e} was asked; ask for less accuracy or a lower highest frequency"
             )
         n_modes = max(n_modes + 8, int(n_modes * min(2.0, (error / (0.5 * want.relative)) ** (1 / 3) + 0.05)))
-    found = iteration.modes(n_modes)
-    return replace(_with_modes(partial, found, B), error_estimate=error), found
+    modes = iteration.modes(n_modes)
+    return replace(_with_modes(partial, modes, B), error_estimate=error), modes
 
 
 def _grow_by_estimate(
@@ -252,17 +241,14 @@ def _grow_by_estimate(
         if error <= want.relative:
             break
         n_modes = min(max(n_modes + 8, n_modes + n_modes // 4), limit)
-    found = iteration.modes(n_modes)
-    return _with_modes(partial, found, B), found
+    modes = iteration.modes(n_modes)
+    return _with_modes(partial, modes, B), modes
 
 
-def _with_modes(partial: ReducedData, found: Modes, B: Sparse) -> ReducedData:
+def _with_modes(partial: ReducedData, modes: Modes, B: Sparse) -> ReducedData:
+    amplitudes = B.T @ modes.shapes
     return replace(
-        partial,
-        omega=found.omega,
-        amplitudes=B.T @ found.shapes,
-        residuals=found.residuals,
-        complete=found.complete,
+        partial, omega=modes.omega, amplitudes=amplitudes, residuals=modes.residuals, complete=modes.complete
     )
 
 

@@ -23,7 +23,6 @@ from slipstick.errors import InputError, SlipstickWarning
 from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.modal import LoadShape, ModalStructure
 from slipstick.structure.receptance import undamped
-from slipstick.structure.receptance_size import band
 from slipstick.structure.reduction import store as reduction_store
 from slipstick.structure.reduction.compute import (
     Columns,
@@ -34,14 +33,9 @@ from slipstick.structure.reduction.compute import (
     store_path,
     stored_data,
 )
-from slipstick.structure.reduction.request import (
-    Damping,
-    as_csr,
-    checked_request,
-    real_matrices,
-)
+from slipstick.structure.reduction.request import Damping, as_csr, checked_request, real_matrices
 from slipstick.structure.skin import Skin
-from slipstick.structure.truncation import WARNED_REDUCTION, WorstError
+from slipstick.structure.truncation import WARNED_REDUCTION, WorstError, band
 from slipstick.typing import Array, FrequencyRange, IntArray, Matrix, Reals
 
 
@@ -136,7 +130,7 @@ def reduce(
     SlipstickWarning
         An error above 1e-4 over ``frequency_range``.
 
-    See :func:`slipstick.structure.reduction.reduce_model` for where the result comes from and how good it is.
+    See :func:`reduce_model` for where the result comes from and how good it is.
 
     Examples
     --------
@@ -168,57 +162,33 @@ def reduce(
     return reduction.structure
 
 
-def reduce_model(
-    K: Matrix,
-    M: Matrix,
-    *,
-    keep: Sequence[str] | Any,
-    dofs: Sequence[str] | None = None,
-    names: Sequence[str] | None = None,
-    load_shapes: Mapping[str, Reals] | None = None,
-    modes: int | None = None,
-    accuracy: float = 1e-7,
-    frequency_range: FrequencyRange | None = None,
-    loss_factor: float | Reals = 0.0,
-    damping_ratio: float | Reals = 0.0,
-    rayleigh: tuple[float, float] = (0.0, 0.0),
-    force: bool = False,
-    solver: str | None = None,
-    cache: str | Path | None = None,
-    listener: StageListener | None = None,
-    skin: SkinRows | None = None,
-    reach: float = 0.0,
-) -> Reduction:
+def reduce_model(K: Matrix, M: Matrix, *, skin: SkinRows | None = None, reach: float = 0.0, **asked: Any) -> Reduction:
     """As :func:`reduce`, with where the result comes from and how good it is.
 
-    Arguments and errors are those of :func:`reduce`; with ``skin`` the structure has one. Where neither a number of
-    modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
+    Arguments ``asked`` and errors are those of :func:`reduce`; with ``skin`` the structure has one. Where neither a
+    number of modes nor a range is given, the modes serve frequencies up to ``reach`` (rad/s) at least.
     """
     K, M = real_matrices(K, M)
-    asked = checked_request(
-        K.shape[0], keep=keep, dofs=dofs, names=names, load_shapes=load_shapes, modes=modes, accuracy=accuracy,
-        frequency_range=frequency_range, loss_factor=loss_factor, damping_ratio=damping_ratio, rayleigh=rayleigh,
-        force=force, solver=solver, cache=cache, listener=listener, reach=reach,
-    )  # fmt: skip
-    directions, loads, want = asked.directions, asked.loads, asked.want
+    request = checked_request(K.shape[0], reach=reach, **asked)
+    directions, loads, want, solver = request.directions, request.loads, request.want, request.solver
     began = perf_counter()
     rows = None if skin is None else as_csr(skin.rows)
     columns = Columns(directions, loads, rows)
-    path = None if cache is None else store_path(Path(cache), K, M, columns, want, solver)
+    path = None if request.cache is None else store_path(Path(request.cache), K, M, columns, want, solver)
     n_skin = 0 if rows is None else rows.shape[1]
     data = None if path is None else stored_data(path, directions.shape[1], loads.shape[1], n_skin)
     reused = data is not None
     if data is None:
-        data = compute(K, M, columns, dofs=asked.dofs, want=want, solver=solver, listener=listener)
+        data = compute(K, M, columns, dofs=request.dofs, want=want, solver=solver, listener=request.listener)
         if path is not None:
             reduction_store.write(path, data.arrays())
     else:
         data = replace(data, seconds={"reading the stored reduction": perf_counter() - began})
-    structure = modal_structure(data, asked.kept, asked.load_names, asked.damping, skin)
+    structure = modal_structure(data, request.kept, request.load_names, request.damping, skin)
     error = data.error_estimate
-    if asked.frequency_range is not None:
-        worst = _worst(structure, asked.frequency_range, error)
-        _judge(worst, force, lambda: modes_below(K, M, worst.needed, solver))
+    if request.frequency_range is not None:
+        worst = _worst(structure, request.frequency_range, error)
+        _judge(worst, request.force, lambda: modes_below(K, M, worst.needed, solver))
         error = worst.relative if error is None else error
     return Reduction(
         structure=structure,
@@ -273,8 +243,8 @@ def receptance_error(
     """
     s = structure
     exact = direct_receptance(as_csr(K), as_csr(M), directions, omega, solver).exact
-    found = undamped(s.omega, s.mode_shapes, s.static_compliance, s.second_residual).at([1], omega)[0][0]
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+    modal = undamped(s.omega, s.mode_shapes, s.static_compliance, s.second_residual).at([1], omega)[0][0]
+    return float(np.linalg.norm(modal - exact) / np.linalg.norm(exact))
 
 
 def modal_structure(

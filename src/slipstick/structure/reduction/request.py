@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -26,6 +27,7 @@ from slipstick.faults import (
     wrong,
 )
 from slipstick.faults import names as name_list
+from slipstick.solve.linear.modes import StageListener
 from slipstick.structure.checks import DAMPING_ELSEWHERE, entry_faults, named_shapes, number_faults, real, within_range
 from slipstick.typing import Array, Matrix
 
@@ -76,45 +78,67 @@ class Request:
     want: Accuracy
     frequency_range: tuple[float, float] | None
     damping: Damping
+    force: bool
+    solver: str | None
+    cache: str | Path | None
+    listener: StageListener | None
 
 
 def checked_request(
-    n: int, *, keep: Any, dofs: Any, names: Any, load_shapes: Any, modes: Any, accuracy: Any, frequency_range: Any,
-    loss_factor: Any, damping_ratio: Any, rayleigh: Any, force: Any, solver: Any, cache: Any, listener: Any,
+    n: int,
+    *,
+    keep: Any,
+    dofs: Any = None,
+    names: Any = None,
+    load_shapes: Any = None,
+    modes: Any = None,
+    accuracy: Any = 1e-7,
+    frequency_range: Any = None,
+    loss_factor: Any = 0.0,
+    damping_ratio: Any = 0.0,
+    rayleigh: Any = (0.0, 0.0),
+    force: Any = False,
+    solver: Any = None,
+    cache: Any = None,
+    listener: Any = None,
     reach: float = 0.0,
-) -> Request:  # fmt: skip
+) -> Request:
     """The request for matrices of n rows; raises InputError with every fault. Arguments are those of ``reduce``."""
-    found = Gathering()
+    faults = Gathering()
     either = "a number, or one for each mode"
-    values = {
-        "loss_factor": found.take(non_negative, "loss_factor", loss_factor),
-        "damping_ratio": found.take(number_or_numbers, "damping_ratio", damping_ratio, either),
-        "rayleigh": found.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
+    damping = {
+        "loss_factor": faults.take(non_negative, "loss_factor", loss_factor),
+        "damping_ratio": faults.take(number_or_numbers, "damping_ratio", damping_ratio, either),
+        "rayleigh": faults.take(_pair, "rayleigh", rayleigh, "two numbers >= 0, in 1/s and s"),
     }
     expected = "two angular frequencies >= 0 (rad/s), not both 0"
-    ends = None if frequency_range is None else found.take(_range, frequency_range, expected)
-    modes = None if modes is None else found.take(whole, "modes", modes, 1, n)
-    accuracy = found.take(_below_one, "accuracy", accuracy)
-    dofs = None if dofs is None else found.take(name_list, "dofs", dofs, "the name of each dof, in order")
-    names = None if names is None else found.take(name_list, "names", names, "a name for each direction")
-    directions, kept, faults = kept_directions(n, keep, dofs, names)
-    shapes = named_shapes(load_shapes, found.faults)
-    loads, load_faults = shape_columns(n, shapes)
-    found.faults += faults + load_faults
-    found.take(truth, "force", force)
-    found.take(tools, solver, cache, listener)
-    found.end()
+    ends = None if frequency_range is None else faults.take(_range, frequency_range, expected)
+    modes = None if modes is None else faults.take(whole, "modes", modes, 1, n)
+    accuracy = faults.take(_below_one, "accuracy", accuracy)
+    dofs = None if dofs is None else faults.take(name_list, "dofs", dofs, "the name of each dof, in order")
+    names = None if names is None else faults.take(name_list, "names", names, "a name for each direction")
+    shapes = named_shapes(load_shapes, faults.faults)
+    kept = faults.take(_kept_directions, n, keep, dofs, names)
+    loads = faults.take(_shape_columns, n, shapes)
+    faults.take(truth, "force", force)
+    faults.take(tools, solver, cache, listener)
+    faults.end()
+    assert kept is not None
+    assert loads is not None
+    assert accuracy is not None
     return Request(
-        directions=directions,
-        kept=kept,
+        directions=kept[0],
+        kept=kept[1],
         dofs=dofs,
         loads=loads,
         load_names=tuple(shapes),
-        want=Accuracy(
-            modes=modes, relative=cast(float, accuracy), highest=None if ends is None else max(ends), reach=reach
-        ),
+        want=Accuracy(modes=modes, relative=accuracy, highest=None if ends is None else max(ends), reach=reach),
         frequency_range=ends,
-        damping=Damping(**cast(Any, values)),
+        damping=Damping(**cast(Any, damping)),
+        force=force,
+        solver=solver,
+        cache=cache,
+        listener=listener,
     )
 
 
@@ -177,34 +201,16 @@ def as_csr(A: Matrix) -> Any:
     return real(A).tocsr() if sparse.issparse(A) else sparse.csr_array(real(A))
 
 
-def kept_directions(
+def _kept_directions(
     n: int, keep: Any, dofs: Sequence[str] | None, names: Sequence[str] | None
-) -> tuple[Any, tuple[str, ...], list[Fault]]:
-    """Directions (n, n_keep) sparse by columns, their names, and what is wrong with them."""
+) -> tuple[Any, tuple[str, ...]]:
+    """Directions (n, n_keep) sparse by columns, and their names."""
     if sparse.issparse(keep) or (isinstance(keep, np.ndarray) and keep.dtype.kind not in "UO"):
-        faults = number_faults("keep", keep)
-        if faults:
-            return None, (), faults
-        if keep.ndim != 2:
-            expected = f"({n}, number of directions), or names of dofs"
-            return None, (), [Fault("keep", found=f"shape {keep.shape}", expected=expected)]
-        matrix = sparse.csc_array(real(keep))
-        kept = tuple(names or ())
-        if matrix.shape[0] != n:
-            height = f"has {matrix.shape[0]} rows, the matrices have {n}"
-            faults.append(Fault("keep", height, remedy="give one row for each dof"))
-        if len(kept) != matrix.shape[1] or len(set(kept)) != len(kept):
-            needed = f"{matrix.shape[1]} directions need as many different names"
-            faults.append(Fault("names", needed, found=str(len(set(kept)))))
-        faults += entry_faults("keep", matrix.data)
-        return matrix, kept, faults
-    try:
-        kept = name_list("keep", keep, "names of dofs, or a matrix of directions (numpy or scipy.sparse)")
-    except InputError as error:
-        return None, (), list(error.faults)
+        return _given_directions(n, keep, tuple(names or ()))
+    kept = name_list("keep", keep, "names of dofs, or a matrix of directions (numpy or scipy.sparse)")
     if dofs is None:
         unnamed = "names are given, but the dofs of the matrices have none"
-        return None, kept, [Fault("keep", unnamed, remedy="give dofs or a matrix of directions")]
+        raise InputError(Fault("keep", unnamed, remedy="give dofs or a matrix of directions"))
     position = {name: index for index, name in enumerate(dofs)}
     unknown = [name for name in kept if name not in position]
     faults = [
@@ -214,36 +220,54 @@ def kept_directions(
     if not kept or len(set(kept)) != len(kept):
         faults.append(Fault("keep", found=shown(list(kept)), expected="the names of one dof or more, each once"))
     if len(dofs) != n:
-        faults.append(
-            Fault("dofs", f"{len(dofs)} names for matrices of {n} rows", remedy="give the map of these matrices")
-        )
+        sizes = f"{len(dofs)} names for matrices of {n} rows"
+        faults.append(Fault("dofs", sizes, remedy="give the map of these matrices"))
     if faults:
-        return None, kept, faults
+        raise InputError(faults)
     rows = [position[name] for name in kept]
-    return sparse.csc_array((np.ones(len(rows)), (rows, range(len(rows)))), shape=(n, len(rows))), kept, []
+    return sparse.csc_array((np.ones(len(rows)), (rows, range(len(rows)))), shape=(n, len(rows))), kept
+
+
+def _given_directions(n: int, keep: Any, names: tuple[str, ...]) -> tuple[Any, tuple[str, ...]]:
+    """The same of a matrix of directions."""
+    faults = number_faults("keep", keep)
+    if not faults and keep.ndim != 2:
+        faults = [Fault("keep", found=f"shape {keep.shape}", expected=f"({n}, number of directions), or names of dofs")]
+    if faults:
+        raise InputError(faults)
+    matrix = sparse.csc_array(real(keep))
+    if matrix.shape[0] != n:
+        height = f"has {matrix.shape[0]} rows, the matrices have {n}"
+        faults.append(Fault("keep", height, remedy="give one row for each dof"))
+    if len(names) != matrix.shape[1] or len(set(names)) != len(names):
+        needed = f"{matrix.shape[1]} directions need as many different names"
+        faults.append(Fault("names", needed, found=str(len(set(names)))))
+    faults += entry_faults("keep", matrix.data)
+    if faults:
+        raise InputError(faults)
+    return matrix, names
 
 
 def _examples(dofs: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in list(dofs)[:3])
 
 
-def shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> tuple[Array, list[Fault]]:
-    """Load vectors as columns (n, n_loads), and what is wrong with them."""
+def _shape_columns(n: int, shapes: Mapping[str, ArrayLike]) -> Array:
+    """Load vectors as columns (n, n_loads)."""
     faults: list[Fault] = []
-    columns: list[Array] = []
+    columns = [np.zeros((n, 0))]
     for name, vector in shapes.items():
-        wrong = number_faults(("load shape", name), vector)
-        if wrong:
+        where = ("load shape", name)
+        if wrong := number_faults(where, vector):
             faults += wrong
             continue
         column = real(vector).reshape(-1)
         columns.append(column)
         if column.shape != (n,):
             sizes = f"has {column.size} entries, the matrices {n}"
-            faults.append(Fault(("load shape", name), sizes, remedy="give one for each dof"))
+            faults.append(Fault(where, sizes, remedy="give one for each dof"))
         elif not within_range(column) or not column.any():
-            zero = f"is zero, not finite or above {LARGEST:g}"
-            faults.append(Fault(("load shape", name), zero, remedy="give forces"))
-    if faults or not columns:
-        return np.zeros((n, 0)), faults
-    return np.column_stack(columns), faults
+            faults.append(Fault(where, f"is zero, not finite or above {LARGEST:g}", remedy="give forces"))
+    if faults:
+        raise InputError(faults)
+    return np.column_stack(columns)

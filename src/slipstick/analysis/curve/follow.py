@@ -1,0 +1,323 @@
+"""A curve over frequency or over a parameter, segment by segment: points in order, temperatures carried along."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+from slipstick.analysis.curve.observables import OutputObservables
+from slipstick.analysis.curve.record import Run, counted
+from slipstick.analysis.curve.request import Checks, Request, adapted_to
+from slipstick.analysis.curve.resume import Checkpoint, ResumeState
+from slipstick.analysis.curve.segments import BROKEN_OFF, Segment, joined, progress
+from slipstick.analysis.curve.thermal_continuation import FOLDS, NO_WORK, ThermalContinuation, jumps_text
+from slipstick.analysis.peaks.events import Largest, kept_up, peak_events
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.preflight import parameter_warnings, problem_warnings
+from slipstick.balance.problem import Problem
+from slipstick.balance.residual import unanswered
+from slipstick.balance.scaling import scales
+from slipstick.balance.start import FirstPoint
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
+from slipstick.errors import InputError, Outcome
+from slipstick.faults import frequency
+from slipstick.interrupts import pass_on
+from slipstick.results.record import Point, Recorder
+from slipstick.results.stability import STATE_CHANGE
+from slipstick.results.truncation import Reaction
+from slipstick.solve.continuation import ContinuationOptions, Step
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.stability.floquet import StabilityWatch
+    from slipstick.analysis.stability.special_points import SpecialPoints
+
+_ORDINARY = ("regular", "interpolated", STATE_CHANGE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Departure:
+    """A solution inside the range that a branch is taken up from: unknowns (N,), value of the followed quantity,
+    tangent (N + 1,), and events of its own."""
+
+    x: Array
+    at: float
+    direction: Array
+    events: tuple[BranchEvent, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveRequest(Request):
+    """A curve to be followed.
+
+    Attributes
+    ----------
+    system, inputs, omega
+        The equations over what is followed; the numbers of the problem and the frequency at its first value.
+    peaks_of, largest_of
+        Outputs of which all peaks are located, and those of which the largest amplitude is, and no other peak.
+    guess
+        Unknowns (N,) to try first.
+    checkpoints
+        Of every point that was found already, up to an accepted one: the branch is followed on from there.
+    stability
+        Judges every point, where that is asked for.
+    departure
+        Where the branch is taken up inside its range; None: at its start.
+    context
+        What the first point is solved with, as a point before would hand it on: contact temperatures.
+    """
+
+    system: FrequencySystem | ParameterSystem
+    inputs: Inputs
+    omega: float
+    peaks_of: tuple[str, ...] = ()
+    largest_of: tuple[str, ...] = ()
+    guess: Array | None = None
+    checkpoints: Sequence[Checkpoint] = ()
+    stability: StabilityWatch | None = None
+    departure: Departure | None = None
+    context: Any = None
+
+    def run(self) -> CurveRun:
+        """What follows it."""
+        return CurveRun(self)
+
+    def recorder(self) -> Recorder:
+        """With stability, where that is asked for."""
+        return Recorder(self.balance, parameter=self.parameter, stability=self.stability is not None)
+
+    @property
+    def from_other_end(self) -> CurveRequest:
+        """The same range from its other end."""
+        inputs, omega = self.system.at(self.stop)
+        return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
+
+
+def frequency_request(problem: Problem, omega: Any, requested: Any = (), *given: Any) -> CurveRequest:
+    """What ``forced_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    ends, points = checks.frequencies(omega, requested)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    return curve_over(checks.problem, "", None, ends, common)
+
+
+def parameter_request(
+    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *given: Any
+) -> CurveRequest:
+    """What ``parameter_response`` follows; its arguments in their order."""
+    checks = Checks(problem)
+    parameter = checks.name(parameter)
+    at = checks.take(frequency, "omega", omega, checks.units)
+    ends, points = checks.range(span, requested, parameter)
+    checks.takes(parameter, ends)
+    common = checks.common(points, *given)
+    assert checks.problem is not None
+    assert ends is not None
+    return curve_over(checks.problem, parameter, at, ends, common)
+
+
+def curve_over(
+    problem: Problem, parameter: str, omega: float | None, ends: tuple[float, float], common: Mapping[str, Any]
+) -> CurveRequest:
+    """A curve over a parameter at a frequency, or over the frequency; of what was checked already."""
+    balance, start, static = common["balance"], ends[0], common["balance"].receptance.static
+    if not parameter:
+        balance.anchor_if_undamped(start)
+        return CurveRequest(
+            problem=problem, system=_harmonics_by_need(FrequencySystem(balance, problem.inputs), common["options"]),
+            inputs=problem.inputs, omega=start, start=start, stop=ends[1],
+            warnings=problem_warnings(problem, ends, static), **common,
+        )  # fmt: skip
+    assert omega is not None
+    path = parameter_path(problem, parameter)
+    system = _harmonics_by_need(ParameterSystem(balance, path, omega), common["options"], parameter)
+    steady = common["stability"] is not None
+    return CurveRequest(
+        problem=problem, system=system, inputs=path.at(start)[0], omega=omega, start=start, stop=ends[1],
+        parameter=parameter, warnings=parameter_warnings(problem, parameter, ends, omega, static, steady=steady),
+        **common,
+    )  # fmt: skip
+
+
+def _harmonics_by_need(system: AnySystem, options: ContinuationOptions, parameter: str = "") -> AnySystem:
+    """The system as it is, or with harmonics by need where that is asked for."""
+    tolerance = adapted_to(options)
+    if tolerance is None:
+        return system
+    from slipstick.analysis.curve.harmonic_selection import adapted
+
+    return adapted(system, tolerance, parameter)
+
+
+class CurveRun(Run[CurveRequest]):
+    """A curve under way: a segment from the start and, where that breaks off, another one from the other end."""
+
+    def __init__(self, request: CurveRequest) -> None:
+        self.state = ResumeState.taken_up(request.start, request.stop, request.checkpoints)
+        super().__init__(request, count=self.state.points, begun=self.state.seconds)
+        self._special: SpecialPoints | None = None
+
+    def points(self) -> Generator[Point, None, None]:
+        """Those of one segment, then of the other."""
+        request, segments = self.request, self.state.segments
+        if len(segments) == 1:
+            yield from self._segment(request)
+            if segments[0].outcome in BROKEN_OFF and request.departure is None:
+                segments.append(Segment(number=2, start=request.stop, stop=request.start))
+        if len(segments) == 2:
+            yield from self._segment(request.from_other_end)
+        self.outcome, message = joined(segments, undamped=request.balance.springs is not None)
+        self.message, self.error = message + jumps_text(self.state.jumps), segments[-1].error
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Segments, work, and which peaks were sought."""
+        request, accuracy = self.request, adapted_to(self.request.options)
+        return {
+            "parts": len(self.state.segments), **counted(self.state.done), "peaks_of": "\n".join(request.peaks_of),
+            "largest_of": "\n".join(request.largest_of),
+            **({} if accuracy is None else {"adapt_harmonics": accuracy}),
+        }  # fmt: skip
+
+    @property
+    def closing(self) -> str:
+        """The message, of a curve that stopped early with the place of its last point; two segments tell it."""
+        request, segments, message = self.request, self.state.segments, self.message
+        if not message or self.outcome.ok or len(segments) > 1:
+            return message
+        unit = f" ({request.parameter})" if request.parameter else f" {request.problem.units.angular}"
+        last = segments[0].last
+        if last is None:
+            return f"{message}; no point was found at {request.start:.6g}{unit}"
+        return f"{message}; the last of {segments[0].points} points is at {last[0]:.6g}{unit}"
+
+    def _segment(self, request: CurveRequest) -> Generator[Point, None, None]:
+        """One continuation from an end of the range; a second one ends where it comes upon the end of the first."""
+        state, self._special = self.state, special_points(request)
+        segment, meeting = state.segments[-1], state.segments[0].last if len(state.segments) > 1 else None
+        steps = self._continuation(request, meeting)
+        if steps is None:
+            segment.outcome, segment.message = Outcome.NO_FIRST_POINT, Outcome.NO_FIRST_POINT.text
+            return
+        before = steps.standing
+        try:
+            while not (meeting is not None and segment.reaches(*meeting)):
+                pass_on()
+                step = next(steps, None)
+                if step is None:
+                    segment.outcome = steps.outcome or Outcome.INTERRUPTED
+                    segment.message, segment.error = steps.message, steps.error
+                    return
+                point = self._point(step, before, steps.residual)
+                before = before if step.place is not None else step
+                segment.add(step.parameter, step.x)
+                self.checkpoint = state.checkpoint(step, steps, self.seconds)
+                self.progress, self.step = progress(state.segments), steps.step_length
+                yield point
+            segment.outcome, segment.met = Outcome.COMPLETED, True
+        finally:
+            state.done = state.done.plus(steps.work)
+
+    def _continuation(self, request: CurveRequest, meeting: tuple[float, Array] | None) -> ThermalContinuation | None:
+        """From the first point of a segment, or from where it was interrupted; None without a first point."""
+        state, departure, special = self.state, request.departure, self._special
+        places, state.places = state.places, ()
+        earlier, state.earlier = state.earlier, NO_WORK
+        inside: dict[str, Any] = {"context": request.context}
+        if places:
+            x: Array | None = places[-1].state[:-1]
+        elif departure is not None:
+            x = departure.x
+            inside |= {"at": departure.at, "direction": departure.direction}
+        else:
+            x = self._first(request)
+        if x is None:
+            return None
+        outputs, besides = self.recorder.outputs, self.recorder.besides
+        steps = ThermalContinuation(
+            request.system, x, request.start, request.stop, jumps=state.jumps, places=places, earlier=earlier,
+            each=(special is not None and special.every) or adapted_to(request.options) is not None,
+            options=request.options, scaling=scales(request.balance, request.inputs, request.omega).arclength(),
+            requested=(*request.requested, *((meeting[0],) if meeting else ())),
+            events=(
+                *(departure.events if departure is not None else ()),
+                *kept_up(besides, "the place of peaks", peak_events(outputs, request.peaks_of, request.system)),
+                *kept_up(besides, "where stability changes", special.events if special else ()),
+            ),
+            observables=OutputObservables(outputs, request.system),
+            watched=Largest(outputs, request.largest_of, request.system, besides) if request.largest_of else None,
+            **inside,
+        )  # fmt: skip
+        if special is not None and steps.standing is not None:
+            special.take_up(steps.standing, places[-1].values[-1])
+        return steps
+
+    def _first(self, request: CurveRequest) -> Array | None:
+        return FirstPoint(
+            request.balance, request.inputs, request.omega,
+            guess=request.guess, report=self.tell, last_resort=lambda: settled_in_time(request),
+        ).find()  # fmt: skip
+
+    def _point(self, step: Step, before: Step | None, residual: float) -> Point:
+        """A step as a point of the results; ``before`` is the solution before it."""
+        request, special, take = self.request, self._special, self.recorder.besides.take
+        kind = step.kind
+        if kind == "requested" and step.parameter not in request.requested:
+            kind = "regular"
+        if special is not None and not take("stability", partial(special.confirmed, step), False):
+            kind = "regular"
+        return Point.at(
+            step.evaluation.detail if step.evaluation else unanswered(*request.system.at(step.parameter)),
+            x=step.x, residual=residual, iterations=step.iterations, kind=kind, parameter=step.parameter,
+            part=self.state.segments[-1].number, peak_of=step.name if kind == "peak" else "",
+            stability=special and take("stability", partial(special.judged, step, compare=kind not in _ORDINARY), None),
+            reaction=_reaction(step, before),
+        )  # fmt: skip
+
+
+def special_points(request: CurveRequest) -> SpecialPoints | None:
+    """Test functions of the kinds of motion, where stability is asked for."""
+    if request.stability is None:
+        return None
+    from slipstick.analysis.stability.special_points import SpecialPoints
+
+    return SpecialPoints(request.stability, request.system)
+
+
+def _reaction(step: Step, before: Step | None) -> Reaction | None:
+    """By the Jacobian that a point, or the one an interpolated point leads to, was corrected with last."""
+    first, second = (before, step) if step.place is None else step.place[:2]
+    if second.jacobian is None:
+        return None
+    bend = 0.0
+    if step.kind in FOLDS:
+        bend = inf
+    elif first is not None and first.arclength != second.arclength:
+        bend = float(second.tangent[-1] - first.tangent[-1]) / abs(second.arclength - first.arclength)
+    return Reaction(second.jacobian, step.tangent, bend)
+
+
+def settled_in_time(request: CurveRequest) -> Array | None:
+    """Motion of the contacts (N,) settled from rest, roughly, by time integration; None without it."""
+    from slipstick.analysis.time_domain.transient import transient
+
+    problem = request.problem
+    if request.parameter:
+        problem = problem.at_parameter(request.parameter, request.start)
+    try:
+        motion = transient(problem, request.omega, periods=200, tolerance=1e-6)
+    except InputError:  # no equations in time, or a law that is not known there: one more way that failed
+        return None
+    balance = request.balance
+    compliance = balance.compliance(request.omega, request.inputs.structure, anchored=False)
+    by_port = (motion.friction_coefficients, motion.normal_coefficients)
+    forces = [dict(enumerate(F[batch.elements] for F in by_port)) for batch in balance.batches]
+    return -balance.moved_by(forces, request.inputs.P, compliance)

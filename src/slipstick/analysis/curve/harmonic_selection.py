@@ -1,0 +1,252 @@
+"""Harmonics by need: each point of a branch with as few of them as its accuracy asks for.
+
+All harmonics of the problem are unknowns throughout; those not in use are held at zero, so that the continuation sees
+one system of one size. How many are in use at a point is part of the ``context`` that points hand on: a point whose
+neglected harmonics would add too much is solved again with more of them, and where the highest of those in use have
+come to add next to nothing, the points after it are solved without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
+from slipstick.balance.residual import Adapted, Detail
+from slipstick.balance.systems import AnySystem, FrequencySystem, ParameterSystem
+from slipstick.contact.rubbing import MOTION_PARTS
+from slipstick.results.measures import largest_deviation
+from slipstick.results.record import Outputs, Point
+from slipstick.results.truncation import Reaction, truncation
+from slipstick.solve.linear.bordered import EmbeddedJacobian
+from slipstick.solve.newton import Evaluation
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, BoolArray
+
+SAFETY = 0.5
+"""Share of the tolerance that the estimate of what is neglected may reach: it can be too low by a factor of two."""
+
+_DROPPED = 0.05
+"""Share of the tolerance that the highest harmonics in use may add where they are dropped."""
+
+_GROWTH = 1.4
+
+
+@dataclass(frozen=True)
+class Rung:
+    """The balance with some of the harmonics; ``active`` marks their unknowns among all, ``columns`` (L,) a port's."""
+
+    system: AnySystem
+    outputs: Outputs
+    active: BoolArray
+    columns: BoolArray
+
+    @property
+    def balance(self) -> Balance:
+        """With these harmonics alone."""
+        return self.system.balance
+
+    def spread(self, force: Array) -> Array:
+        """Coefficients (n, L) of all harmonics, zero for those not in use."""
+        out = np.zeros((len(force), self.columns.size))
+        out[:, self.columns] = force
+        return out
+
+
+def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySystem:
+    """The same system with harmonics by need, to a ``tolerance`` relative to the largest amplitude."""
+    balance = system.balance
+    outputs, rungs = Outputs(balance, balance.problem.outputs or ()), []
+    for orders in harmonic_ladder(balance.problem):
+        narrow = balance.narrowed(orders)
+        columns = np.isin(np.array(balance.harmonics.labels), narrow.harmonics.labels)
+        own = copy(outputs)
+        own.balance = narrow
+        active = np.tile(columns, balance.n_ports)
+        rungs.append(Rung(_with(system, narrow, columns, parameter), own, active, columns))
+    if isinstance(system, FrequencySystem):
+        return _AdaptedFrequency(system, rungs, tolerance)
+    return _AdaptedParameter(system, rungs, tolerance)
+
+
+def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: str) -> AnySystem:
+    if isinstance(system, ParameterSystem):
+        return ParameterSystem(balance, parameter_path(balance.problem, parameter), system.omega)
+    given = system.inputs.map(lambda name, own: own[..., columns] if name in ("load", "motion") else own)
+    return FrequencySystem(balance, given)
+
+
+def harmonic_ladder(problem: Problem) -> list[Harmonics]:
+    """Sets of more and more orders of the problem, the last with all: those that are driven, and the lowest."""
+    orders, count, rungs = problem.harmonics.orders, 1, list[Harmonics]()
+    driven = driven_orders(problem)
+    while count < len(orders) - 1:
+        kept = Harmonics(sorted({*orders[: count + 1], *driven}))
+        if not rungs or kept != rungs[-1]:
+            rungs.append(kept)
+        count = max(count + 1, ceil(_GROWTH * count))
+    return [*(r for r in rungs if r != problem.harmonics), problem.harmonics]
+
+
+def driven_orders(problem: Problem) -> set[int]:
+    """Orders of the loads and of the rubbing motions, zero or not."""
+    own = {load.harmonic * problem.load_order for load in problem.loads}
+    for pair in problem.contacts:
+        own |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
+    own |= {problem.load_order, problem.rubbing_order}
+    return own & set(problem.harmonics.orders)
+
+
+class _Found(Evaluation):
+    """An evaluation that says by itself what the points after it are told, and whether it is good enough."""
+
+    told: Callable[[], Array]
+
+    @property
+    def context(self) -> Array:
+        """The harmonics in use after this point, and its temperatures."""
+        return self.told()
+
+
+class _Adapting:
+    """What both kinds of systems have in common; the rungs are those of ``harmonic_ladder``."""
+
+    balance: Balance
+    at: Callable[[float], Any]
+
+    def _take(self, rungs: Sequence[Rung], tolerance: float) -> None:
+        self._rungs, self._tolerance = rungs, tolerance
+
+    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+        """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
+        number, temperature = self._split(context)
+        rung = self._rungs[number]
+        value = rung.system.evaluate(x[rung.active], parameter, temperature)
+        if value.detail is None:
+            return Evaluation.undefined(x.size)
+        assert value.parameter_derivative is not None
+        residual, slope = x.copy(), np.zeros(x.size)
+        residual[rung.active], slope[rung.active] = value.residual, value.parameter_derivative
+        point = _AtPoint(self._rungs, number, self._tolerance, x, value)
+        detail = self._detail(value.detail, point, parameter)
+        found = _Found(
+            residual, EmbeddedJacobian(value.jacobian, rung.active), slope, detail,
+            lambda: _terms(value, rung, x), None, point.again,
+        )  # fmt: skip
+        found.told = point.after
+        return found
+
+    def _split(self, context: Any) -> tuple[int, Array | None]:
+        """Which rung, and the contact temperatures: all harmonics where a context knows of temperatures alone."""
+        heated = 0 if self.balance.heated is None else len(self.balance.heated.names)
+        if context is None or context.size == heated:
+            return len(self._rungs) - 1, context
+        return int(context[0]), context[1:] if heated else None
+
+    def _detail(self, own: Detail, point: _AtPoint, parameter: float) -> Detail:
+        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in own.responses)
+        inputs, _ = self.at(parameter)
+        return replace(own, responses=responses, inputs=inputs, adapted=point)
+
+    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Any, Array]:
+        """As of the system itself."""
+        point = found.adapted
+        assert isinstance(point, _AtPoint)
+        rung = point.rung
+        forces, dP = rung.system.rates(point.value.detail, parameter, dx[rung.active], rate)
+        return [{i: rung.spread(f) for i, f in own.items()} for own in forces], rung.spread(dP)
+
+
+class _AdaptedFrequency(_Adapting, FrequencySystem):
+    def __init__(self, system: FrequencySystem, rungs: Sequence[Rung], tolerance: float) -> None:
+        FrequencySystem.__init__(self, system.balance, system.inputs)
+        self._take(rungs, tolerance)
+
+
+class _AdaptedParameter(_Adapting, ParameterSystem):
+    def __init__(self, system: ParameterSystem, rungs: Sequence[Rung], tolerance: float) -> None:
+        ParameterSystem.__init__(self, system.balance, system.path, system.omega)
+        self._take(rungs, tolerance)
+
+
+def _terms(value: Evaluation, rung: Rung, x: Array) -> Array:
+    out = np.abs(x)
+    if value.terms is not None:
+        out[rung.active] = value.terms()
+    return out
+
+
+class _AtPoint(Adapted):
+    """A solution with some of the harmonics, and what it says of them."""
+
+    def __init__(self, rungs: Sequence[Rung], number: int, tolerance: float, x: Array, value: Evaluation) -> None:
+        self.rung, self.value = rungs[number], value
+        self._rungs, self._number, self._tolerance, self._x = rungs, number, tolerance, x
+
+    @property
+    def in_use(self) -> int:
+        """How many harmonics, 0 included."""
+        return len(self.rung.balance.harmonics.orders)
+
+    @property
+    def given(self) -> Array:
+        """The context with which the same harmonics are in use, near the same temperatures."""
+        return self._context(self._number)
+
+    @cached_property
+    def truncation(self) -> float:
+        """What those left out would add, relative to the largest amplitude."""
+        return float(truncation(self.rung.outputs, [self._point], self._point.x[None], self._motion, self._omega)[0])
+
+    @cached_property
+    def _point(self) -> Point:
+        x = self._x[self.rung.active]
+        return Point.at(
+            self.value.detail, x=x, residual=0.0, iterations=0, kind="regular", parameter=0.0, peak_of="",
+            reaction=Reaction(self.value.jacobian),
+        )  # fmt: skip
+
+    @property
+    def _omega(self) -> Array:
+        return np.array([self.value.detail.omega])
+
+    @cached_property
+    def _motion(self) -> Array:
+        b, detail = self.rung.balance, self.value.detail
+        force = b.real(b.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
+        structures = [detail.inputs.structure]
+        return self.rung.outputs.motion(self._point.x[None], force, detail.inputs.P[None], self._omega, structures)
+
+    def again(self) -> Array | None:
+        """With what it must be solved again: more harmonics; None where it is good, or all are in use."""
+        if self._number == len(self._rungs) - 1 or self.truncation <= SAFETY * self._tolerance:
+            return None
+        return self._context(self._number + 1)
+
+    def after(self) -> Array:
+        """For the points after it: fewer harmonics where the last ones add next to nothing."""
+        number = self._number
+        while number > 0 and self._dropped(number - 1) <= _DROPPED * self._tolerance:
+            number -= 1
+        return self._context(number)
+
+    def _context(self, number: int) -> Array:
+        heat = self.value.detail.heat
+        return np.append(float(number), () if heat is None else heat.temperature)
+
+    def _dropped(self, number: int) -> float:
+        """Largest deviation at the contacts of what a lower rung does not have, over that of all."""
+        b = self.rung.balance
+        X = self._point.x.reshape(1, b.n_ports, b.L)
+        lost = Harmonics([0, *sorted(set(b.harmonics.orders) - set(self._rungs[number].balance.harmonics.orders))])
+        at = [0, *(b.harmonics.index(m, part) for m in lost.orders[1:] for part in ("c", "s"))]
+        size = largest_deviation(b.harmonics, X).max(initial=0.0)
+        return float(largest_deviation(lost, X[..., at]).max(initial=0.0) / size) if size > 0 else 0.0

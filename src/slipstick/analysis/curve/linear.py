@@ -1,0 +1,214 @@
+"""Linear references of a response curve: without the contacts, and with all of them stuck."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.ports import Balance
+from slipstick.balance.preflight import problem_warnings
+from slipstick.balance.problem import Problem
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.faults import Gathering, frequency, in_radians, numbers, one, shown, wrong
+from slipstick.results.branch import Branch
+from slipstick.results.measures import amplitude
+from slipstick.results.record import Outputs
+from slipstick.results.schema import attributes_of, layout_of, make_table
+from slipstick.typing import Array, FrequencyList
+from slipstick.units import Units
+
+
+def linear_response(problem: Problem, *, omega: FrequencyList, state: str = "free") -> Branch:
+    """Linear response at given frequencies, as a reference for the nonlinear one.
+
+    Parameters
+    ----------
+    omega
+        Fundamental frequencies (n,), rad/s.
+    state
+        "free": without the contacts. "stuck": every friction contact that is closed at rest holds by kt and kn and
+        follows the periodic rubbing motion; a constant rubbing velocity has no meaning there and is left out. Other
+        laws act with their stiffness at rest.
+
+    Returns
+    -------
+    Branch
+        A dataset of omega, displacement, amplitude and mean; ``peaks`` are the largest among the frequencies given.
+
+    Raises
+    ------
+    InputError
+        For another state, or frequencies that are not positive.
+
+    Warns
+    -----
+    SlipstickWarning
+        As :func:`forced_response`.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> problem = ss.Problem(structure, loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1])
+    >>> linear_response(problem, omega=[6.3182]).dataset["amplitude"].values.round(3).tolist()
+    [[39.548]]
+    """
+    found = Gathering()
+    found.take(one, "problem", problem, Problem, "an ss.Problem")
+    w = found.take(frequencies_of, omega, problem.units if isinstance(problem, Problem) else None)
+    if not isinstance(state, str) or state not in ("free", "stuck"):
+        found.faults.append(Fault("state", found=shown(state), expected='"free" or "stuck"'))
+    found.end()
+    assert w is not None
+    limit = LinearLimit(Balance(problem), state)
+    warnings = problem_warnings(problem, (w.min(), w.max()), limit.balance.receptance.static)
+    problem.warn(warnings)
+    return limit.branch(w, limit.motion(w), warnings)
+
+
+def frequencies_of(given: Any, units: Units | None) -> Array:
+    """Frequencies (n,) of what a user gives, rad/s: numbers, or texts in the units of a problem."""
+    expected = "frequencies > 0 in rad/s, one or a list"
+    if isinstance(given, str):
+        given = frequency("omega", given, units)
+    elif isinstance(given, list | tuple):
+        given = [in_radians(("omega", i), value, units) for i, value in enumerate(given)]
+    w = np.atleast_1d(numbers("omega", given, expected))
+    if w.ndim > 1 or w.size == 0 or np.any(w <= 0):
+        raise wrong("omega", given, expected)
+    return w
+
+
+class LinearLimit:
+    """The linear system of a problem, "free" or "stuck", made ready for any frequencies."""
+
+    def __init__(self, balance: Balance, state: str) -> None:
+        self.balance, self.state, self._P = balance, state, balance.problem.inputs.P
+        self._outputs = Outputs(balance, balance.problem.outputs or ())
+        self._stiffness, self._constant = _held(balance, balance.problem.inputs, state)
+
+    def motion(self, w: Array) -> Array:
+        """Coefficients of the outputs (n, n_outputs, L) at frequencies (n,)."""
+        balance = self.balance
+        x = np.empty((w.size, balance.n_ports, balance.L))
+        slices = max(1, int(2e6 / max(1, balance.orders.size * balance.receptance.static.size)))
+        for first in range(0, w.size, slices):
+            chosen = slice(first, first + slices)
+            x[chosen] = _ports(balance, w[chosen], self._stiffness, self._constant, self._P)
+        force = np.einsum("pq,nql->npl", self._stiffness, x) + self._constant
+        P = np.broadcast_to(self._P, (w.size, *self._P.shape))
+        return self._outputs.motion(x.reshape(w.size, -1), force, P, w, [{}] * w.size)
+
+    def branch(self, w: Array, motion: Array, warnings: Sequence[str] = ()) -> Branch:
+        """The branch of frequencies (n,) and motion (n, n_outputs, L)."""
+        problem = self.balance.problem
+        values = {
+            "omega": w,
+            "displacement": motion,
+            "amplitude": amplitude(problem.harmonics, motion).value,
+            "mean": motion[:, :, 0],
+        }
+        attributes = attributes_of(problem, Outcome.COMPLETED, f"linear response, contacts {self.state}", warnings)
+        layout = layout_of(problem, only=tuple(values))
+        return Branch(make_table(layout, values, attributes), Outcome.COMPLETED, problem)
+
+
+def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
+    """Stiffness (n_ports, n_ports) and force at rest (n_ports, L) of all contacts held in one state."""
+    stiffness, constant = np.zeros((balance.n_ports, balance.n_ports)), np.zeros((balance.n_ports, balance.L))
+    for batch, given in zip(balance.batches, inputs.batches, strict=True):
+        held = batch.law.linear(state, given.values, np.zeros_like(given.velocity))
+        if held is None:
+            continue
+        rows = np.full((len(batch.ports), batch.count), -1)
+        for i, port in enumerate(batch.ports):
+            rows[i, port.members] = np.arange(balance.n_ports)[port.rows]
+        for (i, j), k in held.stiffness.items():
+            both = (rows[i] >= 0) & (rows[j] >= 0)
+            stiffness[rows[i, both], rows[j, both]] += k[both]
+            constant[rows[i, rows[i] >= 0]] += (k[:, None] * given.motion[j])[rows[i] >= 0]
+        for i, c in held.constant.items():
+            constant[rows[i, rows[i] >= 0], 0] += c[rows[i] >= 0]
+    return stiffness, constant
+
+
+def _ports(balance: Balance, w: Array, stiffness: Array, c: Array, P: Array) -> Array:
+    """Motion of the ports (n, n_ports, L) with springs and constant forces c (n_ports, L): harmonics are apart."""
+    p = balance.n_ports
+    unit, x = np.eye(p), np.empty((w.size, p, balance.L))
+    push = np.concatenate([-c, P])
+    static = balance.receptance.static
+    x[:, :, 0] = np.linalg.solve(unit + static[:, :p] @ stiffness, static @ push[:, 0])
+    if balance.orders.size:
+        A = balance.receptance.at(balance.orders, w)[0]
+        hat = (push[:, 1::2] - 1j * push[:, 2::2]).T[:, :, None]
+        moved = np.linalg.solve(unit + A[..., :p] @ stiffness, A @ hat)[..., 0].transpose(0, 2, 1)
+        x[:, :, 1::2], x[:, :, 2::2] = moved.real, -moved.imag
+    return x
+
+
+_MOST, _LEAST = 401, 61
+_SECONDS = 2.0
+_DOFS, _TOPS, _ROUNDS, _NEARER = 3, 3, 6, 9
+
+
+def linear_references(
+    balance: Balance, omega: tuple[float, float], *, seconds: float = _SECONDS
+) -> Iterator[tuple[str, Branch]]:
+    """Label and response of each limit over a range of frequencies; a limit that cannot be computed is left out.
+
+    As many frequencies as the seconds allow, structures that are solved anew at each get fewer; the natural ones
+    besides, and more about the highest peaks, so that these do not depend on how many there are.
+    """
+    for state, label in (("free", "without contact"), ("stuck", "stuck")):
+        try:
+            limit = LinearLimit(balance, state)
+            yield label, limit.branch(*_with_peaks(limit, *_over(limit, min(omega), max(omega), seconds)))
+        except InputError:
+            continue
+
+
+def _over(limit: LinearLimit, low: float, high: float, seconds: float) -> tuple[Array, Array]:
+    """Frequencies and motion over the range, as many as the time they take allows."""
+    first = np.linspace(low, high, _LEAST)
+    begin = time.perf_counter()
+    motion = limit.motion(first)
+    count = int(np.clip(_LEAST * seconds / (time.perf_counter() - begin), _LEAST, _MOST))
+    known = np.asarray(limit.balance.problem.structure.natural_frequencies, dtype=float)
+    more = np.concatenate([np.linspace(low, high, count), known[(known > low) & (known < high)]])
+    return _joined(limit, first, motion, more)
+
+
+def _with_peaks(limit: LinearLimit, w: Array, motion: Array) -> tuple[Array, Array]:
+    """More frequencies between the neighbours of the highest peaks of each of the first dofs, nearer and nearer."""
+    for _ in range(_ROUNDS):
+        sizes = amplitude(limit.balance.problem.harmonics, motion[:, :_DOFS]).value
+        tops = {int(at) for own in sizes.T for at in _tops(own)}
+        near = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, w.size - 1)], _NEARER) for k in sorted(tops)]
+        w, motion = _joined(limit, w, motion, np.concatenate([w[:0], *near]))
+    return w, motion
+
+
+def _tops(size: Array) -> NDArray[np.intp]:
+    """Places of the highest local maxima, the ends among them."""
+    padded = np.concatenate([[-np.inf], size, [-np.inf]])
+    found = np.flatnonzero((size >= padded[:-2]) & (size >= padded[2:]))
+    return found[np.argsort(-size[found], kind="stable")[:_TOPS]]
+
+
+def _joined(limit: LinearLimit, w: Array, motion: Array, more: Array) -> tuple[Array, Array]:
+    """Frequencies (n,) and motion with those of further frequencies, in order; without any where it has no bound."""
+    new = np.setdiff1d(more, w)
+    if not new.size:
+        return w, motion
+    with np.errstate(divide="ignore", invalid="ignore"):  # an undamped structure at its natural frequencies
+        found = limit.motion(new)
+    bounded = np.all(np.isfinite(found), axis=(1, 2))
+    together = np.concatenate([w, new[bounded]])
+    order = np.argsort(together)
+    return together[order], np.concatenate([motion, found[bounded]])[order]

@@ -1,0 +1,143 @@
+"""Outputs between the solutions of a branch: from the contact forces at each motion, never interpolated themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.many import Together, evaluated_together
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.results.record import Outputs
+from slipstick.solve.continuation import Step
+from slipstick.solve.continuation.dense_output import Between, Observables
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
+from slipstick.solve.continuation.metric import own_sizes
+from slipstick.typing import Array
+
+
+def context_between(first: Step, second: Step) -> Any:
+    """With what a point in between is evaluated: as the next solution, or the one before if that has more harmonics."""
+    before, after = first.evaluation, second.evaluation
+    if after.detail.adapted is None:
+        return after.context
+    return max(before, after, key=lambda value: int(value.detail.adapted.in_use)).detail.adapted.given
+
+
+class OutputObservables(Observables):
+    """Motion of the outputs that are no contact ports."""
+
+    def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
+        self._outputs, self._system = outputs, system
+        self._resonances = _resonances(system) if outputs.far else np.empty(0)
+
+    @property
+    def any(self) -> bool:
+        """Whether there are some."""
+        return bool(self._outputs.far)
+
+    def narrow(self, low: float, high: float) -> Array:
+        """Where a harmonic meets a natural frequency of the structure, which contacts need not feel.
+
+        The middle where a structure does not tell them.
+        """
+        known = self._resonances
+        if known is None:
+            return np.array([0.5 * (low + high)])
+        return known[np.searchsorted(known, low) : np.searchsorted(known, high)]
+
+    def between(self, first: Step, second: Step, states: Array) -> Between:
+        """The forces at states (n, N + 1)."""
+        placed = [self._system.at(p) for p in states[:, -1].tolist()]
+        inputs, omega = [one for one, _ in placed], np.array([w for _, w in placed])
+        found: Together | _OneByOne
+        together = evaluated_together(self._system.balance) and second.evaluation.detail.adapted is None
+        if together and omega.min() > 0.0 and isfinite(states.sum()):
+            found = Together(self._system.balance, states[:, :-1], omega, inputs)
+        else:
+            found = _OneByOne(self._system, states, inputs, context_between(first, second))
+        return _Motion(self._outputs, self._system, (first, second), found, (omega, inputs))
+
+
+def _resonances(system: FrequencySystem | ParameterSystem) -> Array | None:
+    """Frequencies at which a harmonic meets a natural frequency, ascending; None where that is not known.
+
+    Without damping there is no motion to be computed there.
+    """
+    balance = system.balance
+    if isinstance(system, ParameterSystem) or balance.springs is not None:
+        return np.empty(0)
+    natural = np.asarray(balance.problem.structure.natural_frequencies, dtype=float)
+    return np.unique(np.divide.outer(natural[natural > 0.0], balance.orders)) if natural.size else None
+
+
+class _OneByOne:
+    """What ``Together`` tells, of states that cannot be evaluated together; nan where there is no motion."""
+
+    def __init__(self, system: Any, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
+        self._system, self._parameters, balance = system, states[:, -1], system.balance
+        self._found = [system.evaluate(state[:-1], float(state[-1]), context) for state in states]
+        self._shape = balance.n_ports, balance.L
+        self.loads = np.array([one.P for one in inputs]).reshape(len(states), balance.n_loads, balance.L)
+
+    def residuals(self) -> Array:
+        return np.array([value.residual for value in self._found])
+
+    @property
+    def forces(self) -> Array:
+        return np.array([self._on_ports(value.detail and value.detail.forces) for value in self._found])
+
+    def force_changes(self, dx: Array) -> Array:
+        return np.array([
+            self._on_ports(value.detail and self._system.rates(value.detail, float(p), own, 0.0)[0])
+            for value, p, own in zip(self._found, self._parameters, dx, strict=True)
+        ])  # fmt: skip
+
+    def _on_ports(self, forces: Any) -> Array:
+        if forces is None:
+            return np.full(self._shape, np.nan)
+        balance = self._system.balance
+        return np.asarray(balance.real(balance.excitation(forces))).reshape(self._shape)
+
+
+class _Motion(Between):
+    """Motion of the outputs at evaluated states."""
+
+    def __init__(
+        self, outputs: Outputs, system: Any, ends: tuple[Step, Step], found: Together | _OneByOne,
+        at: tuple[Array, Sequence[Inputs]],
+    ) -> None:  # fmt: skip
+        self._outputs, self._system, self._ends, self._found = outputs, system, ends, found
+        self._omega, self._structures = at[0], [one.structure for one in at[1]]
+        self.residuals = found.residuals()
+        if outputs.far:
+            self._known = [(value[outputs.far], rate[outputs.far]) for value, rate in map(self._along, ends)]
+            rows = np.array([self._known[0][0], self._known[1][0]])
+            ports = np.array([end.x for end in ends])
+            whole = np.append(
+                np.einsum("srl,srl->sr", rows, rows).max(axis=0), np.einsum("sn,sn->s", ports, ports).max()
+            )
+            self._sizes = own_sizes(np.einsum("srl,srl->sr", rows[..., 1:], rows[..., 1:]).max(axis=0), whole)
+
+    def _along(self, step: Step) -> tuple[Array, Array]:
+        return self._outputs.motion_along(step, self._system)
+
+    def changes(self, dx: Array) -> Array:
+        """Largest change (n,) of an output over its size, for changes (n, N) of the contact motion."""
+        return self._relative(self._moved(dx))
+
+    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+        """Largest distance (n,) of an output from the cubic through the motions on both sides, over its size."""
+        (a, da), (b, db) = self._known
+        value = self._outputs.far_motion(self._found.forces, self._found.loads, self._omega, self._structures)
+        return self._relative(value + self._moved(dx) - arc.between(a, b, da, db, places)[0])
+
+    def _moved(self, dx: Array) -> Array:
+        none = np.zeros_like(self._found.loads)
+        return self._outputs.far_motion(self._found.force_changes(dx), none, self._omega, self._structures)
+
+    def _relative(self, changes: Array) -> Array:
+        return np.asarray((np.sqrt(np.einsum("nrl,nrl->nr", changes, changes)) / self._sizes).max(axis=1))

@@ -1,0 +1,269 @@
+"""The road of every analysis: its run finds points one by one, and sinks take them: a branch, a file, a listener."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
+from math import nan
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+
+from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped
+from slipstick.errors import Outcome, TimeIsUp
+from slipstick.faults import warn
+from slipstick.interrupts import held
+from slipstick.results.branch import Branch
+from slipstick.results.record import Point
+from slipstick.results.schema import attributes_of, make_table, requested_attribute
+from slipstick.solve.continuation.follow import failed
+from slipstick.solve.linear.factorisation import one_blas_thread
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.analysis.curve.request import Request
+    from slipstick.analysis.curve.resume import Checkpoint
+    from slipstick.analysis.curve.thermal_continuation import Work
+
+R = TypeVar("R", bound="Request")
+
+_KEPT = 5_000_000
+"""Entries of one derivative of the points that wait to be recorded: a few hundred megabytes with all of them."""
+
+Guard = Callable[[], AbstractContextManager[Any]]
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """Matrices of the balance are small: more BLAS threads only wait for each other."""
+    return one_blas_thread()
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """One thread, and signals wait. It takes as long to enter as a small evaluation: once round many of them."""
+    with one_thread(), held():
+        yield
+
+
+def counted(work: Work) -> dict[str, int]:
+    """Work of continuations, as results say it."""
+    return {"evaluations": work.evaluations, "linear_solves": work.solves, "rejected_steps": work.rejected}
+
+
+class Run(ABC, Generic[R]):
+    """An analysis under way. Each analysis adds its ``points``, and sets what it knows of them as it goes.
+
+    Attributes
+    ----------
+    request, recorder
+        What was asked for, and what makes numbers of its points.
+    outcome, message, error
+        How it ended, or would if it did now; the exception that ended it, if one did.
+    count
+        Points so far.
+    begun
+        Seconds that were taken before, in a run that this one goes on with.
+    progress, step, checkpoint
+        Of the point that comes, as in ``PointFound``.
+    """
+
+    def __init__(self, request: R, *, count: int = 0, begun: float = 0.0) -> None:
+        self.request, self.recorder, self.count = request, request.recorder(), count
+        self.outcome, self.message = Outcome.INTERRUPTED, ""
+        self.error: Exception | None = None
+        self.progress, self.step = 0.0, nan
+        self.checkpoint: Checkpoint | None = None
+        self._clock = time.perf_counter() - begun
+        self._listeners: tuple[EventFunction, ...] = request.listeners
+
+    @abstractmethod
+    def points(self) -> Generator[Point, None, None]:
+        """The points in their order; at the end ``outcome`` and ``message`` say how it ended.
+
+        Signals wait: ``pass_on`` lets them in where nothing is half done.
+        """
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """What the results say of this analysis and its work, by name."""
+        return {}
+
+    @property
+    def closing(self) -> str:
+        """``message`` as the results say it."""
+        return self.message
+
+    @property
+    def seconds(self) -> float:
+        """Time taken so far."""
+        return time.perf_counter() - self._clock
+
+    def tell(self, event: Event) -> None:
+        """Tell all who listen."""
+        for listener in self._listeners:
+            listener(event)
+
+    @contextmanager
+    def kept(self, steps: Sequence[Any] = ()) -> Iterator[None]:
+        """An interrupt, or an exception once there are points or ``steps`` to them, ends it and they are kept."""
+        try:
+            yield
+        except KeyboardInterrupt as stop:
+            self._interrupted(stop)
+        except Exception as error:
+            if not (self.count or steps):
+                raise
+            self.outcome, self.message = failed(error)
+            self.error = error
+
+    def follow(self, *sinks: EventFunction, guard: Guard = undisturbed) -> Generator[Point, None, tuple[Outcome, str]]:
+        """The points one by one, of which all are told; the generator's value is the outcome and its message.
+
+        ``guard`` is entered while a point is sought, and left between points: not needed where it surrounds the whole.
+        """
+        request, self._listeners = self.request, (*self.request.listeners, *sinks)
+        request.problem.warn(request.warnings)
+        attributes = attributes_of(request.problem, self.outcome, "", request.warnings, parameter=request.parameter)
+        self.tell(Started(start=request.start, stop=request.stop, recorder=self.recorder, attributes=attributes))
+        points = self.points()
+        try:
+            for point in self.until_ended(points, guard):
+                self.count += 1
+                with guard():
+                    self.tell(PointFound(
+                        number=self.count, point=point, progress=self.progress, step=self.step, recorder=self.recorder,
+                        checkpoint=self.checkpoint,
+                    ))  # fmt: skip
+                yield point
+        except KeyboardInterrupt as stop:
+            self._interrupted(stop)
+        finally:
+            points.close()
+            self.tell(self._stopped())
+        return self.outcome, self.closing
+
+    def until_ended(self, points: Iterator[Point], guard: Guard = nullcontext) -> Iterator[Point]:
+        """Points until they end, or are ended by an interrupt, or by an exception once there are some."""
+        while True:
+            point = None
+            with self.kept(), guard():
+                point = next(points, None)
+            if point is None:
+                return
+            yield point
+
+    def _interrupted(self, stop: KeyboardInterrupt) -> None:
+        self.outcome = stop.outcome if isinstance(stop, TimeIsUp) else Outcome.INTERRUPTED
+        self.message = self.outcome.text
+
+    def _stopped(self) -> Stopped:
+        request, message, seconds = self.request, self.closing, self.seconds
+        attributes = attributes_of(
+            request.problem, self.outcome, message, [*request.warnings, *self.recorder.besides.sentences],
+            parameter=request.parameter, **self.attributes, seconds=seconds, jacobian=request.balance.kind.name,
+            **requested_attribute(request.requested),
+        )  # fmt: skip
+        return Stopped(
+            outcome=self.outcome, message=message or self.outcome.text, points=self.count, seconds=seconds,
+            attributes=attributes, error=self.error,
+        )  # fmt: skip
+
+    def branch(self) -> Branch:
+        """All points in memory."""
+        memory = Memory(self)
+        with undisturbed():
+            for _ in self.follow(memory, guard=nullcontext):
+                pass
+        return memory.branch()
+
+
+class Sink(ABC, Listener):
+    """Where points go. Those that wait are recorded together, which costs less than one by one.
+
+    Attributes
+    ----------
+    run
+        What finds them.
+    end
+        How it ended; None while it has not.
+    """
+
+    def __init__(self, run: Run[Any]) -> None:
+        self.run = run
+        self.end: Stopped | None = None
+        self._waiting: list[PointFound] = []
+
+    def point_found(self, event: PointFound) -> None:
+        """Take a point; record those that wait, where that is to be done."""
+        self._waiting.append(event)
+        if self.due(self._waiting):
+            self._record()
+
+    def stopped(self, event: Stopped) -> None:
+        """Record what is left."""
+        self.end = event
+        self._record()
+
+    def _record(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        if waiting:
+            self.keep(waiting, self.run.recorder.values([event.point for event in waiting]))
+
+    def due(self, waiting: Sequence[PointFound]) -> bool:
+        """Whether the points that wait are to be recorded now: solutions, with the interpolated ones before them."""
+        return waiting[-1].kind != "interpolated"
+
+    @abstractmethod
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+        """Keep points, whose values by variable are (n_points, ...)."""
+
+    @abstractmethod
+    def values(self) -> Mapping[str, Array]:
+        """Those of all points so far."""
+
+    def said(self) -> list[str]:
+        """What could not be computed about the points, and what is suspicious in their values."""
+        values = self.values()
+        return self.run.recorder.besides.said(
+            partial(self.run.request.doubts, values) if len(values["omega"]) else list
+        )
+
+
+class Memory(Sink):
+    """Keeps the values of all points, for a branch."""
+
+    def __init__(self, run: Run[Any]) -> None:
+        super().__init__(run)
+        balance = run.request.balance
+        entries = balance.n_contacts * balance.L**2
+        if balance.kind.name == "dense":
+            entries = max(entries, balance.size**2)  # the factors of the Jacobian wait too
+        self._most = max(1, _KEPT // entries)
+        self._slices: list[Mapping[str, Array]] = []
+
+    def due(self, waiting: Sequence[PointFound]) -> bool:
+        """As many at once as memory allows: their derivatives are let go with them."""
+        return len(waiting) == self._most
+
+    def keep(self, events: Sequence[PointFound], values: Mapping[str, Array]) -> None:
+        """Keep the values alone."""
+        self._slices.append(values)
+
+    def values(self) -> Mapping[str, Array]:
+        """Those of all points, one array each."""
+        slices = self._slices or [self.run.recorder.values([])]
+        self._slices = [{name: np.concatenate([values[name] for values in slices]) for name in slices[0]}]
+        return self._slices[0]
+
+    def branch(self) -> Branch:
+        """The points, with warnings, which are given to the user too."""
+        assert self.end is not None
+        attributes, request = dict(self.end.attributes), self.run.request
+        if said := self.said():
+            warn(said)
+            attributes["warnings"] = "\n".join([*request.warnings, *said])
+        table = make_table(self.run.recorder.layout, self.values(), attributes)
+        return Branch(table, self.end.outcome, request.problem, self.end.message)

@@ -1,0 +1,341 @@
+"""What is asked of an analysis, checked once: the arguments that all analyses share, and the request they become."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, Literal
+
+from numpy.typing import ArrayLike
+
+from slipstick.analysis.events import EventFunction
+from slipstick.balance.checks import (
+    peak_faults,
+    range_faults,
+    requested_faults,
+    requested_frequencies,
+    requested_values,
+    two_frequencies,
+    two_numbers,
+)
+from slipstick.balance.kinds import KINDS, Kind
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
+from slipstick.errors import Fault, InputError
+from slipstick.faults import (
+    Gathering,
+    listed,
+    names,
+    number,
+    numbers,
+    one,
+    shown,
+    suggestion,
+    text,
+    whole,
+    wrong,
+)  # fmt: skip
+from slipstick.results.afterwards import result_warnings
+from slipstick.results.record import Recorder
+from slipstick.solve.continuation import ContinuationOptions
+from slipstick.solve.newton import NewtonOptions
+from slipstick.typing import Array
+from slipstick.units import Units
+
+if TYPE_CHECKING:
+    from slipstick.analysis.curve.record import Run
+    from slipstick.analysis.stability.floquet import StabilityWatch
+    from slipstick.results.branch import Branch
+
+StabilityRequest = bool | Literal["full"]
+"""What users ask for."""
+
+PEAK_OUTPUTS = 3
+"""Up to that many outputs, the peaks of all of them are located."""
+LARGEST_OUTPUTS = 100
+"""Up to that many others, the largest amplitude of each is located."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResponseOptions(ContinuationOptions):
+    """Options of a response curve: those of a continuation, with points so near that figures look smooth, and these.
+
+    Parameters
+    ----------
+    jacobian
+        In which form Jacobians are made: "dense", all entries, factorised; "iterative", products alone, for hundreds of
+        contacts on a structure known by its modes; "auto", which of the two costs less. Or a kind of one's own, see
+        ``slipstick.balance.kinds``.
+    adapt_harmonics
+        Relative accuracy, such as 1e-3: each point is computed with as few of the problem's harmonics as that asks for;
+        ``harmonics_in_use`` in the results says how many. None: all of them at every point.
+    """
+
+    first_step: float = 1 / 60
+    max_step: float = 1 / 30
+    output_step: float = 1 / 120
+    event_tolerance: float = 1e-9
+    jacobian: Kind | str = "auto"
+    adapt_harmonics: float | None = None
+
+
+def response_options(**given: Any) -> ResponseOptions:
+    """``ResponseOptions`` with the fields given: steps of at most 1/30 of the range, points each 1/120 by default."""
+    return ResponseOptions(**given)
+
+
+def adapted_to(options: ContinuationOptions) -> float | None:
+    """The accuracy to which harmonics are adapted; None where all are in use."""
+    return options.adapt_harmonics if isinstance(options, ResponseOptions) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(ABC):
+    """What is asked of an analysis; each analysis adds what it needs, and the run that computes it.
+
+    Attributes
+    ----------
+    problem, balance
+        What vibrates, as given and made ready.
+    parameter
+        Name of the parameter that is followed; empty where it is the frequency.
+    start, stop
+        First and last value of what is followed.
+    requested
+        Values of it at which points are wanted.
+    warnings
+        Given to the user and kept with the results.
+    """
+
+    problem: Problem
+    balance: Balance
+    start: float
+    stop: float
+    parameter: str = ""
+    requested: tuple[float, ...] = ()
+    options: ContinuationOptions = field(default_factory=ResponseOptions)
+    listeners: tuple[EventFunction, ...] = ()
+    warnings: Sequence[str] = ()
+
+    @abstractmethod
+    def run(self) -> Run:
+        """What computes it, not begun yet."""
+
+    def branch(self) -> Branch:
+        """What is found, in memory."""
+        return self.run().branch()
+
+    def recorder(self) -> Recorder:
+        """What makes the numbers of the results from points."""
+        return Recorder(self.balance, parameter=self.parameter)
+
+    def doubts(self, values: Mapping[str, Array]) -> list[str]:
+        """What is suspicious in the values of the results, by variable."""
+        problem, followed = self.problem, self.parameter or "omega"
+        unit, asked = problem.units.angular, adapted_to(self.options)
+        return result_warnings(followed, values, problem.elements, unit, asked, self.requested)
+
+
+class Checks(Gathering):
+    """Checks of what is given to an analysis; ``end`` raises InputError with the faults of all of them."""
+
+    def __init__(self, problem: Any) -> None:
+        super().__init__()
+        self.problem = self.take(followed_problem, problem)
+
+    def name(self, given: Any, example: str = "damper.mu") -> str:
+        """Name of the parameter; empty where it is none."""
+        return self.take(text, "parameter", given, f'a name such as "{example}"') or ""
+
+    @property
+    def units(self) -> Units | None:
+        """Those of the problem, in which texts such as "15 Hz" are read."""
+        return None if self.problem is None else self.problem.units
+
+    def range(self, span: Any, requested: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """First and last value of a parameter, None where they are not right, and the values wanted between them."""
+        points = self.take(requested_values, requested) or ()
+        where = f"range of {name}" if name else "range"
+        return self._between(self.take(two_numbers, span, where), points, where, positive=False), points
+
+    def frequencies(self, span: Any, requested: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
+        """The same of frequencies, rad/s."""
+        points = self.take(requested_frequencies, requested, self.units) or ()
+        ends = self.take(two_frequencies, span, self.units)
+        return self._between(ends, points, "frequency range", positive=True), points
+
+    def _between(
+        self, ends: tuple[float, float] | None, points: tuple[float, ...], name: str, *, positive: bool
+    ) -> tuple[float, float] | None:
+        if ends is None:
+            return None
+        faults = range_faults(*ends, name=name, positive=positive)
+        self.faults += faults or requested_faults(points, *ends)
+        return None if faults else ends
+
+    def takes(self, parameter: str, values: Iterable[float] | None) -> None:
+        """That the problem has the parameter, and that it takes the values."""
+        if self.problem is not None and parameter:
+            self.take(_takes, self.problem, parameter, values or ())
+
+    def common(self, requested: tuple[float, ...], *given: Any, **named: Any) -> Any:
+        """``common_arguments``; InputError with all that was found until here."""
+        common = self.take(common_arguments, self.problem, requested, *given, **named)
+        self.end()
+        assert common is not None
+        return common
+
+
+def _takes(problem: Problem, parameter: str, values: Iterable[float]) -> None:
+    parameter_path(problem, parameter)
+    for value in values:
+        problem.at_parameter(parameter, value)
+
+
+def followed_problem(given: Any) -> Problem:
+    """A problem that has contacts."""
+    problem = one("problem", given, Problem, "an ss.Problem")
+    if not problem.contacts:
+        raise InputError("there is no contact; the response is linear: use linear_response, or give a contact")
+    return problem
+
+
+def common_arguments(
+    problem: Problem | None,
+    requested: tuple[float, ...],
+    peaks_of: Sequence[str] | str | None = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    listeners: Iterable[EventFunction] | EventFunction = (),
+    guess: ArrayLike | None = None,
+    stability: StabilityRequest = False,
+) -> dict[str, Any]:
+    """The fields of a ``CurveRequest`` that are asked for alike for every kind of branch, and the problem made ready.
+
+    Without a problem (where it is itself at fault) only what does not need one is checked.
+
+    Raises
+    ------
+    InputError
+        With the faults of all of them.
+    """
+    checks = Gathering()
+    chosen = checks.take(_options, options)
+    heard = checks.take(_listeners, listeners)
+    sought = checks.take(_peak_dofs, problem, peaks_of) if problem is not None else None
+    balance = checks.take(_balance, problem, chosen) if problem is not None and chosen is not None else None
+    start = checks.take(_guess, guess, balance) if guess is not None and balance is not None else None
+    judged = checks.take(stability_request, stability)
+    watch = checks.take(_watch, balance, judged) if judged and balance is not None else None
+    checks.end()
+    return {
+        "balance": balance,
+        "stability": watch,
+        "requested": requested,
+        "peaks_of": sought[0] if sought else (),
+        "largest_of": sought[1] if sought else (),
+        "options": chosen,
+        "listeners": heard,
+        "guess": start,
+    }
+
+
+def _watch(balance: Balance, judged: StabilityRequest) -> StabilityWatch:
+    from slipstick.analysis.stability.floquet import StabilityWatch
+
+    return StabilityWatch(balance, full=judged == "full")
+
+
+def _balance(problem: Problem, options: ContinuationOptions) -> Balance:
+    return Balance(problem, kind=options.jacobian if isinstance(options, ResponseOptions) else "auto")
+
+
+def _options(given: Any) -> ContinuationOptions:
+    if given is None or isinstance(given, ContinuationOptions):
+        return given or response_options()
+    if not isinstance(given, Mapping):
+        raise wrong("options", given, 'a dict such as {"max_step": 0.01}, or response_options(...)')
+    known, found = [field.name for field in fields(ResponseOptions)], Gathering()
+    for name in given:
+        if name not in known:
+            found.faults.append(Fault("options", f"there is no option {shown(name)}", remedy=suggestion(name, known)))
+    values = {name: found.take(_option, name, value) for name, value in given.items() if name in known}
+    options = found.take(response_options, **values) if not found.faults else None
+    found.end()
+    assert options is not None
+    return options
+
+
+def _option(name: str, value: Any) -> Any:
+    default, where = getattr(response_options(), name), f"options, {name}"
+    if name == "adapt_harmonics":
+        return _accuracy(where, value)
+    if name == "jacobian":
+        return _jacobian(where, value)
+    if isinstance(default, NewtonOptions):
+        return one(where, value, NewtonOptions, "NewtonOptions(...)")
+    if isinstance(default, bool):
+        return one(where, value, bool, "True or False")
+    return whole(where, value, 1) if isinstance(default, int) else number(where, value, "a number > 0", above=0.0)
+
+
+def _accuracy(name: str, value: Any) -> float | None:
+    expected = "a number between 0 and 1 such as 1e-3, or None"
+    found = None if value is None else number(name, value, expected)
+    if found is not None and not 0.0 < found < 1.0:
+        raise wrong(name, value, expected)
+    return found
+
+
+def _jacobian(name: str, value: Any) -> Kind | str:
+    if isinstance(value, Kind) or (isinstance(value, str) and value in ("auto", *KINDS)):
+        return value
+    raise wrong(name, value, '"auto", "dense", "iterative", or an object of a kind of one\'s own')
+
+
+def _listeners(given: Any) -> tuple[EventFunction, ...]:
+    if callable(given):
+        return (given,)
+    expected = "a function of one event, or a list of them"
+    found = listed("listeners", given, expected)
+    for listener in found:
+        if not callable(listener):
+            raise wrong("listeners", listener, expected)
+    return found
+
+
+def _guess(given: Any, balance: Balance) -> Array:
+    guess = numbers("guess", given, f"{balance.size} finite numbers")
+    if guess.shape not in ((balance.size,), (balance.n_ports, balance.L)):
+        raise InputError(
+            f"guess: found shape {guess.shape}; expected ({balance.n_ports}, {balance.L}): coefficients of the "
+            "relative motion of the contacts, first all tangential, then all normal ones"
+        )
+    return guess.reshape(-1)
+
+
+def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Outputs of which all peaks are located, and those of which the largest amplitude is."""
+    outputs = tuple(problem.outputs or ())
+    if given is None:
+        if len(outputs) <= PEAK_OUTPUTS:
+            return outputs, ()
+        loaded = [load.dof for load in problem.loads if load.dof in outputs]
+        first = [pair.first_direction for pair in problem.contacts[:1]]
+        rubbed = [dof for direction in first for dof in direction if dof in outputs]
+        chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
+        rest = tuple(dof for dof in outputs if dof not in chosen)
+        return chosen, rest if len(rest) <= LARGEST_OUTPUTS else ()
+    chosen = names("peaks_of", given)
+    faults = [fault.inside("peaks_of") for fault in peak_faults(chosen, outputs)]
+    if faults:
+        raise InputError(faults)
+    return chosen, ()
+
+
+def stability_request(given: object) -> StabilityRequest:
+    """Whether stability is asked for; InputError for anything but True, False, "full"."""
+    if isinstance(given, bool) or (isinstance(given, str) and given == "full"):
+        return given  # type: ignore[return-value]
+    raise InputError(Fault("stability", found=shown(given), expected='True, False, or "full" (all modes in motion)'))

@@ -1,0 +1,152 @@
+"""The state from which a branch is followed on, here or in another process: segments so far, and checkpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.curve.segments import Segment
+from slipstick.analysis.curve.thermal_continuation import NO_WORK, ThermalContinuation, Work
+from slipstick.errors import InputError, Outcome
+from slipstick.solve.continuation import RestartPoint, Step
+from slipstick.typing import Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checkpoint:
+    """Where a run stood when it found a point.
+
+    Attributes
+    ----------
+    state, tangent
+        Unknowns with the followed quantity (N + 1,) and their derivative along the branch.
+    part
+        Number of the part.
+    place
+        Of an accepted point: where the continuation stood. None of a located one, from which nothing goes on.
+    ended
+        Outcome and message of every part before this one.
+    jumps
+        Texts of the thermal jumps so far.
+    done, earlier
+        Work of the parts before, and of the runs before the present one in this part.
+    seconds
+        Time taken so far.
+    """
+
+    state: Array
+    tangent: Array
+    part: int
+    place: RestartPoint | None
+    ended: tuple[tuple[str, str], ...]
+    jumps: tuple[str, ...]
+    done: Work
+    earlier: Work
+    seconds: float
+
+    def plain(self) -> dict[str, Any]:
+        """As numbers, texts and lists of them, and arrays."""
+        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "place"}
+        if self.place is not None:
+            own |= {f"place_{name}": value for name, value in vars(self.place).items() if name not in own}
+            own |= {"place_measure": np.array(self.place.measure), "place_values": np.array(self.place.values)}
+        return own
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any], size: int) -> Checkpoint:
+        """What ``plain`` made, of a balance of ``size`` unknowns; raises InputError where it is none."""
+        try:
+            own = {f.name: plain[f.name] for f in fields(cls) if f.name != "place"}
+            state, tangent = _vector(own["state"], size + 1), _vector(own["tangent"], size + 1)
+            place = _place(plain, state, tangent) if "place_points" in plain else None
+            if own["part"] not in (1, 2):
+                raise ValueError
+            return cls(
+                state=state, tangent=tangent, place=place, part=int(own["part"]), seconds=float(own["seconds"]),
+                ended=tuple((Outcome[name].name, str(message)) for name, message in own["ended"]),
+                jumps=tuple(map(str, own["jumps"])), done=Work._make(map(int, own["done"])),
+                earlier=Work._make(map(int, own["earlier"])),
+            )  # fmt: skip
+        except (KeyError, TypeError, ValueError, OverflowError):
+            raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
+
+
+def _vector(value: Any, size: int | None = None) -> Array:
+    vector = np.asarray(value, dtype=float)
+    if vector.ndim != 1 or (size is not None and vector.size != size) or not np.all(np.isfinite(vector)):
+        raise ValueError
+    return vector
+
+
+def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoint:
+    found = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
+    typical, size, present, largest = _vector(found["measure"], 4).tolist()
+    return RestartPoint(
+        state=state, tangent=tangent, kind=str(found["kind"]), orientation=int(found["orientation"]),
+        arclength=float(found["arclength"]), step_length=float(found["step_length"]),
+        measure=(typical, size, present, largest),
+        given=None if found["given"] is None else _vector(found["given"]),
+        values=tuple(_vector(found["values"]).tolist()),
+        **{name: int(found[name]) for name in ("points", "rejected", "evaluations", "solves")},
+    )  # fmt: skip
+
+
+@dataclass(kw_only=True)
+class ResumeState:
+    """A branch under way: its segments, thermal jumps and work.
+
+    Attributes
+    ----------
+    places, earlier
+        Where the segment that is followed next is taken up; empty for one that begins.
+    seconds
+        Time taken before it was taken up.
+    """
+
+    segments: list[Segment]
+    jumps: list[str] = field(default_factory=list)
+    done: Work = NO_WORK
+    places: tuple[RestartPoint, ...] = ()
+    earlier: Work = NO_WORK
+    seconds: float = 0.0
+
+    @classmethod
+    def taken_up(cls, start: float, stop: float, checkpoints: Sequence[Checkpoint]) -> ResumeState:
+        """As it was at the last of the ``checkpoints`` of all points, which must be of an accepted one."""
+        state = cls(segments=[Segment(number=1, start=start, stop=stop)])
+        if not checkpoints:
+            return state
+        last = checkpoints[-1]
+        assert last.place is not None
+        if last.part > 1:
+            state.segments.append(Segment(number=2, start=stop, stop=start))
+        for point in checkpoints:
+            state.segments[point.part - 1].add(float(point.state[-1]), point.state[:-1])
+        for segment, (outcome, message) in zip(state.segments, last.ended, strict=False):
+            segment.outcome, segment.message = Outcome[outcome], message
+        run = [c.place for c in checkpoints if c.place and (c.part, c.earlier.runs) == (last.part, last.earlier.runs)]
+        state.places, state.earlier = tuple(run[-2:]), last.earlier
+        state.jumps, state.done, state.seconds = list(last.jumps), last.done, last.seconds
+        return state
+
+    @property
+    def points(self) -> int:
+        """Points found so far, in all segments."""
+        return sum(segment.points for segment in self.segments)
+
+    def checkpoint(self, step: Step, run: ThermalContinuation, seconds: float) -> Checkpoint:
+        """Where it stands at a step of the run under way."""
+        place = run.place if run.place is not None and run.place.state is step.state else None
+        return Checkpoint(
+            state=step.state, tangent=step.tangent, part=self.segments[-1].number, place=place,
+            ended=tuple((segment.outcome.name, segment.message) for segment in self.segments[:-1]),
+            jumps=tuple(self.jumps), done=self.done, earlier=run.earlier, seconds=seconds,
+        )  # fmt: skip
+
+
+def resumable(checkpoints: Sequence[Checkpoint]) -> int:
+    """How many of the points of an ended run it is taken up after: up to the last accepted one."""
+    return max((number for number, point in enumerate(checkpoints, 1) if point.place is not None), default=0)

@@ -1,0 +1,260 @@
+"""A nonlinear mode point by point: where it begins, the way along it, and points near enough to draw lines between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import inf, log
+
+import numpy as np
+
+from slipstick.analysis.modes.start import LinearMode
+from slipstick.analysis.modes.system import ModeSystem, TargetMode
+from slipstick.balance.ports import Balance
+from slipstick.errors import Outcome
+from slipstick.solve.continuation import (
+    ArclengthScaling,
+    BranchEvent,
+    Continuation,
+    ContinuationOptions,
+    Step,
+    continuation,
+)
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.newton import NewtonOptions, NewtonResult, newton
+from slipstick.solve.norm import norm
+from slipstick.typing import Array
+
+_NEWTON = NewtonOptions(tolerance=1e-13, max_iterations=20)
+_LADDER, _RUNGS = 0.25, 24
+"""Amplitudes at which the linear mode is tried are each this share of the one before."""
+_LINEAR = 0.02
+"""Change of a motion of size 1 by its correction up to which it is that of the linear mode."""
+_BEYOND = log(1e4)
+"""Motion may grow by this factor more than the amplitude at the output."""
+_SEEN, _WRONG = 1e-4, 0.5
+"""A higher harmonic of that size beside the motion has to be predicted to within this share of itself."""
+_STICKS = 1.0 - 1e-6
+"""Fraction of the period from which on a contact counts as sticking all the time."""
+_PLACES = (0.25, 0.5, 0.75)
+_HALVINGS = 12
+_SLIGHT, _UNDAMPED = 0.02, 1e-9
+"""Damping ratios are told from each other to within the tolerance times this share of the largest, or this one."""
+
+
+class ModePath:
+    """The way along a nonlinear mode.
+
+    Parameters
+    ----------
+    system, at_dof
+        The system of equations over the size of the motion, and over the amplitude at the output.
+    linear
+        The mode at small amplitude.
+    first, last
+        Amplitudes of harmonic 1 at the output.
+    """
+
+    def __init__(
+        self, system: ModeSystem, at_dof: ModeSystem, linear: LinearMode, ends: tuple[float, float],
+        options: ContinuationOptions,
+    ) -> None:  # fmt: skip
+        self.system, self.at_dof, self.linear = system, at_dof, linear
+        self.first, self.last = ends
+        self.options = replace(options, output_step=inf)
+        self._runs: list[Continuation | Corrector | NewtonResult] = []
+
+    @property
+    def work(self) -> dict[str, int]:
+        """Evaluations, linear solves and rejected steps so far."""
+        return {
+            "evaluations": sum(run.evaluations for run in self._runs),
+            "linear_solves": sum(run.solves for run in self._runs),
+            "rejected_steps": sum(run.rejected for run in self._runs if isinstance(run, Continuation)),
+        }
+
+    def begin(self) -> tuple[Array, float] | None:
+        """Unknowns (N + 4,) and parameter at the first amplitude; None where none are found.
+
+        Where the mode is not linear there it is followed from an amplitude at which it is, or else from the nearest one
+        at which a solution is found from the linear mode.
+        """
+        amplitude, near = self.first, None
+        for _ in range(_RUNGS):
+            guess = first_guess(self.system.balance, self.system.target, self.linear, amplitude)
+            found = self._solved(guess, amplitude)
+            guess[:-2] /= self.at_dof.sizes(amplitude)
+            if found.converged and norm((found.x - guess) / self._unit) < _LINEAR:
+                break
+            near = near or ((found, amplitude) if found.converged else None)
+            amplitude *= _LADDER
+        else:  # as of a contact that just touches, which is linear nowhere
+            if near is None:
+                return None
+            found, amplitude = near
+        y, parameter = self._resized(found.x, amplitude)
+        if amplitude == self.first:
+            return y, parameter
+        last: Step | None = None
+        run = self._run(y, parameter, (amplitude, self.first), [])
+        for step in run:
+            last = step
+        if run.error is not None:  # a fault, not a mode that cannot be found
+            raise run.error
+        if last is None or last.name != _REACHED:
+            return None
+        exact = self._exact(last, self.first)
+        return self._resized(exact.x, self.first) if exact.converged else None
+
+    def follow(self, y: Array, parameter: float, events: Iterable[BranchEvent]) -> Continuation:
+        """From the first point on; the last one, at the last amplitude, is of kind "end"."""
+        return self._run(y, parameter, (self.first, self.last), events)
+
+    def refined(self, steps: Sequence[Step]) -> Iterator[Step]:
+        """With corrected points between neighbours, so that lines between them are frequency and damping."""
+        most = max((abs(float(_values(step.state)[1])) for step in steps), default=0.0)
+        yield from steps[:1]
+        for before, step in pairwise(steps):
+            yield from self._between(before, step, max(_SLIGHT * most, _UNDAMPED), _HALVINGS)
+            yield step
+
+    def arrived(self, step: Step) -> tuple[Outcome, str]:
+        """Whether the way ended at the last amplitude, and what else to say."""
+        if step.name == _REACHED:
+            return Outcome.COMPLETED, Outcome.COMPLETED.text
+        return Outcome.TURNED_BACK, f"stopped early: the motion at the output does not come to {self.last:.6g}"
+
+    def finished(self, step: Step) -> Step:
+        """At exactly the last amplitude, from a step that reached it."""
+        found = self._exact(step, self.last)
+        if not found.converged:
+            return step
+        return Step(np.append(found.x, log(self.last)), step.tangent, found, "end", _REACHED, found.x.size)
+
+    def _solved(self, state: Array, amplitude: float) -> NewtonResult:
+        """At a fixed amplitude at the output, from a motion, frequency and damping (N + 4,)."""
+        parameter, y = log(amplitude), state.copy()
+        y[:-2] /= self.at_dof.sizes(amplitude)
+        found = newton(lambda z: self.at_dof.evaluate(z, parameter), y, options=_NEWTON, scale=self._unit)
+        self._runs.append(found)
+        return found
+
+    def _exact(self, step: Step, amplitude: float) -> NewtonResult:
+        """At exactly an amplitude at the output, from a step near it."""
+        state, detail = step.x.copy(), step.evaluation.detail
+        state[:-2] *= self.system.sizes(detail.size)
+        state[:-2] = self.system.turned(state[:-2], -float(np.angle(detail.at_dof)))
+        return self._solved(state, amplitude)
+
+    def _resized(self, y: Array, amplitude: float) -> tuple[Array, float]:
+        """From the amplitude at the output to the size of the motion."""
+        state = y.copy()
+        state[:-2] *= self.at_dof.sizes(amplitude)
+        size = norm(state[:-2][self.system.vibration])
+        state[:-2] /= self.system.sizes(size)
+        return state, log(size)
+
+    @property
+    def _unit(self) -> Array:
+        """What counts as one: the motion, the frequency."""
+        unit = np.ones(self.system.size)
+        unit[-2:] = self.linear.omega
+        return unit
+
+    def _run(
+        self, y: Array, parameter: float, ends: tuple[float, float], events: Iterable[BranchEvent]
+    ) -> Continuation:
+        first, last = ends
+        way = log(last / first)
+        stop = parameter + way + np.copysign(_BEYOND, way)
+        scaling = ArclengthScaling(x=self._unit, parameter=abs(way), adaptive=False)
+        reached = BranchEvent(
+            name=_REACHED, kind="end", function=lambda s: log(s.evaluation.detail.amplitude / last),
+            direction=1 if way > 0.0 else -1, terminal=True,
+        )  # fmt: skip
+        slip = BranchEvent(name="first slip", kind="corner", function=_sticking)
+        self._scaling, self._length = scaling, abs(way)
+        run = continuation(
+            self.system, y, parameter, stop, options=self.options, scaling=scaling, doubted=self._doubted,
+            events=[slip, *events, reached],
+        )  # fmt: skip
+        self._runs.append(run)
+        return run
+
+    def _doubted(self, last: Step, new: Step, guess: Array) -> bool:
+        """Whether a higher harmonic is not as predicted: the step led past an internal resonance or a first slip."""
+        before, after, expected = (self._by_harmonic(z) for z in (last.state, new.state, guess))
+        sizes = np.maximum(np.linalg.norm(before, axis=0), np.linalg.norm(after, axis=0))
+        wrong = np.linalg.norm(after - expected, axis=0)
+        return bool(np.any((sizes > _SEEN) & (wrong > _WRONG * sizes)))
+
+    def _by_harmonic(self, state: Array) -> Array:
+        """Motion of the ports in each harmonic above 1, (2 n_ports, n - 1)."""
+        b = self.system.balance
+        X = state[: b.size].reshape(b.n_ports, b.L)
+        return np.concatenate([X[:, 1::2], X[:, 2::2]])[:, b.orders > 1.0]
+
+    def _between(self, first: Step, second: Step, least: float, halvings: int) -> Iterator[Step]:
+        """Corrected points; ``least`` as in ``_bend``."""
+        metric = Metric(self._scaling, first.x, self._length)
+        corrector = Corrector(self.system, first.x.size, metric, self.options.newton)
+        arc = corrector.arc(first, second)
+        tolerance = self.options.output_tolerance
+        near = arc.length <= self.options.kink_step
+        if near or not halvings or _bend([first.state, *map(arc.point, _PLACES), second.state], least) <= tolerance:
+            return
+        corrector.context = first.evaluation.context
+        guess = arc.point(0.5)
+        middle, _ = corrector.correct(guess, arc.derivative(0.5), "regular")
+        self._runs.append(corrector)
+        if middle is None or not corrector.near(middle.state - guess, arc.length):
+            return
+        yield from self._between(first, middle, least, halvings - 1)
+        yield middle
+        yield from self._between(middle, second, least, halvings - 1)
+
+
+_REACHED = "amplitude"
+
+
+def first_guess(balance: Balance, target: TargetMode, linear: LinearMode, amplitude: float) -> Array:
+    """The linear mode with an amplitude at the output: motion of ports and mode, frequency and damping (N + 4,)."""
+    turn = amplitude / linear.at_dof
+    X, own = np.zeros((balance.n_ports, balance.L)), linear.ports * turn
+    c, s = (balance.harmonics.index(1, part) for part in "cs")
+    X[:, 0], X[:, c], X[:, s] = linear.static, own.real, -own.imag
+    q = complex(linear.modal[target.number]) * turn * target.scale
+    return np.concatenate([X.reshape(-1), [q.real, -q.imag, linear.omega, linear.xi]])
+
+
+def _sticking(step: Step) -> float:
+    """Positive while no contact slips."""
+    slipping = any(bool(np.any(s < _STICKS)) for s in _stick_fractions(step.evaluation.detail.responses))
+    return -1.0 if slipping else 1.0
+
+
+def _stick_fractions(responses: Iterable[object]) -> list[Array]:
+    found = (getattr(getattr(response, "detail", None), "stick_fraction", None) for response in responses)
+    return [fraction for fraction in found if fraction is not None]
+
+
+def _values(state: Array) -> Array:
+    """Frequency and damping ratio of a state (N + 5,)."""
+    return np.array([state[-3], state[-2] / (2.0 * state[-3])])
+
+
+def _bend(states: list[Array], least: float) -> float:
+    """How far frequency and damping between two points are off the line through them, over their own size.
+
+    Over the amplitude and over its logarithm; where it turns back, over the way. ``least`` is what a damping ratio is
+    compared with at least.
+    """
+    p, values = np.array([state[-1] for state in states]), np.array([_values(state) for state in states])
+    shares = [np.linspace(0.0, 1.0, len(states))]
+    if abs(p[-1] - p[0]) > 0.5 * np.abs(np.diff(p)).sum():
+        shares = [(x - x[0]) / (x[-1] - x[0]) for x in (p, np.exp(p - p[0]))]
+    off = [np.abs(values - values[0] - s[:, None] * (values[-1] - values[0])).max(axis=0) for s in shares]
+    size = np.maximum(np.abs(values).max(axis=0), [0.0, least])
+    return float(np.max(off / size))

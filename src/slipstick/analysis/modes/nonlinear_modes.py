@@ -1,0 +1,381 @@
+"""Nonlinear modes with friction: frequency and damping of free vibration over its amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.curve.record import Run
+from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.curve.thermal_continuation import relative_residual
+from slipstick.analysis.modes.following import ModePath, first_guess
+from slipstick.analysis.modes.start import LinearMode, linear_mode
+from slipstick.analysis.modes.system import ModeSystem, TargetMode
+from slipstick.analysis.peaks.continuation import NEWTON
+from slipstick.analysis.peaks.tracking import one_dof
+from slipstick.balance.checks import two_numbers
+from slipstick.balance.kinds import Kind
+from slipstick.balance.loads import Load
+from slipstick.balance.ports import Balance
+from slipstick.balance.problem import Problem
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.faults import numbers, whole, wrong
+from slipstick.interrupts import pass_on
+from slipstick.results.afterwards import result_warnings
+from slipstick.results.branch import Branch
+from slipstick.results.modes import mode_layout, mode_values, peak_forces
+from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.schema import Layout
+from slipstick.solve.continuation import BranchEvent, Step
+from slipstick.structure.matrices import MatrixStructure
+from slipstick.structure.modal import ModalStructure
+from slipstick.structure.prescribed_mode import MODE, PrescribedMode
+from slipstick.typing import AnyArray, Array, ComplexArray
+
+MODES = {"first_step": 0.01, "max_step": 0.03, "event_tolerance": 1e-9, "newton": NEWTON, "output_tolerance": 4e-4}
+"""Options of a nonlinear mode where nothing else is said: steps of 3 % of the range of the amplitude's logarithm, and
+frequency and damping between two points to 4e-4 on the line through them."""
+
+_MET = 1e-6
+"""Part of a load factor within which a point stands for it."""
+_LIMIT = 0.01
+"""Damping ratio above which the mode tells peaks to a per cent, but no decay."""
+
+
+def nonlinear_modes(
+    problem: Problem,
+    *,
+    amplitude: tuple[float, float],
+    mode: int = 1,
+    dof: str | None = None,
+    load_factors: Iterable[float] | float = (),
+    options: Mapping[str, Any] | None = None,
+) -> Branch:
+    """Follow free vibration in a mode over its amplitude: frequency, damping, the forced peak of every load level.
+
+    Extended periodic motion: what friction takes is given back by a damping ``xi`` taken from all modes, which makes
+    the motion periodic. ``D = xi / (2 w)`` is the damping ratio of the mode at that amplitude, all damping together.
+
+    Parameters
+    ----------
+    problem
+        What vibrates. Of its loads only the static ones act; harmonic ones set the scale of ``load_factor``. A constant
+        rubbing velocity acts, a periodic one has no meaning here and is refused.
+    amplitude
+        Amplitude of the motion at ``dof`` in harmonic 1 from which and to which the mode is followed, > 0, length.
+    mode
+        Number of the mode of the structure without contacts, from 1. The mode begins with contacts as they are at rest:
+        it is the one that this becomes while their tangent stiffness grows from nothing to what it is.
+    dof
+        The output that moves in the mode; by default the first.
+    load_factors
+        Factors on the loads of the problem whose forced peaks are wanted as exact points.
+    options
+        Step control, as of ``forced_response``; ``output_tolerance`` is how far frequency and damping may be off the
+        line between two points, over their own size.
+
+    Returns
+    -------
+    Branch
+        Points over ``omega`` with ``amplitude`` and all else, ``modal_amplitude``, ``modal_damping`` (D) and
+        ``load_factor``: the factor on the loads of the problem with which the forced response peaks there. Drawn into
+        the figure of forced curves it is the line through their peaks. Above 1 % of damping peaks are right to about a
+        per cent, but free decay follows another path; the warnings say so. Where D is negative friction feeds the
+        motion.
+
+    Raises
+    ------
+    InputError
+        For a structure that is not known by its modes, periodic rubbing motions, and arguments that cannot be used.
+
+    Warns
+    -----
+    SlipstickWarning
+        Where the damping exceeds 1 %, and where ``xi`` exceeds the damping of other modes.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.01]], K=[[40.0]], dofs=["x"])
+    >>> damper = ss.FrictionContact(kt=1.0, mu=0.3, normal_load=10.0)
+    >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+    ...                      loads=ss.Load(dof="x", sin=1.0), harmonics=range(6))
+    >>> branch = nonlinear_modes(problem, amplitude=(1.0, 30.0))
+    >>> float(branch.dataset.omega[0].round(6)), float(branch.dataset.modal_damping[0].round(8))
+    (6.403124, 0.00078087)
+    """
+    checks = Checks(problem)
+    ends = checks.take(_amplitudes, amplitude)
+    number = checks.take(whole, "mode", mode, 1)
+    factors = checks.take(_factors, load_factors)
+    output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None else None
+    chosen = {**MODES, **options} if isinstance(options, Mapping) else MODES if options is None else options
+    common = checks.common((), options=chosen)
+    assert checks.problem is not None
+    assert ends is not None
+    assert number is not None
+    assert output is not None
+    kind = getattr(common["options"], "jacobian", "auto")
+    free, linear = free_problem(checks.problem, number - 1, output, kind)
+    return ModeRequest(
+        problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
+        stop=ends[1], dof=output, factors=factors or (), options=common["options"],
+    ).branch()  # fmt: skip
+
+
+def _amplitudes(given: Any) -> tuple[float, float]:
+    first, last = two_numbers(given, "amplitude")
+    if not (first > 0.0 and last > 0.0 and first != last):
+        raise InputError(Fault("amplitude", found=f"{first:g} to {last:g}", expected="two different amplitudes > 0"))
+    return first, last
+
+
+def _factors(given: Any) -> tuple[float, ...]:
+    expected = "factors > 0, one or a list"
+    if isinstance(given, tuple | list) and not given:
+        return ()
+    found: Array = np.atleast_1d(numbers("load_factors", given, expected))
+    if found.ndim > 1 or not np.all(found > 0.0):
+        raise wrong("load_factors", given, expected)
+    return tuple(float(f) for f in found)
+
+
+class FreeProblem:
+    """A problem whose mode moves as prescribed, and what of the given one its results are held against."""
+
+    def __init__(self, given: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
+        self.given, self.modal = given, structure
+        directions = given.direction_matrix(given.port_directions)
+        self.ports: Array = directions.T @ structure.mode_shapes
+        self.target = TargetMode(structure, number, self.ports, structure.mode_shapes[structure.dofs.index(dof)])
+        still = _resting(given, structure)
+        prescribed = PrescribedMode(structure, number, self.target.scale)
+        self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
+        self.balance = Balance(self.problem, kind=kind)
+        self.balance.anchor_if_undamped(float(structure.omega[number]))
+        self.outputs = Outputs(self.balance, (dof,))
+
+    def system(self, reference: Array, *, at_dof: bool = False) -> ModeSystem:
+        """The system of equations, its phase fixed near a motion (N + 2,)."""
+        return ModeSystem(self.outputs, self.modal, self.ports, self.target, reference, at_dof=at_dof)
+
+    def mode_force(self) -> ComplexArray:
+        """Phasors of the forces of the problem's loads on the mass-normalised modes, (n_modes,)."""
+        columns = self.given.load_columns
+        names = tuple(shape for shape in columns.shapes)
+        _, right, _, _ = self.modal.modal_parts(np.zeros((len(self.modal.dofs), 0)), columns.vectors, names)
+        P, order = self.given.load_coefficients(), self.given.load_order
+        if order not in self.given.harmonics.orders:
+            return np.zeros(self.modal.omega.size, dtype=complex)
+        c, s = (self.given.harmonics.index(order, part) for part in "cs")
+        return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
+
+
+def free_problem(problem: Problem, number: int, dof: str, kind: Kind | str = "auto") -> tuple[FreeProblem, LinearMode]:
+    """The problem of free vibration in a mode, and the mode with contacts as they are at rest.
+
+    The mode that is split off is the one with the largest share in that. InputError where there is no such mode.
+    """
+    structure = _modal(problem, number, dof)
+    linear = linear_mode(_resting(problem, structure), structure, number, dof)
+    if abs(linear.at_dof) <= _STILL * linear.size:
+        raise InputError(Fault("dof", f"{dof} does not move in mode {number + 1} with the contacts as they are at rest",
+                               remedy="name one that does"))  # fmt: skip
+    return FreeProblem(problem, structure, linear.most, dof, kind), linear
+
+
+def _resting(problem: Problem, structure: ModalStructure) -> Problem:
+    """With nothing but its static loads."""
+    still = [replace(load, cos=problem.load * load.cos) for load in problem.loads if load.harmonic == 0]
+    return replace(problem, structure=structure, loads=still, load=1.0, period_ratio=(1, 1), told=None)
+
+
+def _modal(problem: Problem, number: int, dof: str) -> ModalStructure:
+    structure: Any = problem.structure
+    if isinstance(structure, MatrixStructure):
+        structure = structure.by_modes()
+    if not isinstance(structure, ModalStructure):
+        name = type(structure).__name__
+        raise InputError(f"nonlinear modes need a structure given by matrices or modes; found a {name}")
+    faults = motion_faults(problem)
+    count = structure.omega.size
+    shape = np.abs(structure.mode_shapes[:, number]) if number < count else np.zeros(0)
+    if number >= count:
+        faults.append(Fault("mode", found=str(number + 1), expected=f"a number from 1 to {count}"))
+    elif shape[structure.dofs.index(dof)] <= _STILL * shape.max():
+        faults.append(Fault("dof", f"{dof} does not move in mode {number + 1}", remedy="name one that does"))
+    if faults:
+        raise InputError(faults)
+    return structure
+
+
+def motion_faults(problem: Problem) -> list[Fault]:
+    """What moves the structure so that there is no free vibration in a mode."""
+    faults = [
+        Fault(("contact", pair.name), "its opposing surface moves periodically", remedy=_ALONE)
+        for pair in problem.contacts
+        if any(np.any(array) for array in _periodic(pair.rubbing))
+    ]
+    if 1 not in problem.harmonics.orders:
+        faults.append(Fault("harmonics", "a mode vibrates in harmonic 1, which is not kept", remedy="keep it"))
+    if any(load.motion is not None for load in problem.loads):
+        faults.append(Fault("loads", "a support moves", remedy=_ALONE))
+    return faults
+
+
+_STILL = 1e-6
+_ALONE = "free vibration has no such motion: leave it out"
+
+
+def _periodic(rubbing: Any) -> list[Any]:
+    parts = (rubbing.cos, rubbing.sin, rubbing.normal_cos, rubbing.normal_sin)
+    return [value for part in parts for order, value in part.items() if order]
+
+
+class ModeRecorder(Recorder):
+    """Points with the amplitude and the damping of the mode, and the load factor; ``force`` as in ``peak_forces``."""
+
+    def __init__(self, free: FreeProblem) -> None:
+        super().__init__(free.balance)
+        self._given, self._force = free.given, free.mode_force()
+
+    @cached_property
+    def layout(self) -> Layout:
+        """That of a branch, and more."""
+        return mode_layout(super().layout, self._given)
+
+    def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
+        """Amplitude, damping and load factor."""
+        return mode_values([point.detail for point in points], self._force)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModeRequest(Request):
+    """A mode to be followed between two amplitudes at ``dof``; its results are of no problem with loads."""
+
+    free: FreeProblem
+    linear: LinearMode
+    number: int
+    dof: str
+    factors: tuple[float, ...]
+
+    def run(self) -> ModeRun:
+        """What follows it."""
+        return ModeRun(self)
+
+    def branch(self) -> Branch:
+        """What is found, in memory."""
+        branch = super().branch()
+        without = "it is a free vibration, not that of a problem with loads"
+        return Branch(branch.table, branch.outcome, None, branch.message, without=without)
+
+    def recorder(self) -> ModeRecorder:
+        """With what a mode has besides."""
+        return ModeRecorder(self.free)
+
+    def doubts(self, values: Mapping[str, Array]) -> list[str]:
+        """Where the mode tells less than it seems to, and what is suspicious."""
+        return [*self._mode_doubts(values), *result_warnings("omega", values, self.free.problem.elements)]
+
+    def _mode_doubts(self, values: Mapping[str, Array]) -> Iterator[str]:
+        damping, xi = values["modal_damping"], values["modal_damping"] * 2.0 * values["omega"]
+        yield from self._passed_over(values)
+        if np.nanmax(np.abs(damping)) > _LIMIT:
+            yield (
+                f"the damping ratio of the mode reaches {100.0 * np.nanmax(np.abs(damping)):.2g} %: above "
+                f"{100 * _LIMIT:g} % forced peaks are right to about a per cent, but free decay is not that of the mode"
+            )
+        modal = self.free.modal
+        others = np.delete(2.0 * modal.damping_ratio * modal.omega + modal.loss_factor * modal.omega, self.number)
+        if others.size and np.nanmax(xi) > others.min():
+            yield (
+                "what is taken of the damping exceeds the damping of another mode, which is unstable in this motion: "
+                "check the harmonics near its frequency"
+            )
+
+    def _passed_over(self, values: Mapping[str, Any]) -> Iterator[str]:
+        """Load factors that the mode passes without a point."""
+        here, asked = np.asarray(values["load_factor"]), np.asarray(values["kind"]) == "requested"
+        missed = []
+        for factor in sorted(set(self.factors)):
+            off = here - factor
+            met = asked & (np.abs(off) <= _MET * factor)
+            if np.any((off[:-1] * off[1:] < 0.0) & ~met[:-1] & ~met[1:]):
+                missed.append(f"{factor:g}")
+        if missed:
+            yield (
+                f"load_factors: at {', '.join(missed)} a point was requested, but where the mode passes no solution "
+                "was found: try a smaller max_step"
+            )
+
+
+class ModeRun(Run[ModeRequest]):
+    """A mode under way: all its steps first, then what comes between them for smooth lines, then points."""
+
+    def __init__(self, request: ModeRequest) -> None:
+        super().__init__(request)
+        free = request.free
+        reference = first_guess(free.balance, free.target, request.linear, request.start)[:-2]
+        self._system, self._at_dof = free.system(reference), free.system(reference, at_dof=True)
+        ends = request.start, request.stop
+        self._path = ModePath(self._system, self._at_dof, request.linear, ends, request.options)
+        self._force = free.mode_force()
+
+    def points(self) -> Generator[Point, None, None]:
+        """From the first amplitude to the last one, which is met exactly."""
+        request, path, steps = self.request, self._path, list[Step]()
+        self.outcome = Outcome.NO_FIRST_POINT
+        with self.kept(steps):
+            begun = path.begin()
+            if begun is not None:
+                run = path.follow(*begun, [self._level(factor) for factor in request.factors])
+                for step in run:
+                    steps.append(step)
+                    pass_on()
+                self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
+                steps = list(path.refined(steps))
+        last: tuple[ModeSystem, Step] | None = None
+        if self.outcome is Outcome.COMPLETED:
+            self.outcome, self.message = path.arrived(steps[-1])
+        if self.outcome is Outcome.COMPLETED:
+            last = self._at_dof, path.finished(steps[-1])
+        elif self.outcome is Outcome.NO_FIRST_POINT:
+            self.message = f"no free vibration was found at the amplitude {request.start:.6g}: begin at a smaller one"
+        elif steps:
+            self.message = f"{self.message}; the last amplitude is {steps[-1].evaluation.detail.amplitude:.6g}"
+        for number, step in enumerate(steps, 1):
+            self.progress = number / len(steps)
+            final = last is not None and number == len(steps)
+            yield self._point(*(last if final and last is not None else (self._system, step)))
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Which mode, and the work."""
+        return {"mode": self.request.number + 1, "mode_of": self.request.dof, **self._path.work}
+
+    def _point(self, system: ModeSystem, step: Step) -> Point:
+        """A point with its phase turned so that harmonic 1 at the output is a cosine."""
+        y, detail = step.x, step.evaluation.detail
+        angle = -float(np.angle(detail.at_dof))
+        if abs(angle) > _TURNED:
+            y = np.append(system.turned(y[:-2], angle), y[-2:])
+            detail = system.evaluate(y, step.parameter, step.evaluation.context).detail
+        return Point.at(
+            detail, x=y[:-4] * system.sizes(detail.size)[:-2], residual=relative_residual(step),
+            iterations=step.iterations, kind=step.kind, parameter=detail.omega, peak_of="",
+        )  # fmt: skip
+
+    def _level(self, factor: float) -> BranchEvent:
+        """Where the forced response to the loads times a factor peaks."""
+        return BranchEvent(
+            name=f"{factor:g}", kind="requested", exact=True,
+            function=lambda step: peak_forces([step.evaluation.detail], self._force)[0] - factor,
+        )  # fmt: skip
+
+
+_TURNED = 1e-12
+"""Angle of the motion at the output below which it is a cosine."""

@@ -1,0 +1,263 @@
+"""Free vibration made periodic: the balance with one mode split off, frequency and damping unknown.
+
+``M x'' + (C - xi M) x' + K x + f = 0``. In harmonic 1 the target mode r of the structure without contacts, of which
+the receptance is infinite at its resonance, has a motion ``q`` of its own: ``X + A'(w, xi) F - phi_r q = 0`` and
+``(w_r^2 (1 + i eta_r) - w^2 + i w (2 zeta_r w_r - xi)) q + g = 0`` with ``g`` the force on it. Two more equations fix
+size and phase. Unknowns are ``(X / A, q / A, w, xi)``, the parameter is ``log A``; what of ``X`` is static is divided
+by ``sqrt(A^2 + b^2)``, ``b`` its size at rest.
+
+``A`` is the size of the motion over all harmonics (M. Krack and J. Gross, Harmonic Balance for Nonlinear Vibration
+Problems, 2019, section 2.5): where another mode takes over the vibration in a higher harmonic, an internal resonance,
+harmonic 1 may vanish and ``A`` does not. With ``at_dof`` it is the amplitude of harmonic 1 at the output instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import exp, isfinite
+
+import numpy as np
+
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.residual import Detail, terms
+from slipstick.results.record import Outputs
+from slipstick.solve.linear.bordered import Eliminated, Scaled
+from slipstick.solve.newton import Evaluation
+from slipstick.solve.norm import norm
+from slipstick.structure.modal import ModalStructure
+from slipstick.structure.prescribed_mode import XI
+from slipstick.typing import Array, ComplexArray
+
+_TRANSVERSAL = 0.5
+"""Cosine between a shift in time and the direction that the phase is fixed along, below which that is chosen anew."""
+
+_EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ModeDetail(Detail):
+    """What a point of a nonlinear mode keeps of its evaluation besides.
+
+    Attributes
+    ----------
+    size
+        ``A``, the size of the motion over all harmonics.
+    xi
+        What is taken of damping, 1/time.
+    at_dof
+        Cosine minus i times sine of harmonic 1 at the output, length.
+    modal
+        Those of the mass-normalised modal coordinates, (n_modes,).
+    """
+
+    size: float
+    xi: float
+    at_dof: complex
+    modal: ComplexArray
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude of harmonic 1 at the output."""
+        return abs(self.at_dof)
+
+
+class TargetMode:
+    """The mode that is split off: one of the structure without contacts.
+
+    Attributes
+    ----------
+    number
+        Its place, from 0.
+    square, loss, viscous
+        ``w_r^2``, ``eta_r`` and ``2 zeta_r w_r``.
+    scale
+        What its shape is divided by: its size at contact ports and output together.
+    shape
+        Its shape at the ports of the balance over that, (n_ports,).
+    """
+
+    def __init__(self, structure: ModalStructure, number: int, ports: Array, at_dof: Array) -> None:
+        w = float(structure.omega[number])
+        self.number, self.square = number, w * w
+        self.loss = float(np.broadcast_to(structure.loss_factor, structure.omega.shape)[number])
+        self.viscous = 2.0 * w * float(np.broadcast_to(structure.damping_ratio, structure.omega.shape)[number])
+        self.scale = float(np.hypot(norm(ports[:, number]), at_dof[number]))
+        self.shape: Array = ports[:, number] / self.scale
+
+
+class ModeSystem:
+    """The system of equations for ``(X / A, q / A, w, xi)`` over ``log A``.
+
+    The direction along which the phase is fixed is the ``context``: a shift in time of an earlier point, with the
+    contact temperatures there.
+
+    Parameters
+    ----------
+    outputs
+        Of the balance of a problem with a ``PrescribedMode``, whose last load is the motion of the mode; the first is
+        the one whose amplitude is meant.
+    structure, ports
+        The modes, and their shapes at the ports of the balance (n_ports, n_modes).
+    target
+        The mode split off.
+    reference
+        A motion (N + 2,) of ports and mode, length, near which the phase is fixed first.
+    at_dof
+        Whether ``A`` is the amplitude of harmonic 1 at the output.
+    """
+
+    def __init__(
+        self, outputs: Outputs, structure: ModalStructure, ports: Array, target: TargetMode, reference: Array, *,
+        at_dof: bool = False,
+    ) -> None:  # fmt: skip
+        self.outputs, self.balance, self.target, self._at_dof = outputs, outputs.balance, target, at_dof
+        self._ports, b = ports, self.balance
+        self._stiffness = structure.omega**2 * (1.0 + 1j * structure.loss_factor)
+        self._damping = 2.0 * structure.damping_ratio * structure.omega
+        harmonics = b.harmonics
+        self._pair = [harmonics.index(1, part) for part in "cs"]
+        self._order = harmonics.orders.index(1)
+        self._base = b.problem.inputs
+        self._zero = self._base.scaled(0.0)
+        self.vibration = np.append(np.tile(np.arange(b.L) > 0, b.n_ports), [True, True])
+        self._reference = self.shifted(reference) / norm(self.shifted(reference))
+        self._rest = float(np.abs(reference[~self.vibration]).max(initial=0.0))
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.balance.size + 4
+
+    def sizes(self, A: float) -> Array:
+        """What motions of ports and mode (N + 2,) are divided by."""
+        return np.where(self.vibration, A, np.hypot(A, self._rest))
+
+    def shifted(self, motion: Array) -> Array:
+        """Derivative by the phase of a motion (N + 2,) of ports and mode."""
+        X = motion[:-2].reshape(self.balance.n_ports, -1)
+        out, m = np.zeros_like(X), self.balance.orders
+        out[:, 1::2], out[:, 2::2] = m * X[:, 2::2], -m * X[:, 1::2]
+        return np.append(out.reshape(-1), [motion[-1], -motion[-2]])
+
+    def turned(self, motion: Array, angle: float) -> Array:
+        """A motion (N + 2,) or the motion of ports alone (N,), ``angle`` later in harmonic 1."""
+        n = self.balance.size
+        X = motion[:n].reshape(self.balance.n_ports, -1).copy()
+        turn = np.exp(1j * angle * self.balance.orders)
+        z = (X[:, 1::2] - 1j * X[:, 2::2]) * turn
+        X[:, 1::2], X[:, 2::2] = z.real, -z.imag
+        q = motion[n:]
+        own = complex(q[0], -q[1]) * np.exp(1j * angle) if q.size else 0.0j
+        return np.append(X.reshape(-1), [own.real, -own.imag][: q.size])
+
+    def inputs(self, q: Sequence[float] | Array, xi: float) -> Inputs:
+        """With the motion ``q`` (2,) of the mode, cosine and sine."""
+        P = self._base.P.copy()
+        P[-1, self._pair] = q
+        return replace(self._base, P=P, structure={XI: xi})
+
+    def evaluate(self, y: Array, parameter: float, context: tuple[Array, Array | None] | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``ModeDetail``."""
+        if not (isfinite(y.dot(y)) and isfinite(parameter) and abs(parameter) < 600.0 and y[-2] > 0.0):
+            return Evaluation.undefined(y.size)
+        reference, temperature = context or (self._reference, None)
+        A, omega, xi, motion = exp(parameter), float(y[-2]), float(y[-1]), y[:-2]
+        sizes = self.sizes(A)[:-2]
+        q = A * y[-4:-2]
+        here = Linearization(self.outputs, sizes * y[:-4], omega, self.inputs(q, xi), temperature)
+        if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
+            return Evaluation.undefined(y.size)
+        pushed, grown = here.pushed(FREQUENCY), A * A / sizes * y[:-4]  # dx / dlog A
+        of_mode = np.column_stack(self._columns_of_mode(here))
+        columns = np.column_stack([A * of_mode, *self._other_columns(here, pushed)]) / sizes[:, None]
+        by_log = here.jacobian.multiply(grown) + of_mode @ q - here.at.residual * (A / sizes) ** 2
+        own, rows, own_by_log = self._of_mode(here, A, y, pushed, grown)
+        U = here.motion()[0]
+        size, row, rate = self._of_dof(here, A, U, y, grown) if self._at_dof else self._of_size(motion)
+        rows[:, :-4] *= sizes
+        shift = self.shifted(motion)
+        evaluation = Evaluation(
+            np.concatenate([here.at.residual / sizes, own, [size, reference @ motion]]),
+            Eliminated(Scaled(here.jacobian, sizes), columns, np.vstack([rows, row, [*reference, 0.0, 0.0]])),
+            np.concatenate([by_log / sizes, own_by_log, [rate, 0.0]]),
+            ModeDetail(
+                responses=here.found.responses, inputs=here.found.inputs, omega=omega, heat=here.found.heat, size=A,
+                xi=xi, at_dof=complex(U[self._pair[0]], -U[self._pair[1]]), modal=self._modal(here, q, omega, xi),
+            ),
+            lambda: np.concatenate([terms(self.balance, here.x, here.at) / sizes, [2.0, 2.0, 2.0, 1.0]]),
+        )  # fmt: skip
+        heat = here.found.heat
+        if reference @ shift < _TRANSVERSAL * norm(shift):
+            reference = shift / norm(shift)
+        return evaluation._replace(context=(reference, None if heat is None else heat.temperature))
+
+    def _columns_of_mode(self, here: Linearization) -> list[Array]:
+        """Derivatives of the balance by the motion of the mode, cosine and sine."""
+        found = []
+        for unit in (1.0, 1.0j):
+            G = np.zeros((self.balance.n_ports + len(self._base.P), len(self.balance.orders) + 1), dtype=complex)
+            G[-1, self._order] = -unit
+            found.append(here.at.compliance.answer(G))
+        return found
+
+    def _other_columns(self, here: Linearization, pushed: ComplexArray) -> Array:
+        """Those by frequency and damping, of the forces ``pushed`` by the frequency."""
+        at = here.at
+        by_omega = at.compliance.answer(pushed) + at.compliance.rate(at.G)
+        return np.array([by_omega, here.structural_change({XI: 1.0})[0]])
+
+    def _force(self, here: Linearization, G: ComplexArray) -> Array:
+        """Real and imaginary part of the force on the mode, of forces (n_ports, n + 1)."""
+        z = self.target.shape @ G[: self.balance.n_ports, self._order]
+        return np.array([z.real, -z.imag])
+
+    def _of_mode(
+        self, here: Linearization, A: float, y: Array, pushed: ComplexArray, grown: Array
+    ) -> tuple[Array, Array, Array]:
+        """The two equations of the mode over its stiffness, their gradients (2, N + 4), derivatives by ``log A``.
+
+        By the motion of the ports itself; ``grown`` (N,) is its derivative by ``log A``.
+        """
+        t, (c, s, omega, xi) = self.target, y[-4:]
+        stiffness = t.square / t.scale**2
+        real, imaginary = 1.0 - omega**2 / t.square, t.loss + omega * (t.viscous - xi) / t.square
+        by_q = np.array([[real, imaginary], [imaginary, -real]])
+        g = self._force(here, self.balance.excitation(here.found.forces)) / (A * stiffness)
+        psi = np.zeros((2, self.balance.n_ports, len(self.balance.orders) + 1), dtype=complex)
+        psi[0, :, self._order], psi[1, :, self._order] = t.shape, -1j * t.shape
+        pulled = np.array([here.forces_pulled(p) for p in psi]) / (A * stiffness)
+        drag, turn = (t.viscous - xi) / t.square, -2.0 * omega / t.square
+        by_omega = self._force(here, pushed) / (A * stiffness)
+        by_omega += np.array([turn * c + drag * s, drag * c - turn * s])
+        by_xi = -omega / t.square * np.array([s, c])
+        rows = np.column_stack([pulled, by_q, by_omega, by_xi])
+        return by_q @ y[-4:-2] + g, rows, pulled @ grown - g
+
+    def _of_size(self, motion: Array) -> tuple[float, Array, float]:
+        """The equation of the size over all harmonics, its gradient (N + 4,), its derivative by ``log A``."""
+        own = np.where(self.vibration, motion, 0.0)
+        return float(own @ own) - 1.0, np.append(2.0 * own, [0.0, 0.0]), 0.0
+
+    def _of_dof(self, here: Linearization, A: float, U: Array, y: Array, grown: Array) -> tuple[float, Array, float]:
+        """The same of harmonic 1 at the output, whose motion ``U`` is (L,)."""
+        still, h = np.zeros_like(here.x), np.zeros((1, self.balance.L))
+        h[0, self._pair] = 2.0 * U[self._pair] / A**2
+        P = np.zeros((2, *self._base.P.shape))
+        P[[0, 1], -1, self._pair] = 1.0
+        moves = [here.change(still, Move(inputs=replace(self._zero, P=own)))[1] for own in P]
+        others = [here.change(still, FREQUENCY)[1], here.structural_change({XI: 1.0})[1]]
+        rates = np.array([A * np.sum(h * dU) for dU in moves] + [np.sum(h * dU) for dU in others])
+        pulled, level = here.pull(h=h), float(U[self._pair] @ U[self._pair]) / A**2
+        row = np.append(self.sizes(A)[:-2] * pulled, rates)
+        return level - 1.0, row, float(pulled @ grown + rates[:2] @ y[-4:-2]) - 2.0 * level
+
+    def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
+        """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
+        G = self.balance.excitation(here.found.forces)[:, self._order]
+        dynamic = self._stiffness + omega * (1j * (self._damping - xi) - omega)
+        least = _EPS * np.abs(self._stiffness)
+        found = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)
+        found[self.target.number] = complex(q[0], -q[1]) / self.target.scale
+        return np.asarray(found)

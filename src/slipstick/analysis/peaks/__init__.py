@@ -1,0 +1,1 @@
+"""Peaks of a response: located, tracked over a parameter, made lowest."""

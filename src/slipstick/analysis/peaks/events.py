@@ -1,0 +1,169 @@
+"""Local maxima of amplitudes along a branch, as events the continuation locates; and events asked with care."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.results.besides import Besides
+from slipstick.results.measures import amplitude, amplitude_with_slope
+from slipstick.results.record import Outputs
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.hermite_segment import HermiteBasis, HermiteSegment
+from slipstick.typing import Array
+
+_REMEMBERED = 8
+_NOISE = 1e-11
+"""Amplitude over the largest motion of contacts and outputs below which it is rounding."""
+_ROUNDING = 1e-9
+"""Relative change of an amplitude over the whole range that is rounding."""
+_LEVEL = 1e-6
+"""The same below which no peak is sought: solutions are not known better, and a plateau has no peaks."""
+
+
+def peak_events(
+    outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem
+) -> tuple[BranchEvent, ...]:
+    """An event for each named output dof: the derivative of its amplitude along the branch falls through zero."""
+    slopes = _Slopes(Outputs(outputs.balance, tuple(names)), system)
+    return tuple(_event(name, i, slopes) for i, name in enumerate(names))
+
+
+def _event(name: str, i: int, slopes: _Slopes) -> BranchEvent:
+    return BranchEvent(
+        name=name, kind="peak", direction=-1, function=lambda step: float(slopes.at(step)[i]),
+        along=lambda first, second, arc, places: slopes.along(first, second, arc, places)[:, i],
+        height=lambda step: float(slopes.heights(step)[i]),
+    )  # fmt: skip
+
+
+_WHAT = "the place of the largest amplitudes"
+_ENDS = HermiteBasis(np.array([0.0, 1.0]))
+_BENT = 0.1
+"""Difference of the mean slope from that of a parabola, over both slopes at the ends, where a maximum may hide."""
+
+
+class Largest:
+    """Outputs of which the largest amplitude is located alone: where it exceeds all before, an ordinary point is put.
+
+    See ``slipstick.solve.continuation.events.Watched``.
+    """
+
+    def __init__(
+        self, outputs: Outputs, names: Sequence[str], system: FrequencySystem | ParameterSystem, besides: Besides
+    ) -> None:
+        self._slopes, self._besides = _Slopes(Outputs(outputs.balance, tuple(names)), system), besides
+        events = (replace(_event("", i, self._slopes), kind="regular") for i in range(len(names)))
+        self.events = tuple(kept_up(besides, _WHAT, events))
+
+    def heights(self, step: Any) -> Array:
+        """Amplitudes (n,) at a step."""
+        return self._besides.take(_WHAT, lambda: self._slopes.heights(step), np.zeros(len(self.events)))
+
+    def expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+        """Slopes (n_places, n) between two steps, and the amplitudes (n,) expected at maxima; 0 where there is none."""
+        nothing = np.zeros((places.u.size, len(self.events))), np.zeros(len(self.events))
+        return self._besides.take(_WHAT, lambda: self._expected(first, second, arc, places), nothing)
+
+    def _expected(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+        sizes, ends = (
+            self._slopes.heights_along(first, second, arc, _ENDS),
+            self._slopes.along(first, second, arc, _ENDS),
+        )
+        mean = (sizes[1] - sizes[0]) / arc.length
+        bent = np.abs(mean - ends.mean(axis=0)) > _BENT * np.abs(ends).sum(axis=0)
+        if not np.any(bent | ((ends[0] > 0.0) & (ends[1] <= 0.0))):
+            return np.zeros((places.u.size, mean.size)), np.zeros(mean.size)
+        slopes, sizes = (part(first, second, arc, places) for part in (self._slopes.along, self._slopes.heights_along))
+        falls = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0)
+        # the slopes on both sides bound a maximum between them where there is no inflection
+        way = arc.length * np.diff(places.u)[:, None]
+        bound = np.minimum(sizes[:-1] + slopes[:-1] * way, sizes[1:] - slopes[1:] * way)
+        return slopes, np.where(falls, bound, 0.0).max(axis=0)
+
+
+class _Slopes:
+    """Derivatives of amplitudes along the branch; what is found is remembered, as each output asks for it again."""
+
+    def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
+        self._outputs, self._system = outputs, system
+        self._found: tuple[Any, Array] = (None, np.empty(0))
+        self._heights: deque[tuple[Any, Array]] = deque(maxlen=_REMEMBERED)
+
+    def at(self, step: Any) -> Array:
+        """Derivatives (n_outputs,) at a step, by the envelope theorem at the time of the extreme."""
+        if self._found[0] is not step:
+            self._found = step, self._slopes(*self._outputs.motion_along(step, self._system), _ROUNDING, step)
+        return self._found[1]
+
+    def heights(self, step: Any) -> Array:
+        """Amplitudes (n_outputs,) at a step."""
+        for known, found in self._heights:
+            if known is step:
+                return found
+        motion, _ = self._outputs.motion_along(step, self._system)
+        found = amplitude(self._outputs.balance.harmonics, motion).value
+        self._heights.append((step, found))
+        return found
+
+    def heights_along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
+        """Amplitudes (n, n_outputs) at n places between two steps, of the cubics through their motions."""
+        return amplitude(self._outputs.balance.harmonics, self._between(first, second, arc, places)[0]).value
+
+    def _between(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
+        (a, da), (b, db) = (self._outputs.motion_along(step, self._system) for step in (first, second))
+        motion, change = arc.between(a, b, da, db, places)
+        return motion, change
+
+    def along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
+        """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""
+        if self._found[0] is not arc or len(self._found[1]) != places.u.size:
+            motion, change = self._between(first, second, arc, places)
+            self._found = arc, self._slopes(motion, change / arc.length, _LEVEL, second)
+        return self._found[1]
+
+    def _slopes(self, motion: Array, change: Array, level: float, near: Any) -> Array:
+        """Slopes (..., n_outputs) of amplitudes; 0 on plateaus, and of motions that are rounding beside others."""
+        balance = self._outputs.balance
+        size, slope = amplitude_with_slope(balance.harmonics, motion, change)
+        largest = np.abs(near.x.reshape(-1, balance.L)[:, 1:]).max(initial=size.max(initial=0.0))
+        slope[(np.abs(slope) <= level * size) | (size <= _NOISE * largest)] = 0.0
+        return slope
+
+
+def kept_up(besides: Besides, what: str, events: Iterable[BranchEvent]) -> Iterator[BranchEvent]:
+    """Events whose functions may fail: there they keep the sign they had, and the branch goes on."""
+    for event in events:
+        yield _LastKnown(besides, what, event).event
+
+
+class _LastKnown:
+    """An event that is asked with care; its last value is what stands where it fails."""
+
+    def __init__(self, besides: Besides, what: str, event: BranchEvent) -> None:
+        self._besides, self._what, self._asked, self._last = besides, what, event, 1.0
+        place, along, height = event.place and self._place, event.along and self._along, event.height and self._height
+        self.event = replace(event, function=self._value, place=place, along=along, height=height)
+
+    def _value(self, step: Any) -> float:
+        self._last = self._besides.take(self._what, lambda: float(self._asked.function(step)), self._last)
+        return self._last
+
+    def _place(self, first: Any, second: Any, arc: Any) -> float:
+        assert self._asked.place is not None
+        return self._besides.take(self._what, partial(self._asked.place, first, second, arc), 1.0)
+
+    def _height(self, step: Any) -> float:
+        assert self._asked.height is not None
+        return self._besides.take(self._what, partial(self._asked.height, step), 0.0)
+
+    def _along(self, first: Any, second: Any, arc: Any, places: HermiteBasis) -> Array:
+        assert self._asked.along is not None
+        same = np.full(places.u.size, self._last)
+        return self._besides.take(self._what, partial(self._asked.along, first, second, arc, places), same)

@@ -1,0 +1,179 @@
+"""The slope of an amplitude over the solutions of the balance, and the gradient of that slope.
+
+With ``R(X, w, s) = 0``, an amplitude ``a`` of gradient ``g`` and one factorisation of ``J = R_X``:
+``t = -J^-1 R_w``, ``z = J^-T g``, ``G = da/dw = g . t + a_w = a_w - z . R_w``. With z and t held, G is the derivative
+of ``a - z . R`` along ``(t, 1)``, so that its gradient is the change along ``(t, 1)`` of the gradient of that: one
+central difference of exact first derivatives and no further factorisation. The same holds over s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization, Move
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.paths import Path
+from slipstick.results.measures import amplitude
+from slipstick.results.record import Outputs
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+_STEP = 1e-6
+"""Of the state, over which exact first derivatives are differenced."""
+_SAME = 1e-6
+"""Times (rad) that are one."""
+FLAT = 1e-6
+"""Slope over the sizes of its terms above which a point is no smooth peak."""
+_UPHILL = 60
+"""Steps to the top at most, each of half a radian of the highest harmonic or less."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An extreme in time of a motion about its mean."""
+
+    harmonics: Harmonics
+    value: float
+    """Its size: an amplitude where it is the largest."""
+    time: float
+    sign: float
+
+    @classmethod
+    def largest(cls, harmonics: Harmonics, U: Array) -> Extreme:
+        """The largest of a motion ``U`` (L,)."""
+        found = amplitude(harmonics, U)
+        return cls(harmonics, float(found.value), float(found.time), float(found.sign))
+
+    @classmethod
+    def near(cls, harmonics: Harmonics, U: Array, time: float) -> Extreme:
+        """The one that a time lies below, by Newton's method uphill; the largest where there is none."""
+        slope, curvature = harmonics.derivative(U), harmonics.derivative(harmonics.derivative(U))
+        t, reach = time, 0.5 / max(1, harmonics.highest)
+        side = 1.0 if harmonics.H_minus(t)[1:] @ U[1:] >= 0.0 else -1.0
+        for _ in range(_UPHILL):
+            H = harmonics.H_minus(t)
+            rise, bent = side * float(H @ slope), side * float(H @ curvature)
+            step = -rise / bent if bent < 0.0 else reach * float(np.sign(rise))
+            t += min(max(step, -reach), reach)
+            if abs(step) < 1e-14:
+                break
+        H = harmonics.H_minus(t)
+        value = float(H[1:] @ U[1:])
+        if value * float(H @ curvature) >= 0.0:
+            return cls.largest(harmonics, U)
+        return cls(harmonics, abs(value), t % (2.0 * np.pi), float(np.sign(value)))
+
+    def ahead(self, U: Array) -> float:
+        """The largest other extreme of the motion over this one, less 1; -1 where there is none."""
+        rival = self.rival(U)
+        return rival.value / self.value - 1.0 if rival is not None and self.value > 0.0 else -1.0
+
+    def rival(self, U: Array) -> Extreme | None:
+        """The largest other extreme of the motion."""
+        return max(self._others(U), key=lambda other: other.value, default=None)
+
+    def _others(self, U: Array) -> Iterator[Extreme]:
+        times = np.arange(16 * max(1, self.harmonics.highest)) * (np.pi / (8 * max(1, self.harmonics.highest)))
+        size = np.abs(self.harmonics.H_minus(times)[:, 1:] @ U[1:])
+        for k in np.flatnonzero((size >= np.roll(size, 1)) & (size >= np.roll(size, -1))):
+            other = Extreme.near(self.harmonics, U, float(times[k]))
+            if abs(np.remainder(other.time - self.time + np.pi, 2.0 * np.pi) - np.pi) > _SAME:
+                yield other
+
+    @property
+    def h(self) -> Array:
+        """Its derivative by the motion, (1, L): ``sign H_-(time)`` without the mean."""
+        H = self.sign * self.harmonics.H_minus(self.time)[None]
+        H[0, 0] = 0.0
+        return H
+
+
+class StateSpace:
+    """The states ``(X, w, s)`` of a problem with one output: a parameter moves along its path, if there is one."""
+
+    def __init__(self, outputs: Outputs, inputs: Inputs, path: Path | None = None) -> None:
+        self.outputs, self.inputs, self.path = outputs, inputs, path
+
+    def at(self, x: Array, omega: float, value: float, temperature: Array | None = None) -> Linearization:
+        """The neighbourhood of a state."""
+        return Linearization(self.outputs, x, omega, self.at_value(value), temperature)
+
+    def at_value(self, value: float) -> Inputs:
+        """Inputs at a value of the parameter."""
+        return self.inputs if self.path is None else self.path.at(value)[0]
+
+    def along(self, value: float) -> Move:
+        """The direction of the parameter."""
+        assert self.path is not None
+        return Move(inputs=self.path.at(value)[1])
+
+
+class PeakGradient:
+    """``da/dw``, or ``da/ds``, of an extreme at a state.
+
+    Parameters
+    ----------
+    here, value
+        The state, and the value of the parameter there.
+    over
+        The direction: of the frequency or of the parameter.
+    z
+        ``J^-T g`` where it is known.
+    """
+
+    def __init__(
+        self, surface: StateSpace, here: Linearization, value: float, extreme: Extreme, over: Move = FREQUENCY,
+        z: Array | None = None,
+    ) -> None:  # fmt: skip
+        self._surface, self._here, self._s, self.extreme, self.over = surface, here, value, extreme, over
+        self.R, U = here.change(np.zeros_like(here.x), over)
+        self.z = here.jacobian.solve(here.pull(h=extreme.h), transposed=True) if z is None else z
+        self.t = -here.jacobian.solve(self.R)
+        self.value = float(np.sum(extreme.h * U) - self.z @ self.R)
+        self.size = float(np.abs(extreme.h * U).sum() + np.abs(self.z) @ np.abs(self.R))
+        """Of the terms that ``value`` is the sum of."""
+
+    def displaced(self, scale: float) -> Displaced:
+        """The states on both sides along ``(t, 1)``; ``scale`` is a change of what varies that counts as 1."""
+        here, over_w = self._here, self.over.omega
+        length, size = float(np.linalg.norm(self.t)), float(np.linalg.norm(here.x))
+        step = _STEP * (min(scale, size / length) if length > 0 and size > 0 else scale)
+        heat = here.found.heat
+        temperature = None if heat is None else heat.temperature
+        sides = []
+        for side in (step, -step):
+            moved = (side, 0.0) if over_w else (0.0, side)
+            sides.append(
+                self._surface.at(here.x + side * self.t, here.omega + moved[0], self._s + moved[1], temperature)
+            )
+        return Displaced(self, (sides[0], sides[1]), step, (self._s + step, self._s - step))
+
+
+class Displaced:
+    """The gradient of a slope from the first derivatives on both sides of a state.
+
+    ``values`` are what varies there, where that is the parameter.
+    """
+
+    def __init__(
+        self, slope: PeakGradient, sides: tuple[Linearization, Linearization], step: float, values: tuple[float, float]
+    ) -> None:
+        self._z, self.sides, self._step, self.values = slope.z, sides, step, values
+        h, time = slope.extreme.harmonics, slope.extreme.time
+        self._h = [Extreme.near(h, side.motion()[0], time).h for side in sides]
+
+    def by_motion(self) -> Array:
+        """Over the unknowns (N,)."""
+        up, down = (side.pull(h=h, z=-self._z) for side, h in zip(self.sides, self._h, strict=True))
+        return np.asarray((up - down) / (2.0 * self._step))
+
+    def along(self, *directions: Move) -> float:
+        """Along a direction at fixed motion: one for both sides, or one for each."""
+        found = []
+        for side, h, direction in zip(self.sides, self._h, (directions[0], directions[-1]), strict=True):
+            R, U = side.change(np.zeros_like(side.x), direction)
+            found.append(float(np.sum(h * U) - self._z @ R))
+        return (found[0] - found[1]) / (2.0 * self._step)

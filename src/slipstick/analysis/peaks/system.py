@@ -1,0 +1,110 @@
+"""The balance at a peak of an amplitude as a system of equations.
+
+A peak is ``R(X, w, s) = 0`` with ``G = da/dw = 0``: one more unknown, w, and one more equation. Its Jacobian is that of
+the balance with a border, which is eliminated: one factorisation gives ``t``, ``z`` and the Newton step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from slipstick.analysis.peaks.gradient import Extreme, PeakGradient, StateSpace
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearization
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.residual import Detail, terms
+from slipstick.solve.linear.bordered import Eliminated
+from slipstick.solve.newton import Evaluation
+from slipstick.typing import Array
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PeakDetail(Detail):
+    """What a peak keeps of its evaluation.
+
+    Attributes
+    ----------
+    amplitude, rate
+        Of the extreme followed, and its derivative by the parameter.
+    bend
+        Its second derivative by the frequency along the solutions: negative at a maximum.
+    ahead
+        Largest other extreme in time over the one followed, less 1.
+    """
+
+    amplitude: float
+    rate: float
+    bend: float
+    ahead: float
+
+
+class PeakSystem:
+    """``(R, G) = 0`` for the unknowns ``(X, w)`` over a parameter.
+
+    Parameters
+    ----------
+    space
+        The states, with a parameter and one output.
+
+    Attributes
+    ----------
+    factorisations
+        How many Jacobians of the balance were factorised so far.
+    """
+
+    def __init__(self, space: StateSpace) -> None:
+        self.space = space
+        self.balance = space.outputs.balance
+        self.factorisations = 0
+
+    def at(self, parameter: float) -> tuple[Inputs, float]:
+        """Inputs at ``parameter``; the frequency is not known there."""
+        assert self.space.path is not None
+        return self.space.path.at(parameter)[0], float("nan")
+
+    def slope(
+        self, y: Array, parameter: float, context: Array | None = None
+    ) -> tuple[Linearization, PeakGradient] | None:
+        """The neighbourhood of a state and the slope of its amplitude versus frequency; None where it is no motion.
+
+        ``context`` holds the time of the extreme that is followed (nan: the largest), and contact temperatures (n,).
+        """
+        if not (isfinite(y.dot(y)) and y[-1] > 0.0 and isfinite(parameter)):
+            return None
+        temperature = None if context is None or context.size == 1 else context[1:]
+        here = self.space.at(y[:-1], float(y[-1]), parameter, temperature)
+        if here.lost or not np.all(np.isfinite(here.at.residual)) or here.jacobian.singular:
+            return None
+        U, h = here.motion()[0], self.balance.harmonics
+        extreme = (
+            Extreme.largest(h, U) if context is None or np.isnan(context[0]) else Extreme.near(h, U, float(context[0]))
+        )
+        self.factorisations += 1
+        return here, PeakGradient(self.space, here, parameter, extreme)
+
+    def evaluate(self, y: Array, parameter: float, context: Array | None = None) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter; ``detail`` is a ``PeakDetail``."""
+        found = self.slope(y, parameter, context)
+        if found is None:
+            return Evaluation.undefined(y.size)
+        here, slope = found
+        along, beside = self.space.along(parameter), slope.displaced(here.omega)
+        row = np.append(beside.by_motion(), beside.along(FREQUENCY))
+        R, U = here.change(np.zeros_like(here.x), along)
+        heat = here.found.heat
+        own = np.zeros(0) if heat is None else heat.temperature
+        detail = PeakDetail(
+            responses=here.found.responses, inputs=here.found.inputs, omega=here.omega, heat=heat,
+            amplitude=slope.extreme.value, rate=float(np.sum(slope.extreme.h * U) - slope.z @ R),
+            bend=float(row @ np.append(slope.t, 1.0)), ahead=slope.extreme.ahead(here.motion()[0]),
+        )  # fmt: skip
+        return Evaluation(
+            np.append(here.at.residual, slope.value),
+            Eliminated(here.jacobian, slope.R[:, None], row[None], -slope.t[:, None]),
+            np.append(R, beside.along(along)),
+            detail,
+            lambda: np.append(terms(self.balance, here.x, here.at), slope.size),
+            np.append(slope.extreme.time, own),
+        )

@@ -1,0 +1,242 @@
+"""Where a peak goes over a parameter, without the curves between."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Mapping
+from dataclasses import dataclass
+from numbers import Real as Number
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.curve.follow import CurveRequest
+from slipstick.analysis.curve.record import Run, counted
+from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.peaks.continuation import NEWTON, PeakContinuation, PeakPoint
+from slipstick.analysis.peaks.gradient import Extreme, StateSpace
+from slipstick.analysis.peaks.system import PeakSystem
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.preflight import parameter_warnings
+from slipstick.balance.problem import Problem
+from slipstick.balance.systems import FrequencySystem
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.faults import number, shown, suggestion, text
+from slipstick.interrupts import held, pass_on
+from slipstick.results.branch import Branch
+from slipstick.results.record import Outputs, Point
+from slipstick.typing import Array, FrequencyRange, Real
+
+TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
+"""Options of a locus where nothing else is said: steps of a tenth of the range."""
+
+
+def track_peak(
+    problem: Problem,
+    parameter: str,
+    span: tuple[Real, Real],
+    *,
+    omega: FrequencyRange,
+    dof: str | None = None,
+    requested: Iterable[Real] | Real = (),
+    options: Mapping[str, Any] | None = None,
+) -> Branch:
+    """Follow a peak of the response over a parameter: where it is and how high, without the curves between.
+
+    Parameters
+    ----------
+    problem
+        What vibrates.
+    parameter, span
+        As of ``parameter_response``: a name such as "damper.normal_load", its first and last value.
+    omega
+        Range of frequencies, rad/s: the highest peak in it, at the first value of the parameter, is followed. It may
+        leave the range.
+    dof
+        Name of the output whose amplitude peaks; by default the first.
+    requested
+        Values of the parameter at which exact points are wanted; one or a list.
+    options
+        Step control, as of ``forced_response``; steps are at most a tenth of the range by default.
+
+    Returns
+    -------
+    Branch
+        Points of the locus: ``omega``, ``amplitude`` and all else over ``parameter``. ``kind`` is "optimum" where the
+        peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
+        points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
+        (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of
+        state. Look at ``outcome``; ``message`` says what happened on the way.
+
+    Raises
+    ------
+    InputError
+        For a parameter, range, dof or option that cannot be used.
+
+    Warns
+    -----
+    SlipstickWarning
+        As ``parameter_response``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+    >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+    >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+    ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+    >>> locus = track_peak(problem, "damper.normal_load", (300.0, 800.0), omega=(2.0, 15.0))
+    >>> best = locus.dataset.isel(point=locus.dataset.kind == "optimum")
+    >>> round(float(best.parameter[0]), 4), round(float(best.omega[0]), 5), round(float(best.amplitude[0, 0]), 6)
+    (471.6962, 9.50476, 2.803733)
+    """
+    return tracked_peak(problem, parameter, span, omega, dof, requested, options).branch()
+
+
+def tracked_peak(
+    problem: Any, parameter: Any, span: Any, omega: Any, dof: Any, requested: Any, options: Any
+) -> TrackedPeak:
+    """What is asked for, checked; of a ``span`` that is one value, or None for that of the problem, its vicinity.
+
+    Raises
+    ------
+    InputError
+        With all faults.
+    """
+    checks = Checks(problem)
+    name = checks.name(parameter)
+    if checks.problem is not None and name:
+        checks.takes(name, None)
+        checks.end()
+        span = _start(checks.problem, name, span) if span is None or isinstance(span, Number) else span
+    ends, points = checks.range(span, requested, name)
+    sought, _ = checks.frequencies(omega)
+    checks.takes(name, ends)
+    output = checks.take(one_dof, checks.problem, dof) if checks.problem is not None and name else None
+    chosen = {**TRACKING, **options} if isinstance(options, Mapping) else TRACKING if options is None else options
+    if isinstance(chosen, Mapping) and chosen.get("adapt_harmonics") is not None:
+        with_all = Fault("options, adapt_harmonics", "a peak is tracked with all harmonics", remedy="leave it out")
+        checks.faults.append(with_all)
+    common = checks.common(points, options=chosen)
+    assert checks.problem is not None
+    assert ends is not None
+    assert sought is not None
+    assert output is not None
+    balance = common["balance"]
+    return TrackedPeak(
+        problem=checks.problem, balance=balance, parameter=name, start=ends[0], stop=ends[1], omega=sought, dof=output,
+        requested=points, options=common["options"],
+        warnings=parameter_warnings(checks.problem, name, ends, sought[0], balance.receptance.static),
+    )  # fmt: skip
+
+
+def _start(problem: Problem, name: str, given: Any) -> tuple[float, float]:
+    """A value to begin at, and another beyond."""
+    value = problem.parameter(name) if given is None else number("start", given)
+    if value == 0.0:
+        raise InputError(Fault("start", f"{name} is 0, round which nothing is sought", remedy="give another start"))
+    return value, 2.0 * value
+
+
+def one_dof(problem: Problem, given: Any) -> str:
+    """The output asked for, by default the first; InputError where there is none of that name."""
+    known = tuple(problem.outputs or ())
+    if given is None and known:
+        return known[0]
+    name = text("dof", given, 'the name of an output such as "x"')
+    if name not in known:
+        raise InputError(f"dof: there is no output {shown(name)}; {suggestion(name, known)}")
+    return name
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackedPeak(Request):
+    """A peak to be followed: of the amplitude at ``dof``, between the frequencies ``omega``."""
+
+    omega: tuple[float, float]
+    dof: str
+
+    def run(self) -> PeakRun:
+        """What follows it."""
+        return PeakRun(self)
+
+    def first(self, system: PeakSystem) -> Array | None:
+        """The highest peak at the first value, (N + 1,)."""
+        return highest_peak(system.space, self.start, self.omega, self.dof)
+
+
+class PeakRun(Run[TrackedPeak]):
+    """A peak under way.
+
+    Attributes
+    ----------
+    system
+        The peaks of the output over the parameter.
+    """
+
+    def __init__(self, request: TrackedPeak) -> None:
+        super().__init__(request)
+        balance = request.balance
+        balance.anchor_if_undamped(request.omega[0])
+        path = parameter_path(request.problem, request.parameter)
+        self.system = PeakSystem(StateSpace(Outputs(balance, (request.dof,)), request.problem.inputs, path))
+        self._peaks = self.continuation(request.start, request.stop)
+
+    def continuation(self, start: float, stop: float) -> PeakContinuation:
+        """The peak between two values of the parameter, to be followed."""
+        request = self.request
+        bounds = min(request.omega), max(request.omega)
+        return PeakContinuation(self.system, (start, stop), bounds, request.options, request.requested)
+
+    def points(self) -> Generator[Point, None, None]:
+        """From the highest peak at the first value on."""
+        first, peaks, request = self.request.first(self.system), self._peaks, self.request
+        if first is None:
+            self.outcome, self.message = Outcome.NO_FIRST_POINT, self.none_found
+            return
+        for peak in peaks.points(first):
+            self.progress = min(1.0, abs((peak.parameter - request.start) / (request.stop - request.start)))
+            yield self.point(peak)
+            pass_on()
+        self.outcome, self.message = peaks.outcome or Outcome.INTERRUPTED, peaks.message
+
+    def point(self, peak: PeakPoint) -> Point:
+        """A peak as a point of the results; minima of the curve, beyond a fold, are peaks of nothing."""
+        return Point.at(
+            peak.detail, x=peak.y[:-1], residual=peak.residual, iterations=peak.iterations, kind=peak.kind,
+            parameter=peak.parameter, peak_of=self.request.dof if peak.detail.bend < 0.0 else "",
+        )  # fmt: skip
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Whose peak, and the work."""
+        return {
+            "peak_of": self.request.dof, **counted(self._peaks.work), "factorisations": self.system.factorisations
+        }  # fmt: skip
+
+    @property
+    def none_found(self) -> str:
+        """What is said where there is no peak."""
+        request = self.request
+        where = " to ".join(f"{w:g}" for w in request.omega)
+        none = f"no peak of {request.dof} was found from {where} {request.problem.units.angular}"
+        return f"{none} at {request.parameter} = {request.start:g}"
+
+
+def highest_peak(space: StateSpace, value: float, omega: tuple[float, float], dof: str) -> Array | None:
+    """Unknowns and frequency (N + 1,) of the highest peak of the curve at a value of the parameter."""
+    balance, inputs = space.outputs.balance, space.at_value(value)
+    run = CurveRequest(
+        problem=balance.problem, balance=balance, system=FrequencySystem(balance, inputs), inputs=inputs,
+        omega=omega[0], start=omega[0], stop=omega[1], peaks_of=(dof,),
+    ).run()  # fmt: skip
+    highest: tuple[float, Array] | None = None
+    for point in run.follow(guard=held):
+        if point.kind == "peak":
+            heat = point.detail.heat
+            here = space.at(point.x, point.omega, value, None if heat is None else heat.temperature)
+            size = Extreme.largest(balance.harmonics, here.motion()[0]).value
+            if highest is None or size > highest[0]:
+                highest = size, np.append(point.x, point.omega)
+    if run.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return None if highest is None else highest[1]

@@ -1,0 +1,1 @@
+"""Self-excited vibration: steady sliding and limit cycles."""

@@ -1,0 +1,379 @@
+"""Self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.curve.record import Run, counted
+from slipstick.analysis.curve.request import Checks, Request
+from slipstick.analysis.curve.thermal_continuation import NO_WORK, Work
+from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.self_excited.start import CycleStart
+from slipstick.analysis.self_excited.steady_sliding import Sliding, SteadySliding, damped_as_vibrating
+from slipstick.analysis.self_excited.system import CycleSpecialPoints, CycleWatch
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.preflight import parameter_warnings
+from slipstick.balance.problem import Problem
+from slipstick.balance.residual import terms
+from slipstick.contact.friction_law import is_friction
+from slipstick.errors import Fault, InputError, Outcome
+from slipstick.interrupts import pass_on
+from slipstick.results.branch import Branch
+from slipstick.results.record import Outputs, Point, Recorder
+from slipstick.results.schema import SELF_EXCITED
+from slipstick.results.stability import HOPF, STATE_CHANGE
+from slipstick.solve.continuation import ArclengthScaling, BranchEvent, Step, continuation
+from slipstick.solve.norm import relative
+from slipstick.typing import Array, Real
+
+CYCLE_OPTIONS = {"jacobian": "dense", "event_tolerance": 1e-8}
+"""Options of limit cycles where nothing else is said."""
+
+CYCLE_PART, SLIDING_PART = 1, 2
+"""Parts of the branch."""
+
+_SLIDING_POINTS = 61
+_SAME = 1e-9
+"""Values of the parameter that are one, of the range."""
+_TOLD = 1e-6
+"""Of the range, that two Hopf points are apart: each is reported."""
+_GONE = 1e-3
+"""Of the first cycle's motion: what has less vibrates no more."""
+_NONE = "no limit cycle beside the Hopf point is in the range"
+_HYSTERETIC = (
+    "hysteretic damping has no meaning for disturbances that grow: steady sliding and multipliers have viscous "
+    "damping, equal to it at {}; the limit cycles have hysteretic damping"
+)
+
+
+def limit_cycles(
+    problem: Problem,
+    parameter: str,
+    span: tuple[Real, Real],
+    *,
+    requested: Iterable[Real] | Real = (),
+    options: Mapping[str, Any] | None = None,
+) -> Branch:
+    """Follow self-excited vibration over a parameter: steady sliding, its Hopf point, and the limit cycles from there.
+
+    Nothing may vary in time but the motion itself: loads have harmonic 0 alone, the opposing surfaces move at constant
+    velocity. The frequency is found with the motion (``omega`` in the dataset, another one at every point); the
+    multiplier 1 of a shift in time is left out.
+
+    Parameters
+    ----------
+    problem
+        What rubs: friction contacts, or laws without memory that tell their ``rate``, on a structure that is known by
+        matrices or modes.
+    parameter, span
+        As of ``parameter_response``: a name such as "brake.mu", its first and last value. Begin where steady sliding is
+        stable.
+    requested
+        Values of the parameter at which exact points are wanted; one or a list.
+    options
+        Step control, as of ``forced_response``. Jacobians are written out.
+
+    Returns
+    -------
+    Branch
+        With stability at every point. ``branch_part`` 1 are the limit cycles that begin at the first Hopf point, with
+        small motion; 2 is steady sliding over the whole range (amplitude 0; ``omega`` is the frequency of the
+        disturbance that decays least, its multipliers are over that period) with every "Hopf" point. As long as all
+        contacts keep their state motion of any size belongs to the Hopf point's parameter: the curve rises straight up
+        to the first change of state. Look at ``outcome`` and ``message``.
+
+    Raises
+    ------
+    InputError
+        For a parameter, range or option that cannot be used, and for whatever varies in time by itself.
+
+    Warns
+    -----
+    SlipstickWarning
+        As ``parameter_response``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> structure = ss.MatrixStructure(
+    ...     M=[[1.0, 0.0], [0.0, 1.0]], C=[[0.5, 0.0], [0.0, 0.5]], K=[[100.0, -20.0], [-20.0, 60.0]], dofs=["x", "y"])
+    >>> pad = ss.FrictionContact(kt=200.0, mu=0.4, kn=40.0, gap=0.0)
+    >>> brake = ss.ContactPair(
+    ...     name="brake", tangential="x", normal="y", contact=pad, rubbing=ss.RubbingMotion(velocity=1.0))
+    >>> problem = ss.Problem(
+    ...     structure, contacts=brake, loads=ss.Load(dof="y", harmonic=0, cos=50.0), harmonics=range(11))
+    >>> branch = limit_cycles(problem, "brake.mu", (0.4, 0.56), requested=0.55)
+    >>> [(point.kind, round(point.value, 6), round(point.omega, 6)) for point in branch.bifurcations()][-1]
+    ('Hopf', 0.53125, 10.0)
+    >>> round(float(branch.dataset.omega[branch.at(0.55)]), 4)
+    9.9945
+    """
+    return cycles_request(problem, parameter, span, requested, options).branch()
+
+
+def cycles_request(problem: Any, parameter: Any, span: Any, requested: Any, options: Any) -> SelfExcited:
+    """What is asked for, checked; InputError with all faults."""
+    checks = Checks(problem)
+    name = checks.name(parameter, "brake.mu")
+    ends, points = checks.range(span, requested, name)
+    if checks.problem is not None:
+        faults = autonomous_faults(checks.problem)
+        checks.faults += faults
+        if name:
+            varied = checks.take(_varied_faults, checks.problem, name, ends) or []
+            checks.faults += [fault for fault in varied if fault not in faults]
+    chosen = CYCLE_OPTIONS if options is None else options
+    if isinstance(chosen, Mapping):
+        chosen = {**CYCLE_OPTIONS, **chosen}
+        checks.faults += _option_faults(chosen)
+    common = checks.common(points, options=chosen)
+    assert checks.problem is not None
+    assert ends is not None
+    return self_excited(checks.problem, common["balance"], name, ends, points, common["options"])
+
+
+def self_excited(
+    problem: Problem, balance: Balance, parameter: str, span: tuple[float, float], requested: tuple[float, ...],
+    options: Any,
+) -> SelfExcited:  # fmt: skip
+    """The request and its warnings: also that hysteretic damping is taken as viscous, equal at a frequency."""
+    values = {*np.linspace(*span, _SLIDING_POINTS).tolist(), *requested}
+    ordered = sorted(values, reverse=span[1] < span[0])
+    sliding = SteadySliding(balance, parameter)
+    if not sliding.in_time:
+        raise InputError("limit cycles need equations in time: give the structure as matrices or modes")
+    if _hysteretic(problem, parameter, span):
+        sliding = damped_as_vibrating(balance, parameter, ordered)
+    warnings = [*parameter_warnings(problem, parameter, span, 1.0, balance.receptance.static, steady=True)]
+    if sliding.damping_at is not None:
+        warnings.append(_HYSTERETIC.format(problem.units.frequency_text(sliding.damping_at)))
+    return SelfExcited(
+        problem=problem, balance=balance, parameter=parameter, start=span[0], stop=span[1], requested=requested,
+        options=replace(options, output_step=np.inf), warnings=warnings, sliding=sliding, values=tuple(ordered),
+    )  # fmt: skip
+
+
+def _hysteretic(problem: Problem, parameter: str, span: tuple[float, float]) -> bool:
+    """Whether there is hysteretic damping anywhere in the range."""
+    ends = (problem.at_parameter(parameter, end).structure for end in span)
+    return any(np.any(np.asarray(getattr(structure, "loss_factor", 0.0))) for structure in ends)
+
+
+def _option_faults(given: Mapping[str, Any]) -> Iterator[Fault]:
+    if given.get("adapt_harmonics") is not None:
+        yield Fault("options, adapt_harmonics", "limit cycles are computed with all harmonics", remedy="leave it out")
+    if given.get("jacobian") == "iterative":
+        yield Fault("options, jacobian", "limit cycles are computed with dense Jacobians", remedy="leave it out")
+
+
+def autonomous_faults(problem: Problem) -> list[Fault]:
+    """What varies in time by itself, or is not known of self-excited vibration."""
+    return list(_autonomous_faults(problem))
+
+
+def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
+    instead = "use ss.forced_response or ss.parameter_response"
+    for load in problem.loads:
+        if load.harmonic:
+            found = f"it excites at harmonic {load.harmonic}"
+            where = ("load", load.dof or load.shape or "")
+            yield Fault(where, found, expected="harmonic 0 alone", remedy=instead)
+    for pair in problem.contacts:
+        if other := [name for name in pair.rubbing.names if name != "velocity"]:
+            found = f"the rubbing motion has {', '.join(other)}"
+            yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
+        law = pair.contact
+        if not is_friction(law) and (law.memory or not law.in_time):
+            found = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
+            yield Fault(("contact", pair.name), found, expected="friction, or forces of motion and velocity")
+    if problem.heated is not None:
+        yield Fault("thermal", "self-excited vibration of heated contacts is not known", remedy="leave it out")
+    if 1 not in problem.harmonics.orders:
+        yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
+
+
+def _varied_faults(problem: Problem, parameter: str, span: tuple[float, float] | None) -> list[Fault]:
+    """InputError where the parameter does not take an end of its range; what varies in time there."""
+    parameter_path(problem, parameter)
+    ends = [autonomous_faults(problem.at_parameter(parameter, end)) for end in span or ()]
+    return max(ends, key=len, default=[])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelfExcited(Request):
+    """Self-excited vibration to be followed over a parameter.
+
+    Attributes
+    ----------
+    sliding
+        Steady sliding of the problem.
+    values
+        Of the parameter, at which it is looked at; in their order.
+    """
+
+    sliding: SteadySliding
+    values: tuple[float, ...]
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """The states over the parameter."""
+        path = parameter_path(self.problem, self.parameter)
+        return StateSpace(Outputs(self.balance, ()), self.problem.inputs, path)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last value of the parameter."""
+        return self.start, self.stop
+
+    def run(self) -> SelfExcitedRun:
+        """What follows it."""
+        return SelfExcitedRun(self)
+
+    def recorder(self) -> Recorder:
+        """With stability at every point."""
+        return Recorder(self.balance, parameter=self.parameter, stability=True)
+
+
+class SelfExcitedRun(Run[SelfExcited]):
+    """Limit cycles from the first Hopf point, then steady sliding over the range.
+
+    Attributes
+    ----------
+    beginning
+        Value of the parameter at which the cycles begin; nan without.
+    """
+
+    def __init__(self, request: SelfExcited) -> None:
+        super().__init__(request)
+        self.beginning = np.nan
+        self._work: Work = NO_WORK
+
+    def points(self) -> Generator[Point, None, None]:
+        """Those of limit cycles; however they end, those of steady sliding."""
+        known, hopf = self._slid()
+        if hopf:
+            self.outcome, self.message, self.beginning = Outcome.NO_FIRST_POINT, _NONE, hopf[0].value
+            yield from self.until_ended(self._cycles(hopf[0]))
+        self._ended(known, hopf)
+        for sliding in known:
+            yield self._sliding_point(sliding, known, hopf)
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """What kind of vibration, and the work."""
+        return {"vibration": SELF_EXCITED, **counted(self._work)}
+
+    def _slid(self) -> tuple[list[Sliding], list[Sliding]]:
+        """Steady sliding over the range, and its Hopf points, which are among it."""
+        request = self.request
+        known = []
+        for sliding in request.sliding.over(request.values):
+            known.append(sliding)
+            pass_on()
+        hopf = request.sliding.hopf_points(known)
+        near = _SAME * abs(request.stop - request.start)
+        apart = [s for s in known if all(abs(s.value - point.value) > near for point in hopf)]
+        return sorted([*apart, *hopf], key=lambda s: s.value, reverse=request.stop < request.start), hopf
+
+    def _sliding_point(self, sliding: Sliding, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> Point:
+        kind = "start" if sliding is known[0] else "end" if sliding is known[-1] else "regular"
+        kind = HOPF if sliding in hopf else "requested" if sliding.value in self.request.requested else kind
+        x, stability = at_rest(self.request.balance, sliding), sliding.stability
+        return self._uncorrected(x, sliding.omega, sliding.value, kind=kind, part=SLIDING_PART, stability=stability)
+
+    def _uncorrected(self, x: Array, omega: float, value: float, **names: Any) -> Point:
+        """A motion (N,) that was not corrected, with what is left of the balance."""
+        here = self.request.space.at(x, omega, value)
+        residual = relative(here.at.residual, terms(self.request.balance, x, here.at))
+        return Point.at(here.found, x=x, residual=residual, iterations=0, parameter=value, peak_of="", **names)
+
+    def _ended(self, known: Sequence[Sliding], hopf: Sequence[Sliding]) -> None:
+        """Put down how it ended."""
+        request = self.request
+        where = f"over the whole range of {request.parameter}"
+        if not known:
+            self.outcome, self.message = Outcome.NO_FIRST_POINT, "no steady sliding was found"
+        elif hopf:
+            others = ", ".join(f"{s.value:.6g}" for s in hopf[1:])
+            more = f"; further Hopf points, not followed from: {others}" if others else ""
+            at = f"{self.beginning:.6g} ({request.parameter})"
+            if abs(self.beginning - hopf[0].value) > _TOLD * abs(request.stop - request.start):
+                at += f", by eigenvalues at {hopf[0].value:.6g}: equations in time leave out part of the compliance"
+            self.message = f"{self.message}; Hopf point at {at}{more}"
+        elif any(s.growing for s in known):
+            self.outcome = Outcome.NO_FIRST_POINT
+            self.message = (
+                f"steady sliding is unstable and there is no Hopf point {where}: begin where it is stable, such as at "
+                "a smaller friction coefficient"
+            )
+        else:
+            self.outcome = Outcome.COMPLETED
+            self.message = f"steady sliding is stable {where}: no vibration begins by itself"
+
+    def _cycles(self, hopf: Sliding) -> Iterator[Point]:
+        """From the Hopf point straight up to the first change of state, then along the branch."""
+        request = self.request
+        request.balance.anchor_if_undamped(hopf.omega)
+        start = CycleStart(request.space, hopf, at_rest(request.balance, hopf), request.span)
+        if not start.found:
+            self.message = "the balance has no vibration near the Hopf point of the eigenvalues"
+            return
+        self.beginning = start.value
+        yield self._rising(start, hopf, 0.0, "start")
+        if start.largest is None:
+            self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
+            return
+        if not start.smooth:
+            yield self._rising(start, hopf, start.largest, STATE_CHANGE)
+        first = start.first()
+        if first is not None:
+            yield from self._beyond(start, first)
+
+    def _rising(self, start: CycleStart, hopf: Sliding, size: float, kind: str) -> Point:
+        """Of the straight rise at the Hopf point."""
+        x, stability = start.vibrating(size), hopf.stability
+        return self._uncorrected(x, start.omega, start.value, kind=kind, part=CYCLE_PART, stability=stability)
+
+    def _beyond(self, start: CycleStart, first: Step) -> Iterator[Point]:
+        """Where contacts change their states, along the branch."""
+        request, system = self.request, start.system
+        special = CycleSpecialPoints(CycleWatch(request.balance, damping_at=request.sliding.damping_at), system)
+        least = _GONE * start.size(first.x[:-1])
+        gone = BranchEvent(
+            name="the vibration dies away in steady sliding", kind="end", terminal=True, direction=-1,
+            function=lambda step: start.size(step.x[:-1]) - least,
+        )  # fmt: skip
+        run = continuation(
+            system, first.x, *request.span, at=first.parameter, direction=first.tangent, options=request.options,
+            scaling=ArclengthScaling(x=start.unit(first.x[:-1]), weight=0.1), requested=request.requested,
+            events=(gone, *special.events),
+        )  # fmt: skip
+        for step in run:
+            pass_on()
+            # steady sliding solves the balance at every frequency: what is located there is no cycle
+            if start.size(step.x[:-1]) > 0.5 * least:
+                yield self._followed(step, special)
+        self.outcome, self.message = run.outcome or Outcome.INTERRUPTED, run.message
+        self._work = Work(1, run.evaluations, run.solves, run.rejected)
+
+    def _followed(self, step: Step, special: CycleSpecialPoints) -> Point:
+        value = step.evaluation
+        kind = step.kind if special.confirmed(step) and step.kind != "start" else "regular"
+        return Point.at(
+            value.detail, x=step.x[:-1], residual=relative(value.residual, value.terms()), iterations=step.iterations,
+            kind=kind, parameter=step.parameter, peak_of="", part=CYCLE_PART,
+            stability=special.judged(step, compare=kind not in ("regular", STATE_CHANGE)),
+        )  # fmt: skip
+
+
+def at_rest(balance: Balance, sliding: Sliding) -> Array:
+    """Unknowns (N,) of steady sliding."""
+    X = np.zeros((balance.n_ports, balance.L))
+    X[:, 0] = sliding.x
+    return X.reshape(-1)

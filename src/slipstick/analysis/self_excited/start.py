@@ -1,0 +1,151 @@
+"""The first limit cycle beside a Hopf point.
+
+While no contact changes its state the vibration of the growing pair is a solution of any size at the parameter of the
+Hopf point itself. Only beyond the size at which a contact first does so there is one size to each value.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.self_excited.steady_sliding import Sliding
+from slipstick.analysis.self_excited.system import CycleSystem
+from slipstick.analysis.stability.linear_systems import friction_batch
+from slipstick.analysis.stability.state_sequence import Word, word_of
+from slipstick.balance.scaling import scales
+from slipstick.contact.friction_law import is_friction
+from slipstick.solve.continuation import ArclengthScaling, Step
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.newton import NewtonOptions
+from slipstick.typing import Array
+
+_WITHIN = (0.5, 0.05)
+"""Of the size at which a contact changes its state: where the balance's own Hopf point is sought."""
+_BEYOND = (0.02, 0.05, 0.1, 0.2, 0.01, 0.005, 0.002, 0.001)
+"""How much larger than that size cycles are sought."""
+_DOUBLINGS = 60
+_SMALL, _GROWN, _SAME_VALUE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8), (9.0, 4.0, 1.0, 19.0), 1e-3
+"""Where laws other than friction bend the curve from the Hopf point on: sizes of the vibration there, and how much
+larger than that the first cycle is sought."""
+
+
+class CycleStart:
+    """What is known of the vibration at a Hopf point of the balance.
+
+    Eigenvalues tell where one is. The balance has its own one there: damping that has no eigenvalues, or compliance
+    that equations in time leave out, moves it a little, and its vibration is no solution beside it.
+
+    Attributes
+    ----------
+    system
+        Equations of the limit cycles, in phase with the vibration.
+    found
+        Whether the balance has one.
+    rest, omega, value
+        Steady sliding (N,), frequency and parameter there.
+    motion
+        Of the vibration, (N,): harmonic 1 alone, of length 1.
+    largest
+        Size at which a contact changes its state; None where none ever does. With laws that bend the curve from the
+        Hopf point on a small one.
+    smooth
+        Whether there are such laws.
+    """
+
+    def __init__(self, space: StateSpace, hopf: Sliding, rest: Array, span: tuple[float, float]) -> None:
+        self._space, self._span = space, span
+        self._balance = space.outputs.balance
+        h, shape = self._balance.harmonics, hopf.shapes[:, hopf.pairs[0]]
+        c, s = h.index(1, "c"), h.index(1, "s")
+        X, rate = np.zeros((2, shape.size, h.size))
+        X[:, c], X[:, s] = shape.real, -shape.imag
+        rate[:, c], rate[:, s] = -shape.imag, -shape.real
+        self.motion = X.reshape(-1) / np.linalg.norm(X)
+        self.system = CycleSystem(space, rate.reshape(-1))
+        self.rest, self.omega, self.value = rest, hopf.omega, hopf.value
+        self.scale = scales(self._balance, space.at_value(hopf.value), hopf.omega).displacement
+        self._friction = friction_batch(self._balance)
+        self.smooth = any(not is_friction(batch.law) for batch in self._balance.batches)
+        self.largest = self._largest()
+        self.found = self._settle()
+
+    def size(self, x: Array) -> float:
+        """Of the vibration in a motion (N,): length of all but its mean."""
+        return float(np.linalg.norm(x.reshape(self._balance.n_ports, -1)[:, 1:]))
+
+    def unit(self, x: Array) -> Array:
+        """Typical sizes of the unknowns (N + 1,), from the motion of a first cycle."""
+        return np.append(np.full(x.size, self.scale), self.omega)
+
+    def vibrating(self, size: float) -> Array:
+        """Unknowns (N,) of the vibration at a size up to which it solves the balance."""
+        return self.rest + size * self.motion
+
+    def first(self) -> Step | None:
+        """A cycle a little larger, at whatever value of the parameter it has; None where none is found in the range."""
+        assert self.largest is not None
+        sizes = ((1.0 + beyond) * self.largest for beyond in (_GROWN if self.smooth else _BEYOND))
+        steps = (self._corrected(size) for size in sizes)
+        cycles = (s for s in steps if s is not None and self._inside(s))
+        return next((s for s in cycles if self.smooth or not self._slides_on(s)), None)
+
+    def _beside(self, step: Step) -> bool:
+        """Whether a vibration is so small that its parameter is that of the Hopf point."""
+        return abs(step.parameter - self.value) < _SAME_VALUE * abs(self._span[1] - self._span[0])
+
+    def _settle(self) -> bool:
+        """Go from where eigenvalues put the Hopf point to that of the balance, and say whether there is one."""
+        size = self.largest or self.scale
+        for part in _SMALL if self.smooth else _WITHIN:
+            step = self._corrected(part * size, exact=True)
+            if step is not None and self._slides_on(step) and (not self.smooth or self._beside(step)):
+                x, self.omega, self.value = step.x[:-1], float(step.x[-1]), step.parameter
+                X = x.reshape(self._balance.n_ports, -1)
+                first, c = np.zeros_like(X), self._balance.harmonics.index(1, "c")
+                first[:, c : c + 2] = X[:, c : c + 2]
+                self.motion = first.reshape(-1) / np.linalg.norm(first)
+                self.rest = np.where(np.arange(X.shape[1]) == 0, X, 0.0).reshape(-1)
+                self.largest = part * size if self.smooth else self._largest()
+                return True
+        return False
+
+    def _corrected(self, size: float, *, exact: bool = False) -> Step | None:
+        """The solution of the balance whose part along the vibration has a size."""
+        guess = np.concatenate([self.vibrating(size), [self.omega, self.value]])
+        scaling = ArclengthScaling(x=self.unit(self.rest), weight=0.1)
+        metric = Metric(scaling, guess[:-1], abs(self._span[1] - self._span[0]))
+        way = np.concatenate([self.motion, [0.0, 0.0]]) / metric.weights**2
+        corrector = Corrector(self.system, guess.size - 1, metric, NewtonOptions())
+        return corrector.correct(guess, way, "start", options=corrector.exact if exact else None)[0]
+
+    def _inside(self, step: Step) -> bool:
+        return min(self._span) < step.parameter < max(self._span)
+
+    def _slides_on(self, step: Step) -> bool:
+        """Whether no contact changes its state."""
+        return self._word(step.x[:-1], float(step.x[-1]), step.parameter) == self._word(self.rest)
+
+    def _word(self, x: Array, omega: float | None = None, value: float | None = None) -> Word:
+        balance, k = self._balance, self._friction
+        if k is None:
+            return ()
+        inputs = self._space.at_value(self.value if value is None else value).batches[k]
+        motion = balance.motion(k, x, omega or self.omega, inputs)
+        return word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**inputs.values, "v": motion.drift[0]})
+
+    def _largest(self) -> float | None:
+        still = self._word(self.rest)
+        high = self.scale
+        for _ in range(_DOUBLINGS):
+            if self._word(self.vibrating(high)) != still:
+                break
+            high *= 2.0
+        else:
+            return None
+        low = 0.0
+        for _ in range(_DOUBLINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._word(self.vibrating(middle)) == still else (low, middle)
+        return high

@@ -1,0 +1,233 @@
+"""Steady sliding: a structure at rest on surfaces that rub, and whether its disturbances grow.
+
+Every contact stays in one state, and the structure with the contacts linearised there has constant coefficients. Its
+eigenvalues tell stability; where a complex pair crosses the imaginary axis (Hopf) vibration begins by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from slipstick.analysis.stability.floquet import unstable
+from slipstick.analysis.stability.linear_systems import LinearSystems
+from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, law_tangent
+from slipstick.analysis.stability.refined_motion import Iteration
+from slipstick.balance.parameters import parameter_path
+from slipstick.balance.ports import Balance
+from slipstick.balance.start import FirstPoint
+from slipstick.balance.systems import ParameterSystem
+from slipstick.contact.forces import element_intervals
+from slipstick.contact.kernel.tuples import STICK
+from slipstick.errors import InputError
+from slipstick.results.stability import EIGENVALUES, PointStability
+from slipstick.solve.newton import NewtonOptions, newton_at
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, ComplexArray, IntArray
+
+_ROUNDING = 1e-9
+"""Rate beside the largest magnitude of an exponent that may be rounding."""
+
+_AT_AN_END = 1e-5
+"""Of the distance of neighbours: nearer to one of them a crossing is there."""
+
+_EXACT = NewtonOptions(tolerance=1e-14)
+"""Down to rounding, as eigenvalues are."""
+
+_SAME_FREQUENCY = 1e-12
+"""Of frequencies, relative."""
+
+_ROUNDS, _NEIGHBOURS = 30, 3
+
+_REAL = 1e-9
+"""Imaginary part beside the largest magnitude below which an eigenvalue is real."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sliding:
+    """Steady sliding at a value of a parameter.
+
+    Attributes
+    ----------
+    x
+        Relative motion at the ports, which is constant: (n_ports,).
+    exponents
+        Eigenvalues (1/time) of disturbances, the fastest growing first.
+    shapes
+        Their motion at the ports, (n_ports, k).
+    neutral
+        Contacts that stick.
+    """
+
+    value: float
+    x: Array
+    exponents: ComplexArray
+    shapes: ComplexArray
+    neutral: int
+
+    @property
+    def pairs(self) -> IntArray:
+        """Numbers of the exponents with a positive imaginary part, the fastest growing first."""
+        return np.flatnonzero(self.exponents.imag > _REAL * np.abs(self.exponents).max(initial=0.0))
+
+    @property
+    def omega(self) -> float:
+        """Free frequency of the pair that decays least; without a pair the largest magnitude of an exponent."""
+        pairs = self.pairs
+        return float(self.exponents[pairs[0]].imag if pairs.size else np.abs(self.exponents).max(initial=0.0) or 1.0)
+
+    @property
+    def growing(self) -> int:
+        """How many disturbances grow."""
+        return unstable(self._multipliers)
+
+    def growth(self, rank: int) -> float:
+        """Rate of the pair of that rank; negative without one."""
+        pairs = self.pairs
+        return float(self.exponents[pairs[rank]].real) if rank < pairs.size else -1.0
+
+    @property
+    def rounding(self) -> float:
+        """Rate below which nothing is known of growth."""
+        return _ROUNDING * float(np.abs(self.exponents).max(initial=0.0))
+
+    @property
+    def stability(self) -> PointStability:
+        """As it is recorded: multipliers over a period of the free frequency."""
+        found = self._multipliers
+        return PointStability(multipliers=found, unstable=unstable(found), method=EIGENVALUES, neutral=self.neutral)
+
+    @property
+    def _multipliers(self) -> ComplexArray:
+        return np.asarray(np.exp(self.exponents * 2.0 * np.pi / self.omega))
+
+
+class SteadySliding:
+    """Steady sliding of a problem over a parameter: the balance with harmonic 0 alone.
+
+    Disturbances are damped by viscous damping that is equal to hysteretic at each natural frequency, or at
+    ``damping_at`` (rad/s).
+    """
+
+    def __init__(self, balance: Balance, parameter: str, damping_at: float | None = None) -> None:
+        self.damping_at = damping_at
+        self._balance = balance.narrowed(Harmonics([0]))
+        self._path = parameter_path(self._balance.problem, parameter)
+        self._reference = _reference(balance)
+        self._system = ParameterSystem(self._balance, self._path, self._reference)
+        self._systems = LinearSystems(self._balance, full=True, damping_at=damping_at)
+        self._iteration = Iteration(self._balance)
+        self._last: Array | None = None
+
+    @property
+    def in_time(self) -> bool:
+        """Whether the structure has equations in time, without which nothing is known of disturbances."""
+        return self._systems.in_time
+
+    def at(self, value: float) -> Sliding | None:
+        """Steady sliding at a value, sought near the one before; None where none is found."""
+        x = self._rest(value)
+        if x is None:
+            return None
+        detail = self._system.evaluate(x, value).detail
+        motion = self._iteration.truncated(x, detail)
+        given, states = motion.given, tuple[int, ...]()
+        if len(motion.X):
+            found = element_intervals(motion.harmonics, motion.X, motion.Y, **given)
+            states = tuple(int(code[n - 1, 0]) for code, n in zip(found.code, found.totals, strict=True))
+        combinations = self._systems.at(detail)
+        piece, r, scale = combinations(states), combinations.dynamics.size, combinations.scale
+        A = np.zeros((2 * r, 2 * r))
+        A[:r, r:] = scale * np.eye(r)
+        A[r:] = -piece.forces[:, : 2 * r]
+        if motion.laws:
+            tangent = law_tangent(combinations, motion, self._systems.law_ports, np.zeros(1))
+            if tangent is None:
+                raise InputError(VELOCITIES_JUMP)
+            A[r:] -= tangent[0]
+        exponents, vectors = np.linalg.eig(A)
+        size = np.abs(exponents).max(initial=0.0) or 1.0
+        order = np.lexsort((np.abs(exponents.imag), -(exponents.real / size).round(12)))
+        return Sliding(
+            value=value, x=x, exponents=exponents[order].astype(complex),
+            shapes=(piece.motion[:, : 2 * r] @ vectors)[:, order].astype(complex),
+            neutral=sum(s == STICK and kt > 0 for s, kt in zip(states, given["kt"], strict=True)),
+        )  # fmt: skip
+
+    def over(self, values: Sequence[float]) -> Iterator[Sliding]:
+        """At all values at which there is one, in their order."""
+        return (found for found in map(self.at, values) if found is not None)
+
+    def hopf_points(self, known: Sequence[Sliding]) -> list[Sliding]:
+        """Where pairs cross the imaginary axis between neighbours."""
+        return [
+            self._crossing(a, b, rank)
+            for a, b in pairwise(known)
+            for rank in range(max(a.pairs.size, b.pairs.size))
+            if (a.growth(rank) > a.rounding) != (b.growth(rank) > b.rounding)
+        ]
+
+    def _crossing(self, a: Sliding, b: Sliding, rank: int) -> Sliding:
+        """The state whose pair of that rank neither grows nor decays."""
+        from scipy.optimize import brentq
+
+        # without damping what decays is rounding: there the crossing is where growth is more than that
+        least = max(a.rounding, b.rounding) if min(a.growth(rank), b.growth(rank)) > -a.rounding else 0.0
+
+        def growth(value: float) -> float:
+            found = self.at(value)
+            return -1.0 if found is None else found.growth(rank) - least
+
+        value = float(brentq(growth, a.value, b.value, xtol=1e-14 * abs(b.value - a.value), rtol=1e-15))
+        if least:  # one of the two may be the crossing itself
+            nearest = min((a.value, b.value), key=lambda end: abs(end - value))
+            value = nearest if abs(nearest - value) < _AT_AN_END * abs(b.value - a.value) else value
+        found = self.at(value)
+        assert found is not None
+        return found
+
+    def _rest(self, value: float) -> Array | None:
+        """Motion (n_ports,) at rest, from the last one or from nothing."""
+        if self._last is not None:
+            found = newton_at(self._system, self._last, value, options=_EXACT, scale=np.linalg.norm(self._last) or 1.0)
+            if found.converged:
+                self._last = found.x
+                return found.x
+        self._last = FirstPoint(self._balance, self._path.at(value)[0], self._reference).find()
+        return self._last
+
+
+def damped_as_vibrating(balance: Balance, parameter: str, values: Sequence[float]) -> SteadySliding:
+    """Steady sliding with hysteretic damping equal at the frequency of its first Hopf point among sorted values.
+
+    There disturbances are damped as in the balance itself: both have the same Hopf point. Without one it is the
+    frequency of what decays least.
+    """
+    sliding, asked = SteadySliding(balance, parameter), values
+    for _ in range(_ROUNDS):
+        known = list(sliding.over(asked))
+        hopf = sliding.hopf_points(known)
+        if not hopf and asked is not values:
+            asked = values  # it is elsewhere now
+            continue
+        least = hopf[0] if hopf else max(known, key=lambda s: s.growth(0), default=None)
+        if least is None or abs(least.omega - (sliding.damping_at or 0.0)) <= _SAME_FREQUENCY * least.omega:
+            break
+        sliding = SteadySliding(balance, parameter, damping_at=least.omega)
+        asked = _around(least.value, values) if hopf else values
+    return sliding
+
+
+def _around(value: float, values: Sequence[float]) -> Sequence[float]:
+    """Some of sorted values on both sides of one."""
+    nearest = int(np.argmin(np.abs(np.asarray(values) - value)))
+    return values[max(0, nearest - _NEIGHBOURS) : nearest + _NEIGHBOURS + 1]
+
+
+def _reference(balance: Balance) -> float:
+    """A frequency: nothing depends on it at rest."""
+    natural = balance.problem.structure.natural_frequencies
+    return float(natural[0]) if len(natural) and natural[0] > 0 else 1.0

@@ -1,0 +1,86 @@
+"""The balance of self-excited vibration as a system of equations: the frequency is unknown.
+
+Nothing prescribes the phase of motion that nothing excites. One more equation fixes it, ``p . X = 0``, and the
+frequency is one more unknown: ``R(X, w, s) = 0``, ``p . X = 0`` for ``(X, w)`` over a parameter s.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.peaks.gradient import StateSpace
+from slipstick.analysis.sensitivity.linearization import FREQUENCY
+from slipstick.analysis.stability.floquet import StabilityWatch
+from slipstick.analysis.stability.harmonic_form import HarmonicForm
+from slipstick.analysis.stability.special_points import SpecialPoints
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.residual import Detail, terms
+from slipstick.results.stability import PointStability
+from slipstick.solve.newton import Evaluation
+from slipstick.typing import Array, ComplexArray
+
+
+class CycleSystem:
+    """``(R, p . X) = 0`` for the unknowns ``(X, w)`` over a parameter; its Jacobian is written out.
+
+    Without the border the Jacobian of the balance is singular at every limit cycle: the phase is free.
+
+    Parameters
+    ----------
+    space
+        The states, with a parameter.
+    phase
+        ``p`` (N,), such as the rate of a motion that the cycles resemble: then they are in phase with it.
+    """
+
+    def __init__(self, space: StateSpace, phase: Array) -> None:
+        self.space, self.balance = space, space.outputs.balance
+        self.phase = phase / np.linalg.norm(phase)
+
+    def evaluate(self, y: Array, parameter: float) -> Evaluation:
+        """Residual, Jacobian and derivative by the parameter at ``y = (X, w)``; nan where it is no motion."""
+        if not (isfinite(y.dot(y)) and y[-1] > 0.0 and isfinite(parameter)):
+            return Evaluation.undefined(y.size)
+        x, still = y[:-1], np.zeros(y.size - 1)
+        here = self.space.at(x, float(y[-1]), parameter)
+        by_omega, by_parameter = (here.change(still, way)[0] for way in (FREQUENCY, self.space.along(parameter)))
+        return Evaluation(
+            np.append(here.at.residual, self.phase @ x),
+            here.jacobian.bordered(by_omega, np.append(self.phase, 0.0)),
+            np.append(by_parameter, 0.0),
+            here.found,
+            lambda: np.append(terms(self.balance, x, here.at), np.abs(self.phase) @ np.abs(x)),
+        )
+
+
+class CycleWatch(StabilityWatch):
+    """Judges limit cycles: the multiplier 1 of a shift in time is left out."""
+
+    free = True
+
+    def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
+        """Stability at ``(X, w)``; the sign of the bordered Jacobian tells nothing."""
+        return super().at(x[:-1], detail, error=error)
+
+    def judged(self, multipliers: ComplexArray) -> ComplexArray:
+        """All but the multiplier 1 of a shift in time."""
+        return np.delete(multipliers, int(np.argmin(np.abs(multipliers - 1.0)))) if multipliers.size else multipliers
+
+    def form(self, x: Array, detail: Detail) -> HarmonicForm:
+        """The harmonic form at ``(X, w)``."""
+        return super().form(x[: self.balance.size], detail)
+
+
+class CycleSpecialPoints(SpecialPoints):
+    """Where the kind of motion changes along a branch of limit cycles."""
+
+    def __init__(self, watch: CycleWatch, system: CycleSystem) -> None:
+        super().__init__(watch, system)  # type: ignore[arg-type]
+        self._cycles = system
+
+    def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
+        """Motion (N,), inputs and frequency at unknowns and parameter."""
+        return x[:-1], self._cycles.space.at_value(parameter), float(x[-1])

@@ -1,0 +1,218 @@
+"""Exact derivatives of a branch by named parameters: one adjoint solve a point gives those by all of them.
+
+``da/ds = a_s - z . R_s`` with ``J^T z = a_X``, at a fixed value of what the branch follows. At a peak the amplitude's
+derivative is the same, wherever the peak moves to; its place moves by ``-G_s / G_w`` with ``G`` the slope of the
+amplitude along the branch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.curve.record import one_thread
+from slipstick.analysis.peaks.gradient import FLAT, Extreme, PeakGradient, StateSpace
+from slipstick.analysis.sensitivity.linearization import FREQUENCY, BatchPower, Linearization, Move
+from slipstick.balance.inputs import Inputs
+from slipstick.balance.parameters import parameter_path, product_warnings
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import terms
+from slipstick.errors import InputError
+from slipstick.faults import warn
+from slipstick.results.record import Outputs, unknowns
+from slipstick.results.schema import is_self_excited
+from slipstick.results.sensitivities import PointDerivatives, direction_of, parameter_names, sensitivity_dataset
+from slipstick.solve.norm import norm
+from slipstick.typing import Array, ComplexArray
+
+if TYPE_CHECKING:
+    import xarray
+
+    from slipstick.results.branch import Branch
+
+
+class Functional(NamedTuple):
+    """``h . U`` and weighted powers: what is differentiated at a point."""
+
+    h: Array
+    """Numbers on the motion of the output, (1, L)."""
+    powers: tuple[tuple[BatchPower, Array], ...]
+    """Powers of batches at fixed temperature with their weights (n,), which hold what heat adds."""
+    gradient: Array
+    """Over the unknowns, (N,)."""
+
+
+class Sensitivities:
+    """Derivatives along a branch.
+
+    Parameters
+    ----------
+    branch
+        With its problem.
+    parameters
+        Their names.
+    dof
+        The output looked at.
+    """
+
+    def __init__(self, branch: Branch, parameters: tuple[str, ...], dof: str) -> None:
+        assert branch.problem is not None
+        self.branch, self.parameters, self.dof, self._table = branch, parameters, dof, branch.table
+        self.balance = Balance(branch.problem)
+        self.balance.anchor_if_undamped(float(branch.table["omega"].to_numpy()[0]))
+        self.outputs = Outputs(self.balance, (dof,))
+        self._followed = str(branch.table.attrs.get("parameter", ""))
+        self._path = parameter_path(branch.problem, self._followed) if self._followed else None
+
+    def at(self, point: int) -> PointDerivatives:
+        """At one point."""
+        here = self._neighbourhood(point)
+        if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
+            unknown = np.full(len(self.parameters), np.nan)
+            return PointDerivatives(unknown, unknown, unknown, unknown, unknown)
+        parts = list(self._functionals(here))
+        Z = here.jacobian.solve(np.column_stack([part.gradient for part in parts]), transposed=True).T
+        directions = self._directions(float(self._table[self.branch.followed].to_numpy()[point]))
+        pushed = [here.pushed(direction) for direction in directions]
+        found = np.full((4, len(directions)), np.nan)
+        for row, (part, z) in enumerate(zip(parts, Z, strict=True)):
+            found[row] = _along(here, part, z, directions, pushed)
+        place = self._place_rates(here, point, directions, pushed)
+        amplitude, mean, power, temperature, place = np.where(_undecided(here, directions), np.nan, [*found, place])
+        return PointDerivatives(amplitude, mean, power, temperature, place)
+
+    def _functionals(self, here: Linearization) -> Iterator[Functional]:
+        """Amplitude, mean, power of all contacts, temperature of the hottest."""
+        still = np.zeros((1, self.balance.L))
+        mean = still.copy()
+        mean[0, 0] = 1.0
+        h = Extreme.largest(self.balance.harmonics, here.motion()[0]).h
+        yield Functional(h, (), here.pull(h=h))
+        yield Functional(mean, (), here.pull(h=mean))
+        heat, powers = here.found.heat, here.powers()
+        weights = [np.ones(self.balance.batches[own.batch].count) for own in powers]
+        if heat is not None:
+            weights[heat.batch] = 1.0 + heat.tangent.gain.T @ heat.equilibrium.dpower_dT
+        pairs = tuple(zip(powers, weights, strict=True))
+        yield Functional(still, pairs, np.sum([here.power_pulled(*pair) for pair in pairs], axis=0))
+        if heat is not None:
+            pair = powers[heat.batch], heat.tangent.gain[int(np.argmax(heat.temperature))]
+            yield Functional(still, (pair,), here.power_pulled(*pair))
+
+    def _place_rates(
+        self, here: Linearization, point: int, directions: Sequence[Move], pushed: Sequence[ComplexArray]
+    ) -> Array:
+        """``-G_s / G_w``: how the place of a smooth peak moves; nan where there is none."""
+        rates, of = np.full(len(directions), np.nan), self._table["peak_dof"].to_numpy()
+        if str(self._table["dof"].to_numpy()[of[point]]) != self.dof or of[point] < 0:
+            return rates
+        value = float(self._table[self.branch.followed].to_numpy()[point])
+        surface = StateSpace(self.outputs, here.inputs, self._path)
+        over = FREQUENCY if self._path is None else surface.along(value)
+        extreme = Extreme.largest(self.balance.harmonics, here.motion()[0])
+        slope = PeakGradient(surface, here, value, extreme, over)
+        if not abs(slope.value) <= FLAT * slope.size:
+            return rates
+        beside = slope.displaced(np.ptp(self._table[self.branch.followed].to_numpy()) or abs(value))
+        bend = beside.by_motion()
+        q = here.jacobian.solve(bend, transposed=True)
+        own = (over,) if self._path is None else tuple(surface.along(v) for v in beside.values)
+        bent = bend @ slope.t + beside.along(*own)
+        still = Functional(np.zeros((1, self.balance.L)), (), bend)
+        turned = [self._directions(v) for v in beside.values]
+        explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
+        return -(_along(here, still, q, directions, pushed) + explicit) / bent
+
+    def _neighbourhood(self, point: int) -> Linearization:
+        heated, temperature = self.balance.heated, None
+        if heated is not None:
+            temperature = self._table["temperature"].to_numpy()[point][self.balance.batches[heated.batch].elements]
+        x = unknowns(self._table, self.balance.problem, point).reshape(-1)
+        omega = float(self._table["omega"].to_numpy()[point])
+        inputs = self.balance.problem.inputs
+        if self._path is not None:
+            inputs = self._path.at(float(self._table["parameter"].to_numpy()[point]))[0]
+        return self._solved(x, omega, inputs, temperature)
+
+    def _solved(self, x: Array, omega: float, inputs: Inputs, temperature: Array | None) -> Linearization:
+        """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
+        here = Linearization(self.outputs, x, omega, inputs, temperature)
+        for _ in range(_CORRECTIONS):
+            wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
+            if not wrong > _SOLVED * size or here.lost or here.jacobian.singular:
+                break
+            moved = here.x - here.jacobian.solve(here.at.residual)
+            near = Linearization(self.outputs, moved, omega, inputs, temperature)
+            if not norm(near.at.residual) < wrong:
+                break
+            here = near
+        return here
+
+    def _directions(self, value: float) -> list[Move]:
+        """Of the parameters, at a value of what the branch follows: some turn with it."""
+        if self._path is None:
+            return self._own
+        problem = self.balance.problem.at_parameter(self._followed, value)
+        return [Move(inputs=direction_of(problem, name)) for name in self.parameters]
+
+    @cached_property
+    def _own(self) -> list[Move]:
+        return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
+
+
+_SOLVED = 1e-10
+"""Residual over its terms above which a point is corrected first."""
+_CORRECTIONS = 4
+
+
+def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bool_]:
+    """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
+    found = np.zeros(len(directions), dtype=bool)
+    for b, (batch, response) in enumerate(zip(here.balance.batches, here.found.responses, strict=True)):
+        loose = batch.law.undecided(response)
+        for k, direction in enumerate(directions):
+            assert direction.inputs is not None
+            found[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))
+    return found
+
+
+def _along(
+    here: Linearization, part: Functional, z: Array, directions: Sequence[Move], pushed: Sequence[ComplexArray]
+) -> Array:
+    """Change of a functional along the solutions for each direction: ``h . U_s + power_s - z . R_s``."""
+    pulled = here.columns_pulled(part.h, -z).conj()
+    found = np.array([float(np.sum((pulled * G).real)) for G in pushed])
+    for k, direction in enumerate(directions):
+        assert direction.inputs is not None
+        if direction.inputs.structure:
+            R, U = here.structural_change(direction.inputs.structure)
+            found[k] += float(np.sum(part.h * U) - z @ R)
+        found[k] += sum(here.power_change(own, weights, direction) for own, weights in part.powers)
+    return found
+
+
+def sensitivity_of(
+    branch: Branch, parameters: Any = None, dof: str | None = None, *, together: bool = True
+) -> xarray.Dataset:
+    """As ``Branch.sensitivity``; ``together``: the parameters are compared, and must not be the same thing twice."""
+    if branch.problem is None:
+        raise InputError(f"sensitivities need the problem of the branch, which is not known: {branch.without}")
+    if is_self_excited(branch.table):
+        raise InputError(
+            "sensitivities of self-excited vibration are not known: its frequency moves with the parameters"
+        )
+    branch.point(0)
+    problem, table = branch.problem, branch.table
+    chosen = parameter_names(problem, parameters)
+    d = branch.dof_index(dof)
+    if parameters is not None and together:
+        warn(product_warnings(problem, chosen))
+    name = str(table["dof"].to_numpy()[d])
+    found = Sensitivities(branch, chosen, name)
+    with one_thread():
+        points = [found.at(k) for k in range(len(branch))]
+    return sensitivity_dataset(branch, name, chosen, points)

@@ -1,0 +1,258 @@
+"""Whether the motion is stable, point after point of a branch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
+from slipstick.analysis.stability.dynamics import Dynamics
+from slipstick.analysis.stability.harmonic_form import (
+    HarmonicForm,
+    depends_on_order,
+    harmonic_form,
+    measured_answers,
+    modal_answers,
+)
+from slipstick.analysis.stability.linear_systems import LinearSystems
+from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws
+from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
+from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
+from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
+from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
+from slipstick.balance.ports import Balance
+from slipstick.balance.residual import Detail
+from slipstick.contact.friction_law import is_friction
+from slipstick.errors import Fault, InputError
+from slipstick.faults import warn
+from slipstick.results.stability import COUNT, ORDER_COUNT, PIECES, SHOOTING, UNKNOWN, PointStability
+from slipstick.structure.dynamic import adjusted
+from slipstick.typing import Array, ComplexArray
+
+BEYOND = 1e-6
+"""A multiplier counts as unstable where its magnitude is above 1 by more."""
+
+COARSE = 0.05
+"""Multipliers that one iteration of the motion moves by more say nothing of the motion that exists."""
+
+_SAFETY, _LEAST = 5.0, 2.0
+_ROUNDING = 1e-9
+_SMALL = 0.3
+"""Magnitude of multipliers that are far from the unit circle whatever happens to them."""
+
+REAL = 1e-7
+"""Imaginary part beside the magnitude below which a multiplier is real."""
+
+_WITHOUT_ORDER_0 = (
+    "stability: the receptance differs from order to order, and has no of_order(order, frequency) that gives "
+    "it for order 0 away from rest: stability is not known"
+)
+
+_DEAD = 1e-3
+"""Below that magnitude the logarithm of a multiplier says nothing."""
+
+
+class StabilityWatch:
+    """Judges points of a problem's branch; linear systems of contact states are kept from point to point.
+
+    Multipliers by exact pieces where the structure has equations in time, else the number of growing disturbances.
+
+    Parameters
+    ----------
+    balance
+        Of the branch.
+    full
+        Whether all modes stay in motion; else those up to four times the highest harmonic do.
+    damping_at
+        Frequency (rad/s) at which hysteretic damping is as viscous; by default each natural frequency.
+
+    Raises
+    ------
+    InputError
+        If a contact follows a law that does not tell its rate in time.
+    """
+
+    def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
+        if faults := [_foreign(name) for name in _foreign_contacts(balance)]:
+            raise InputError(faults)
+        self.balance, self._iterate = balance, Iteration(balance)
+        self.systems = LinearSystems(balance, full=full, damping_at=damping_at)
+        self._orders_differ: bool | None = None
+        self._reach: bool | None = None
+        self._told = False
+
+    def at(self, x: Array, detail: Detail, *, odd: bool | None = None, error: float | None = None) -> PointStability:
+        """Stability at a solution (N,).
+
+        ``odd`` tells whether the number of real multipliers above 1 is, where the sign of the Jacobian tells it, and
+        ``error`` how accurate the multipliers are, where neighbours tell it.
+        """
+        if not self.systems.in_time:
+            return self._counted(x, detail)
+        motion, known = self._iterate(x, detail), self.systems.at(detail)
+        if motion.laws.n_memory:
+            return self._shot(motion, known, detail)
+        line, found = self._pieces(motion, known, detail.omega)
+        if found is None or not found.sound:
+            multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
+            method = "" if found is None else PIECES
+            return PointStability(
+                multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
+            )
+        multipliers, method = self.judged(found.multipliers), PIECES
+        doubts = np.full(multipliers.size, error)
+        if error is None:
+            _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
+            doubts = _apart(
+                multipliers, np.zeros(0, dtype=complex) if coarse is None else self.judged(coarse.multipliers)
+            )
+        error = float(doubts.max(initial=0.0))
+        count = unstable(multipliers)
+        odd = None if line.neutral else odd
+        if not _settled(multipliers, doubts, odd):
+            system = (known.dynamics, known.contacts)
+            seek = self._within_reach(detail, motion, *system)
+            orbit = self._orbit(detail, motion, line, known) if seek else None
+            if not seek and _settled(multipliers, doubts, odd, most=np.inf, safety=_LEAST):
+                pass  # a large model: what is at hand has to do, and leaves no doubt of the side
+            elif orbit is None:
+                count = UNKNOWN
+            else:
+                multipliers, method = self.judged(orbit.multipliers), SHOOTING
+                count = unstable(multipliers)
+        return PointStability(
+            multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
+        )
+
+    def _shot(self, motion: SmoothMotion, known: Combinations, detail: Detail) -> PointStability:
+        """Stability with contacts that remember: of the motion in time beside this one."""
+        line = timeline(motion)
+        reach = self._within_reach(detail, motion, known.dynamics, known.contacts)
+        orbit = self._orbit(detail, motion, line, known) if reach else None
+        if orbit is None:
+            return PointStability(
+                multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=len(line.neutral),
+                error=np.inf,
+            )  # fmt: skip
+        multipliers = self.judged(orbit.multipliers)
+        return PointStability(
+            multipliers=multipliers, unstable=unstable(multipliers), method=SHOOTING, neutral=len(line.neutral)
+        )
+
+    def _orbit(self, detail: Detail, motion: SmoothMotion, line: Timeline, known: Combinations) -> Orbit | None:
+        """The motion in time beside a point."""
+        return orbit_beside(
+            self.balance, detail, motion, line, known.dynamics, known.contacts, self.systems.law_ports, free=self.free
+        )
+
+    def _within_reach(self, detail: Detail, motion: SmoothMotion, structure: Dynamics, contacts: FrictionPorts) -> bool:
+        if self._reach is None:
+            reach = within_reach(self.balance, detail, motion, structure, contacts, self.systems.law_ports)
+            self._reach = reach
+        return self._reach
+
+    free = False
+    """Whether nothing prescribes the frequency."""
+
+    def judged(self, multipliers: ComplexArray) -> ComplexArray:
+        """Those of the multipliers that stability depends on."""
+        return multipliers
+
+    def _pieces(self, motion: SmoothMotion, known: Combinations, omega: float) -> tuple[Timeline, Monodromy | None]:
+        line = timeline(motion)
+        starts = StickStarts(motion, known.contacts, known)
+        if motion.laws:
+            return line, monodromy_with_laws(line, starts, known, motion, self.systems.law_ports)
+        return line, monodromy(line, starts, known, omega)
+
+    def form(self, x: Array, detail: Detail) -> HarmonicForm:
+        """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
+        balance, inputs = self.balance, detail.inputs
+        orders = np.arange(-balance.harmonics.highest, balance.harmonics.highest + 1, dtype=float)
+        contacts = self.systems.contacts(detail)
+        if self.systems.in_time:
+            answers = modal_answers(self.systems.at(detail).dynamics, orders, detail.omega)
+        else:
+            receptance = adjusted(balance.receptance, inputs.structure)
+            answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
+        motion = self._iterate.truncated(x, detail)
+        own = (motion.X, motion.Y)
+        return harmonic_form(balance.harmonics, own, motion.given, contacts, answers, detail.omega)
+
+    def _by_order(self, omega: float) -> bool:
+        """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
+        if self._orders_differ is None:
+            self._orders_differ = depends_on_order(self.balance.receptance, self.balance.harmonics.m, omega)
+        return self._orders_differ
+
+    def _counted(self, x: Array, detail: Detail) -> PointStability:
+        if self.systems.law_ports.size:  # the form is that of friction contacts
+            return PointStability(multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=0)
+        by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
+        if by_order and not hasattr(self.balance.receptance, "of_order"):
+            if not self._told:
+                warn([_WITHOUT_ORDER_0])
+            self._told = True
+        else:
+            natural, highest = self.balance.problem.structure.natural_frequencies, self.balance.harmonics.highest
+            nodes = axis(natural, detail.omega, highest) if by_order else strip(natural, detail.omega)
+            count = count_unstable(form, nodes)
+        return PointStability(
+            multipliers=np.zeros(0, dtype=complex),
+            unstable=UNKNOWN if count is None else count,
+            method="" if count is None else ORDER_COUNT if by_order else COUNT,
+            neutral=form.neutral,
+        )
+
+    def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
+        """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
+        multipliers = found.multipliers
+        if not multipliers.size or abs(multipliers[0]) < _DEAD or self.systems.law_ports.size:
+            return np.nan
+        period = 2.0 * np.pi / detail.omega
+        exponent = self.form(x, detail).exponent(np.log(multipliers[0]) / period)
+        return np.nan if exponent is None else float(abs(np.exp(exponent * period) - multipliers[0]))
+
+
+def unstable(multipliers: ComplexArray) -> int:
+    """How many multipliers lie beyond the unit circle."""
+    return int(np.sum(np.abs(multipliers) > 1.0 + BEYOND))
+
+
+def _apart(fine: ComplexArray, coarse: ComplexArray) -> Array:
+    """Distance of each multiplier (n,) from the nearest of the other motion, and of those from these; small ones 0."""
+    if not coarse.size:
+        return np.full(fine.size, np.inf if fine.size else 0.0)
+    between = np.abs(fine[:, None] - coarse)
+    out = np.where(np.abs(fine) > _SMALL, between.min(axis=1), 0.0)
+    if fine.size:
+        np.maximum.at(out, between.argmin(axis=0), np.where(np.abs(coarse) > _SMALL, between.min(axis=0), 0.0))
+    return out
+
+
+def _settled(
+    multipliers: ComplexArray, errors: Array, odd: bool | None, *, most: float = COARSE, safety: float = _SAFETY
+) -> bool:
+    """Whether errors (n,) of the multipliers leave no doubt on which side of the unit circle each is."""
+    if odd is not None and odd != bool(np.sum(real_part(multipliers) > 1.0) % 2):
+        return False
+    margins = np.abs(np.abs(multipliers) - 1.0)
+    return bool(np.all((errors < _ROUNDING) | ((errors < most) & (safety * errors < margins))))
+
+
+def real_part(multipliers: ComplexArray) -> Array:
+    """The real ones among multipliers."""
+    return np.asarray(multipliers.real[np.abs(multipliers.imag) <= REAL * np.abs(multipliers)])
+
+
+def _foreign_contacts(balance: Balance) -> list[str]:
+    """Names of contacts whose law is not told in time."""
+    names = balance.problem.elements
+    known = [is_friction(b.law) or b.law.in_time for b in balance.batches]
+    return [names[e] for b, told in zip(balance.batches, known, strict=True) if not told for e in b.numbers]
+
+
+def _foreign(name: str) -> Fault:
+    return Fault(
+        "stability", f"contact '{name}' follows a law that does not tell its rate in time",
+        remedy="give the law the method rate (slipstick.contact.law.Law), or leave stability out",
+    )  # fmt: skip

@@ -1,0 +1,157 @@
+"""The motion at the contacts once more through the structure, with four times as many harmonics (THEORY.md (11.1)).
+
+The forces at a solution have harmonics beyond those that were kept. What they move is added: the motion becomes
+smoother, and the times at which contacts change their states become accurate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.piecewise_model import law_in_time
+from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Motion
+from slipstick.results.truncation import moved
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.balance.ports import Balance
+    from slipstick.balance.residual import Detail
+
+WIDER = 4
+"""Times the highest harmonic kept."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SmoothMotion:
+    """Motion and forces of n friction contacts in many harmonics, (n, L') each; the rubbing motion is included.
+
+    Those of contacts of other laws stand in ``laws``, with (P, L') motions and forces, in its order.
+    """
+
+    harmonics: Harmonics
+    omega: float
+    X: Array
+    Y: Array
+    own: tuple[Array, Array]
+    """What of X and Y is the rubbing motion."""
+    force: tuple[Array, Array]
+    """Friction and normal forces that the iteration began with."""
+    given: dict[str, Array]
+    """``v, kt, mu, kn, gap`` as ``element_forces`` takes them."""
+    laws: LawsInTime
+    law_motion: Array
+    law_own: Array
+    """What of it is the motion of the opposing surface."""
+    law_force: Array
+    law_drift: Array
+    """Constant velocity (P,) over omega."""
+
+    def law_arguments(self, tau: Array) -> tuple[Array, Array]:
+        """Motion and velocity (k, P) of contacts of other laws at phases (k,)."""
+        h = self.harmonics
+        H = h.H_minus(tau)
+        return H @ self.law_motion.T, self.omega * (H @ h.derivative(self.law_motion).T + self.law_drift)
+
+
+class Iteration:
+    """What one iteration needs of a balance, made once a branch."""
+
+    def __init__(self, balance: Balance) -> None:
+        self._balance, h = balance, balance.harmonics
+        self.wide = Harmonics(range(max(1, WIDER * h.highest) + 1))
+        self._kept = self._columns(h.orders)
+        self._known: dict[bytes, tuple[Array, NDArray[np.intp]]] = {}
+
+    def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
+        """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
+        motions = self._motions(x, detail)
+        own = [given.motion for given in detail.inputs.batches]
+        return self._gathered(self._balance.harmonics, detail, motions, own, [r.force for r in detail.responses])
+
+    def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
+        """The iterated motion of the contacts at a solution (N,)."""
+        balance, wide, motions, forces = self._balance, self.wide, [], []
+        further, columns = self._further(x, detail)
+        force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
+        for batch, motion, response in zip(balance.batches, self._motions(x, detail), detail.responses, strict=True):
+            spread = motion._replace(harmonics=wide, Q=tuple(self._spread(Q) for Q in motion.Q))
+            found = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
+            for port, coefficients in zip(batch.ports, found, strict=True):
+                force[port.rows] = coefficients[port.members][:, columns]
+            motions.append(spread)
+            forces.append(found)
+        omega = np.array([detail.omega])
+        added = moved(balance.receptance, further, force[None], omega, [detail.inputs.structure])[0]
+        for batch, motion in zip(balance.batches, motions, strict=True):
+            for port, coefficients in zip(batch.ports, motion.Q, strict=True):
+                coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
+        own = [np.array([self._spread(part) for part in given.motion]) for given in detail.inputs.batches]
+        return self._gathered(wide, detail, motions, own, forces)
+
+    def _motions(self, x: Array, detail: Detail) -> list[Motion]:
+        batches = detail.inputs.batches
+        return [self._balance.motion(k, x, detail.omega, given) for k, given in enumerate(batches)]
+
+    def _gathered(
+        self, h: Harmonics, detail: Detail, motions: Sequence[Motion], own: Sequence[Array],
+        forces: Sequence[tuple[Array, ...]],
+    ) -> SmoothMotion:  # fmt: skip
+        friction: dict[str, Any] = {
+            "X": (none := np.zeros((0, h.size))), "Y": none, "own": (none, none), "force": (none, none),
+            "given": {name: np.zeros(0) for name in ("v", "kt", "mu", "kn", "gap")},
+        }  # fmt: skip
+        laws, rows = [], [(none, none, none, np.zeros(0))]
+        for k, (batch, motion) in enumerate(zip(self._balance.batches, motions, strict=True)):
+            values = detail.responses[k].values
+            if is_friction(batch.law):
+                X, Y = motion.Q
+                friction = {
+                    "X": X, "Y": Y, "own": (own[k][0], own[k][1]), "force": (forces[k][0], forces[k][1]),
+                    "given": {**values, "v": motion.drift[0]},
+                }  # fmt: skip
+            else:
+                laws.append(law_in_time(batch, values))
+                rows.append(
+                    (
+                        np.concatenate(motion.Q),
+                        np.concatenate(own[k]),
+                        np.concatenate(forces[k]),
+                        motion.drift.reshape(-1),
+                    )
+                )
+        moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
+        return SmoothMotion(
+            harmonics=h, omega=detail.omega, laws=LawsInTime(laws), law_motion=moved, law_own=prescribed,
+            law_force=force, law_drift=drift, **friction,
+        )  # fmt: skip
+
+    def _further(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:
+        """Orders whose motion is not known, and their columns: those left out, and kept ones not in use at a point."""
+        h = self._balance.harmonics
+        in_use = np.ones(h.n, dtype=bool)
+        if detail.adapted is not None:
+            used = np.any(x.reshape(self._balance.n_ports, -1) != 0.0, axis=0)
+            in_use = used[1::2] | used[2::2]
+        key = in_use.tobytes()
+        if key not in self._known:
+            orders = sorted(set(self.wide.orders) - {0, *h.m[in_use].tolist()})
+            self._known[key] = np.array(orders, dtype=float), self._columns(orders)[1:]
+        return self._known[key]
+
+    def _columns(self, orders: Iterable[int]) -> NDArray[np.intp]:
+        """Places of the coefficients of some orders, 0 the first of them."""
+        above = (m for m in orders if m)
+        return np.array([0, *(self.wide.index(m, part) for m in above for part in ("c", "s"))], dtype=np.intp)
+
+    def _spread(self, own: Array) -> Array:
+        out = np.zeros((len(own), self.wide.size))
+        out[:, self._kept] = own
+        return out

@@ -1,0 +1,175 @@
+"""The states of all contacts over one period on one time axis, cut open inside the longest interval.
+
+Here the pieces of the exact elements, each contact with its own times, become intervals in which no contact changes its
+state, with what begins between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from slipstick.analysis.stability.refined_motion import SmoothMotion
+from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts, StateCodes
+from slipstick.contact.forces import element_intervals
+from slipstick.contact.kernel.tuples import SEPARATION, SLIP_PLUS, STICK
+from slipstick.trig.basis import TWO_PI
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, IntArray
+
+Word = tuple[tuple[int, ...], ...]
+"""For each contact the codes of its states in their order over a period, beginning with the smallest rotation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A contact begins another state."""
+
+    time: float
+    """Phase, rad."""
+    contact: int
+    state: int
+    origin: int
+    """State that a stick began from."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateInterval:
+    """No contact changes its state for ``length`` (rad); then one does, but for the last one."""
+
+    states: StateCodes
+    length: float
+    change: Change | None
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The intervals of one period in their order, and what holds all through it."""
+
+    intervals: tuple[StateInterval, ...]
+    neutral: tuple[int, ...]
+    """FrictionPorts stuck all period."""
+
+    @property
+    def cut(self) -> StateCodes:
+        """States where the period begins and ends."""
+        return self.intervals[0].states
+
+
+def timeline(motion: SmoothMotion) -> Timeline:
+    """The states of a motion's contacts over one period."""
+    if not len(motion.X):
+        return Timeline((StateInterval((), TWO_PI, None),), ())
+    found = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.given)
+    totals, at, code = found.totals.tolist(), found.at, found.code
+    changes, first = [], []
+    for i, n in enumerate(totals):
+        own = code[i, :n].tolist()
+        first.append(own[-1][0])
+        if n > 1:
+            starts = at[i, :n, 0].tolist()
+            changes += [Change(t % TWO_PI, i, *codes) for t, codes in zip(starts, own, strict=True)]
+    changes.sort(key=lambda change: change.time)
+    sticky = motion.given["kt"] > 0
+    neutral = tuple(i for i, n in enumerate(totals) if n == 1 and first[i] == STICK and sticky[i])
+    return Timeline(_intervals(changes, first), neutral)
+
+
+def _intervals(changes: Sequence[Change], states: list[int]) -> tuple[StateInterval, ...]:
+    """From changes in their order and the states before the first of each contact."""
+    if not changes:
+        return (StateInterval(tuple(states), TWO_PI, None),)
+    for change in changes:  # the states after a whole period
+        states[change.contact] = change.state
+    times = [change.time for change in changes]
+    gaps = [b - a for a, b in pairwise([*times, times[0] + TWO_PI])]
+    longest = int(np.argmax(gaps))
+    changes = [*changes[longest + 1 :], *changes[: longest + 1]]
+    gaps = [*gaps[longest + 1 :], *gaps[: longest + 1]]
+    for change in changes:
+        states[change.contact] = change.state
+    out = [StateInterval(tuple(states), 0.5 * gaps[-1], changes[0])]
+    for change, gap, after in zip(changes, gaps[:-1], changes[1:], strict=False):
+        states[change.contact] = change.state
+        out.append(StateInterval(tuple(states), gap, after))
+    states[changes[-1].contact] = changes[-1].state
+    return (*out, StateInterval(tuple(states), 0.5 * gaps[-1], None))
+
+
+_SHORT = 1e-6
+"""States that last less (rad) are none: equal contacts change at the same time but for rounding."""
+
+
+def word_of(harmonics: Harmonics, X: Array, Y: Array, given: Mapping[str, Array]) -> Word:
+    """The order of the states of every contact at a motion (n, L)."""
+    found = element_intervals(harmonics, X, Y, **given)
+    words = []
+    for total, at, code in zip(found.totals.tolist(), found.at, found.code, strict=True):
+        lasting = code[:total, 0][at[:total, 1] - at[:total, 0] > _SHORT].tolist()
+        kept = [c for i, c in enumerate(lasting) if len(lasting) == 1 or c != lasting[i - 1]]
+        words.append(_rotated(kept or lasting[:1]))
+    return tuple(words)
+
+
+def _rotated(states: list[int]) -> tuple[int, ...]:
+    return min(tuple(states[i:] + states[:i]) for i in range(len(states)))
+
+
+class StickStarts:
+    """The rows that begin a stick's memory, ``dc = row [q, q'/scale, dc]`` just before (THEORY.md (13.2))."""
+
+    def __init__(self, motion: SmoothMotion, contacts: FrictionPorts, combinations: Combinations) -> None:
+        self._motion, self._contacts, self._combinations = motion, contacts, combinations
+
+    def row(self, change: Change, before: StateCodes) -> Array:
+        """``-kt dx + fac dy`` at a change to stick out of the combination before."""
+        c, i = self._contacts, change.contact
+        piece = self._combinations(before)
+        if c.tangential[i] < 0:
+            return np.zeros(piece.motion.shape[1])
+        row: Array = -c.kt[i] * piece.motion[c.tangential[i]]
+        if c.normal[i] >= 0 and (factor := self.factor(change, before)):
+            row += factor * piece.motion[c.normal[i]]
+        return row
+
+    def factor(self, change: Change, before: StateCodes) -> float:
+        """``fac`` of a stick that begins."""
+        c, i = self._contacts, change.contact
+        if change.origin != SEPARATION:
+            return float(c.mu[i] * c.kn[i]) * (1.0 if change.origin == SLIP_PLUS else -1.0)
+        sliding, closing = self._rates(change, before)
+        return float(c.kt[i]) * sliding / closing if closing > 0.0 else 0.0
+
+    def _rates(self, change: Change, before: StateCodes) -> tuple[float, float]:
+        """``x' + u' + v`` and ``y'`` just before a contact closure, per radian."""
+        m, i, h = self._motion, change.contact, self._motion.harmonics
+        v = float(m.given["v"][i])
+        if not np.any(self._combinations.dynamics.R):
+            slope = _slope(h.m, change.time)
+            return float(m.X[i] @ slope) + v, float(m.Y[i] @ slope)
+        return self._behind(change, before)
+
+    def _behind(self, change: Change, before: StateCodes) -> tuple[float, float]:
+        """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
+        m, c, piece = self._motion, self._contacts, self._combinations(before)
+        slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
+        own, total, force = np.zeros((3, c.n_ports))
+        for out, along in ((own, m.own), (total, (m.X, m.Y)), (force, m.force)):
+            for ports, coefficients in zip((c.tangential, c.normal), along, strict=True):
+                out[ports[ports >= 0]] = (coefficients @ slope)[ports >= 0]
+        smooth = total - own + R @ force
+        sliding = piece.E @ (c.kt * m.given["v"])
+        rates = piece.relative @ (smooth - R @ (piece.D @ own + sliding))
+        i = change.contact
+        x, y = c.tangential[i], c.normal[i]
+        return float(rates[x] + own[x] + m.given["v"][i]), float(rates[y] + own[y])
+
+
+def _slope(orders: IntArray, time: float) -> Array:
+    """Derivatives of ``1, cos m tau, sin m tau, ...`` by tau."""
+    out = np.zeros(2 * len(orders) + 1)
+    out[1::2], out[2::2] = -orders * np.sin(orders * time), orders * np.cos(orders * time)
+    return out

@@ -1,0 +1,166 @@
+"""Where the period doubles another branch begins, of motion with twice the period: it is taken up and followed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from slipstick.analysis.curve.follow import CurveRequest, Departure, frequency_request, parameter_request
+from slipstick.balance.problem import Problem
+from slipstick.balance.scaling import scales
+from slipstick.contact.rubbing import MOTION_PARTS
+from slipstick.errors import InputError
+from slipstick.faults import warn
+from slipstick.results.branch import Branch
+from slipstick.results.schema import is_self_excited
+from slipstick.results.stability import PERIOD_DOUBLING
+from slipstick.solve.continuation.corrector import Corrector
+from slipstick.solve.continuation.events import BranchEvent
+from slipstick.solve.continuation.metric import Metric
+from slipstick.solve.newton import NewtonOptions
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, BoolArray
+
+_SIZES = (1e-2, 3e-2, 3e-3)
+"""Sizes of the new harmonics beside the motion at which the branch is taken up."""
+
+_GONE = 1e-3
+"""Where the new harmonics are smaller than that beside the motion, the branch has come back to the old one."""
+
+
+def doubled(problem: Problem) -> Problem:
+    """The same problem with half the fundamental frequency: orders are twice what they were, with odd ones between."""
+    even = [2 * m for m in problem.harmonics.orders]
+    orders = sorted({*even, *range(1, max(even), 2)})
+    loads = [replace(load, harmonic=2 * load.harmonic) for load in problem.loads]
+    pairs = [
+        pair if pair.rubbing is None else replace(pair, rubbing=_slower(pair.rubbing)) for pair in problem.contacts
+    ]
+    return replace(problem, harmonics=Harmonics(orders), loads=loads, contacts=pairs, told=None)
+
+
+def _slower(rubbing: Any) -> Any:
+    """The same rubbing motion in terms of half the frequency."""
+    parts = {part: {2 * m: value for m, value in getattr(rubbing, part).items()} for part in MOTION_PARTS}
+    return replace(rubbing, velocity_per_omega=2.0 * np.asarray(rubbing.velocity_per_omega), **parts)
+
+
+def renamed(parameter: str) -> str:
+    """A parameter's name where orders are twice what they were.
+
+    >>> renamed("load.x.1.amplitude"), renamed("rubbing.cos3"), renamed("damper.mu")
+    ('load.x.2.amplitude', 'rubbing.cos6', 'damper.mu')
+    """
+    if parameter.startswith("load."):
+        return re.sub(r"\.(\d+)\.(amplitude|phase)$", lambda found: f".{2 * int(found[1])}.{found[2]}", parameter)
+    return re.sub(r"((?:cos|sin))(\d+)$", lambda found: f"{found[1]}{2 * int(found[2])}", parameter)
+
+
+def subharmonic_response(branch: Branch, point: int, *, stability: Any = True, **options: Any) -> Branch:
+    """As ``Branch.subharmonic``."""
+    if is_self_excited(branch.table):
+        raise InputError("motion of twice the period is not followed from limit cycles: integrate in time")
+    kind = str(branch.table["kind"].to_numpy()[point])
+    if kind != PERIOD_DOUBLING:
+        raise InputError(f"point {point} is a {kind} point; branch.bifurcations() lists where the period doubles")
+    request = _request(branch, {**options, "stability": stability})
+    x, value = _embedded(branch, request, point), float(branch.table[branch.followed].to_numpy()[point])
+    value *= 1.0 if request.parameter else 0.5
+    fresh = _fresh(request)
+    departure = _departure(request, x, value, fresh)
+    if departure is None:
+        raise InputError(f"no motion of twice the period was found beside point {point}; keep more harmonics")
+    gone = BranchEvent(
+        name="the period is the single one again", kind="end", terminal=True, direction=-1,
+        function=lambda step: float(np.linalg.norm(step.x[fresh]) - _GONE * np.linalg.norm(step.x)),
+    )  # fmt: skip
+    return replace(request, departure=replace(departure, events=(gone,))).branch()
+
+
+def subharmonics_of(branch: Branch, **options: Any) -> tuple[Branch, ...]:
+    """Those that begin at all points of a branch where the period doubles, each once though it may end at another."""
+    kinds, where = branch.table["kind"].to_numpy(), branch.table[branch.followed].to_numpy()
+    found: list[Branch] = []
+    for point in np.flatnonzero(kinds == PERIOD_DOUBLING).tolist():
+        if any(_ends_at(own, float(where[point]), float(np.ptp(where))) for own in found):
+            continue
+        try:
+            found.append(subharmonic_response(branch, point, **options))
+        except InputError as error:
+            warn(error.sentences)
+    return tuple(found)
+
+
+def _ends_at(branch: Branch, value: float, span: float) -> bool:
+    """Whether a branch of twice the period has come back to the one it began on at a value of that."""
+    factor = 2.0 if branch.followed == "omega" else 1.0
+    return abs(factor * float(branch.table[branch.followed].to_numpy()[-1]) - value) < 1e-3 * span
+
+
+def _request(branch: Branch, options: Mapping[str, Any]) -> CurveRequest:
+    """The range of the branch, with half its frequencies."""
+    problem, where = branch.problem, branch.table[branch.followed].to_numpy()
+    if problem is None:
+        raise InputError(f"the problem of this branch is not known: {branch.without}")
+    ends = float(where.min()), float(where.max())
+    given = [options.get(name, default) for name, default in _ARGUMENTS.items()]
+    if branch.followed == "omega":
+        return frequency_request(doubled(problem), (0.5 * ends[0], 0.5 * ends[1]), *given)
+    omega = 0.5 * float(branch.table["omega"].to_numpy()[0])
+    name = renamed(str(branch.table.attrs["parameter"]))
+    return parameter_request(doubled(problem), name, ends, omega, *given)
+
+
+_ARGUMENTS: dict[str, Any] = {
+    "requested": (), "peaks_of": None, "options": None, "listeners": (), "guess": None, "stability": False,
+}  # fmt: skip
+
+
+def _fresh(request: CurveRequest) -> BoolArray:
+    """Unknowns (N,) of the odd orders."""
+    h = request.balance.harmonics
+    one = np.concatenate([[False], np.repeat(h.m % 2 == 1, 2)])
+    return np.asarray(np.tile(one, request.balance.n_ports))
+
+
+def _embedded(branch: Branch, request: CurveRequest, point: int) -> Array:
+    """The unknowns of a point of the branch among those with twice the period."""
+    X, h = branch.guess(point), request.balance.harmonics
+    out = np.zeros((len(X), h.size))
+    places = [0, *(h.index(2 * m, part) for m in branch.harmonics.orders[1:] for part in ("c", "s"))]
+    out[:, places] = X
+    return out.reshape(-1)
+
+
+def _departure(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Departure | None:
+    """A solution with a little of the new harmonics, at whatever value of the followed quantity it has."""
+    way = np.zeros(x.size + 1)
+    way[:-1] = _direction(request, x, value, fresh)
+    metric = Metric(
+        scales(request.balance, request.inputs, request.omega).arclength(), x, abs(request.stop - request.start)
+    )
+    for size in _SIZES:
+        corrector = Corrector(request.system, x.size, metric, NewtonOptions())
+        guess = np.append(x, value) + size * float(np.linalg.norm(x)) * way
+        normal = way / metric.weights**2
+        step, _ = corrector.correct(guess, normal, "start")
+        inside = step is not None and min(request.start, request.stop) < step.parameter < max(
+            request.start, request.stop
+        )
+        if step is not None and inside and np.linalg.norm(step.x[fresh]) > _GONE * np.linalg.norm(step.x):
+            return Departure(x=step.x, at=step.parameter, direction=step.tangent)
+    return None
+
+
+def _direction(request: CurveRequest, x: Array, value: float, fresh: BoolArray) -> Array:
+    """The direction (N,) in which the balance is singular, by inverse iteration among the new harmonics."""
+    jacobian = request.system.evaluate(x, value).jacobian
+    way = np.where(fresh, np.cos(np.arange(x.size)), 0.0)
+    for _ in range(4):
+        way = np.where(fresh, jacobian.solve(way), 0.0)
+        way /= np.linalg.norm(way)
+    return way

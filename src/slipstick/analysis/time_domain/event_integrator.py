@@ -1,0 +1,365 @@
+"""Exact steps of a piecewise linear friction system, with the instants of state changes located to rounding.
+
+Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and
+every switching function is a polynomial in ``s`` whose first root is the state change. Where contacts of other laws
+make the system smooth instead of linear, z is the polynomial that fulfils it at Gauss nodes [Hairer, Norsett, Wanner,
+Solving Ordinary Differential Equations I, II.7: order 2 x nodes]; a step is cut until the polynomial fits between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from slipstick.analysis.time_domain.piecewise import Combination, LinearPiece, PiecewiseLinear, State
+from slipstick.errors import InputError, SlipstickError
+from slipstick.faults import MOST_ITEMS
+from slipstick.typing import Array
+
+_ROUNDING = 1e-12
+_SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
+_USES_BEFORE_PROPAGATOR = 40
+_COUNT = 9
+_GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
+_FITS, _LONGEST_ITERATION = 1e-11, 60
+_SHORTEST = 2.0**-16
+"""Part of a step that is not cut any more: a corner of the law lies in it."""
+_FEWEST = 256
+_REACH = 1.5
+"""Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
+
+
+def _steps(given: int | None, fastest: float) -> int:
+    """Steps a period: those given, or by the fastest motion, per unit of tau."""
+    needed = 2 * np.pi * fastest / _REACH
+    if needed > MOST_ITEMS:
+        raise InputError(
+            f"time integration: the fastest motion is {fastest:.2g} times as fast as the forcing; a period takes "
+            f"{needed:.1g} steps, and {MOST_ITEMS} are the most: leave out the fast modes, or check omega and the "
+            "stiffness of the contacts"
+        )
+    if given is not None and given < 0.5 * needed:
+        raise InputError(
+            f"time integration, steps: found {given}; expected at least {int(np.ceil(0.5 * needed))}, as the fastest "
+            f"motion is {fastest:.3g} times as fast as the forcing"
+        )
+    return given or int(max(_FEWEST, np.ceil(needed)))
+
+
+class ChatteringError(SlipstickError):
+    """No combination of contact states is consistent at some instant."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """A part of a step with one combination of states: from ``tau``, where z is ``start``, over ``fraction`` steps."""
+
+    tau: float
+    fraction: float
+    states: Combination
+    linear: LinearPiece
+    start: Array
+    path: Array | None = None
+    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None of a linear system, see ``Stepper.powers``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StateChange:
+    """A contact changes its state at ``tau``.
+
+    ``z``, ``linear`` and the switching function's row ``margin`` are those just before, ``states`` those just after.
+    """
+
+    tau: float
+    contact: int
+    before: State
+    after: State
+    z: Array
+    linear: LinearPiece
+    rate: Array
+    """dz/dtau just before."""
+    margin: Array
+    states: Combination
+
+
+class Stepper:
+    """Carries ``(tau, z, states)`` forward; state lives here because it iterates.
+
+    Raises
+    ------
+    ChatteringError
+        If states keep changing at one instant.
+    InputError
+        If the steps are too few or too many for the fastest motion.
+    """
+
+    def __init__(self, model: PiecewiseLinear, steps: int | None = None) -> None:
+        self.model = model
+        fastest = model.fastest()
+        self.steps = _steps(steps, fastest)
+        self.step = 2 * np.pi / self.steps
+        reach = fastest * self.step
+        self.degree = 12
+        while reach**self.degree / factorial(self.degree) > 1e-18:
+            self.degree += 1
+        self.degree += 4
+        self._exponents = np.arange(self.degree + 1)
+        self._vander = np.vander(_SAMPLES, self.degree + 1, increasing=True)
+
+    def powers(self, linear: LinearPiece, z: Array) -> Array:
+        """Polynomial of z over one step, (degree + 1, ...) with z a vector or a matrix of columns."""
+        A = linear.A * self.step
+        out = np.empty((self.degree + 1, *z.shape))
+        out[0] = z
+        for k in range(1, self.degree + 1):
+            np.dot(A, out[k - 1], out=out[k])
+            out[k] /= k
+        return out
+
+    def propagate(self, linear: LinearPiece, Z: Array, fraction: float) -> Array:
+        """``exp(A step fraction) Z``."""
+        if fraction == 1.0:
+            return self._propagator(linear) @ Z
+        return np.tensordot(fraction**self._exponents, self.powers(linear, Z), 1)
+
+    def carried(self, item: Piece, Phi: Array) -> Array:
+        """Derivative of z at the end of a piece from that at its start, (size, ...)."""
+        if item.path is None:
+            return self.propagate(item.linear, Phi, item.fraction)
+        z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path
+        J = (item.fraction * self.step) * self.model.rate_slopes(item.linear, z)
+        rates = J @ Phi
+        for _ in range(_LONGEST_ITERATION):
+            before = rates
+            rates = J @ (Phi + np.tensordot(_INTEGRALS, rates, 1))
+            if np.abs(rates - before).max() <= 1e-15 * np.abs(rates).max():
+                break
+        return np.asarray(Phi + np.tensordot(_WHOLE, rates, 1))
+
+    def path(self, item: Piece) -> Array:
+        """Polynomial of z over a piece, in steps from its start."""
+        return self.powers(item.linear, item.start) if item.path is None else item.path
+
+    def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
+        """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
+        while True:
+            path = self._collocated(linear, z, length)
+            if path is not None or length <= _SHORTEST:
+                break
+            length *= 0.5
+        if path is None:
+            path = self._collocated(linear, z, length, fits=np.inf)
+        if path is None:
+            raise ChatteringError(
+                "time integration: a law grows beyond all bounds; look at its rate and its parameters"
+            )
+        return path, length
+
+    def _sizes(self, z: Array) -> Array:
+        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, forcing."""
+        s, out = self.model.system, np.ones_like(z)
+        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start), s.memory):
+            out[block] = max(z[block].max(initial=0.0), 1e-300)
+        return out
+
+    def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FITS) -> Array | None:
+        """The polynomial whose rate is right at the Gauss nodes of a length; None where it is not beside them."""
+        h = length * self.step
+        rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
+        start = rates[0]
+        for _ in range(_LONGEST_ITERATION):
+            before = rates
+            rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
+            size = self._sizes(np.abs(z) + np.abs(rates).max(axis=0))
+            if not np.all(np.isfinite(size)):
+                return None
+            if np.all(np.abs(rates - before) <= 1e-15 * size):
+                break
+        else:
+            if fits < np.inf:
+                return None
+        coefficients = _POWERS @ rates
+        end = z + _WHOLE @ rates
+        ends = np.stack([coefficients[0] - start, coefficients.sum(axis=0) - h * self.model.rate(linear, end[None])[0]])
+        if np.any(np.abs(ends) > fits * size):
+            return None
+        path = np.concatenate([z[None], coefficients / np.arange(1, _COUNT + 1)[:, None]])
+        return np.asarray(path / length ** np.arange(_COUNT + 1)[:, None])
+
+    def _propagator(self, linear: LinearPiece) -> Array:
+        if "propagator" not in linear.cache:
+            from scipy.linalg import expm
+
+            linear.cache["propagator"] = expm(linear.A * self.step)
+        return linear.cache["propagator"]  # type: ignore[return-value]
+
+    def _margin_operator(self, linear: LinearPiece) -> tuple[Array, Array]:
+        """Rows giving the polynomials of all switching functions, and their absolute values for the rounding scale."""
+        if "margins" not in linear.cache:
+            rows, A = [linear.margins], linear.A * self.step
+            for k in range(1, self.degree + 1):
+                rows.append(rows[-1] @ A / k)
+            stacked = np.array(rows)
+            linear.cache["margins"] = (stacked.reshape(-1, len(A)), np.abs(stacked[:2]))
+        return linear.cache["margins"]  # type: ignore[return-value]
+
+    def first_change(
+        self, linear: LinearPiece, z: Array, length: float, path: Array | None = None
+    ) -> tuple[float, int] | None:
+        """First state change in a step's first ``length`` (a fraction), as (fraction, switch), or None.
+
+        ``path`` is the polynomial of z where the system is not linear.
+        """
+        operator, magnitude = self._margin_operator(linear)
+        if path is None:
+            c = (operator @ z).reshape(self.degree + 1, -1)
+        else:
+            c = path @ linear.margins.T
+            c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
+        scale = np.maximum(magnitude @ np.abs(z), 1e-300)
+        scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
+        c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
+        # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
+        touching = (c[0] == 0.0) & (np.abs(c[1]) < 1e3 * _ROUNDING * np.maximum(scale[1], scale[0] * self.step))
+        c[1][touching] = 0.0
+        vander = self._vander[:, : len(c)] * length ** np.arange(len(c))
+        values = vander @ c
+        suspicious = np.flatnonzero((values.min(axis=0) < 0) | (c[0] < 0) | ((c[0] == 0) & (c[1] < 0)))
+        changes = ((_first_root(c[:, k], values[:, k], length), int(k)) for k in suspicious)
+        return min((change for change in changes if change[0] <= length), default=None)
+
+    def period(self, z: Array, states: Combination, tau: float = 0.0) -> Iterator[Piece | StateChange]:
+        """Pieces and state changes of one period; ends with ``self.z``, ``self.states`` set to the state at its end."""
+        self.z, self.states = z.copy(), states
+        forced = self.model.system.n_dynamic
+        for i in range(self.steps):
+            self.z[forced:] = self.model.system.forcing(tau + i * self.step)
+            yield from self._one_step(tau + i * self.step)
+        self.z[forced:] = self.model.system.forcing(tau + 2 * np.pi)
+
+    def _one_step(self, tau: float) -> Iterator[Piece | StateChange]:
+        done, immediate = 0.0, 0
+        while done < 1.0:
+            linear = self.model(self.states)
+            left, path = 1.0 - done, None
+            if self.model.system.laws:
+                path, left = self._smooth(linear, self.z, left)
+            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
+            length = change[0] if change else left
+            immediate = immediate + 1 if length == 0.0 else 0
+            if immediate > 8 * len(self.states) + 8:
+                raise ChatteringError(
+                    f"time integration: the contact states keep changing at tau = {tau:.6g}; "
+                    "check the contact stiffnesses and friction coefficients"
+                )
+            if length > 0.0:
+                yield self._advance(linear, tau + done * self.step, length, path)
+            done = 1.0 if length == 1.0 - done else done + length
+            if change:
+                yield self._switch(linear, change[1], tau + done * self.step)
+
+    def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
+        if path is not None:
+            start, self.z = self.z, length ** np.arange(len(path)) @ path
+            return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start, path=path)
+        uses = int(linear.cache.get("uses", 0)) + 1  # type: ignore[call-overload]
+        linear.cache["uses"] = uses
+        start = self.z
+        if length == 1.0 and (uses > _USES_BEFORE_PROPAGATOR or "propagator" in linear.cache):
+            self.z = self._propagator(linear) @ start
+        else:
+            self.z = length**self._exponents @ self.powers(linear, start)
+        return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start)
+
+    def _switch(self, linear: LinearPiece, index: int, tau: float) -> StateChange:
+        switch = linear.switches[index]
+        j, before = switch.contact, self.states[switch.contact]
+        after = switch.target if switch.target is not None else self._onset(j)
+        z = self.z.copy()
+        self.enter(j, after, float(linear.fx[j] @ z))
+        return StateChange(
+            tau=tau, contact=j, before=before, after=after, z=z, linear=linear, margin=linear.margins[index],
+            rate=self.model.rate(linear, z[None])[0], states=self.states,
+        )  # fmt: skip
+
+    def enter(self, contact: int, state: State, force: float) -> None:
+        """Puts a contact into a state with the friction force it has now."""
+        self.states = replaced(self.states, contact, state)
+        e = 2 * self.model.system.n + contact
+        self.z[e] = 0.0
+        if state is State.STICK:
+            self.z[e] = spring_memory(self.model, self.states, contact, self.z, force)
+
+    def _onset(self, contact: int) -> State:
+        """Stick or slip where contact begins: stick if the limit grows faster than the force [THEORY.md (3.4)]."""
+        if not self.model.frictional[contact]:
+            return self.model.without_friction(contact)
+        states = replaced(self.states, contact, State.STICK)
+        z = self.z.copy()
+        z[2 * self.model.system.n + contact] = spring_memory(self.model, states, contact, z, 0.0)
+        linear = self.model(states)
+        rate = linear.A @ z
+        force = float(linear.fx[contact] @ rate)
+        limit = float(self.model.system.mu[contact] * linear.fy[contact] @ rate)
+        if abs(force) <= limit:
+            return State.STICK
+        return State.SLIP_PLUS if force > 0 else State.SLIP_MINUS
+
+
+def replaced(states: Combination, contact: int, state: State) -> Combination:
+    """The combination with one contact's state exchanged."""
+    return (*states[:contact], state, *states[contact + 1 :])
+
+
+def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: Array, force: float) -> float:
+    """The memory e of a contact that sticks in ``states`` such that its friction force is ``force`` (affine in e)."""
+    linear, e = model(states), 2 * model.system.n + contact
+    trial = z.copy()
+    trial[e] = 0.0
+    return (force - float(linear.fx[contact] @ trial)) / float(linear.fx[contact][e])
+
+
+def _collocation() -> tuple[Array, Array, Array]:
+    """From values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and coefficients of the powers."""
+    nodes = np.polynomial.legendre
+    basis = nodes.legvander(2.0 * _GAUSS - 1.0, _COUNT - 1)
+    integrals = np.zeros((_COUNT, _COUNT))
+    whole = np.zeros(_COUNT)
+    for k in range(_COUNT):
+        antiderivative = nodes.legint([*np.zeros(k), 1.0], lbnd=-1)
+        integrals[:, k] = 0.5 * nodes.legval(2.0 * _GAUSS - 1.0, antiderivative)
+        whole[k] = 0.5 * nodes.legval(1.0, antiderivative)
+    fit = np.linalg.inv(basis)
+    powers = np.linalg.inv(np.vander(_GAUSS, increasing=True))
+    return np.asarray(integrals @ fit), np.asarray(whole @ fit), np.asarray(powers, dtype=float)
+
+
+_INTEGRALS, _WHOLE, _POWERS = _collocation()
+
+
+def _first_root(c: Array, values: Array, length: float) -> float:
+    """First sign change to negative of the polynomial c on [0, length], given its values at the samples."""
+    if c[0] < 0 or (c[0] == 0 and c[1] < 0):
+        return 0.0
+    k = int(np.argmax(values < 0))
+    if values[k] >= 0:
+        return np.inf
+    low, high = (0.0 if k == 0 else length * _SAMPLES[k - 1]), length * _SAMPLES[k]
+    # divide out a root at the start itself
+    order = 0 if c[0] != 0 else (1 if c[1] != 0 else 2)
+    falling = c[order:][::-1].tolist()
+
+    def reduced(x: float) -> float:
+        value = 0.0
+        for coefficient in falling:
+            value = value * x + coefficient
+        return value
+
+    if reduced(low) <= 0:
+        return low
+    from scipy.optimize import brentq
+
+    return float(brentq(reduced, low, high, xtol=1e-15, rtol=4 * np.finfo(float).eps))

@@ -1,0 +1,181 @@
+"""Where a time integration starts: at rest, or on a periodic motion of the contacts found otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import Stepper, replaced, spring_memory
+from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, State
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+_SAMPLES = 2048
+_NEARLY = 1e-6
+_MARCHED, _PERIODS, _SAME = 64, 20, 1e-3
+"""Steps a period and periods in which what laws remember becomes periodic along a motion, and how closely."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HarmonicStart:
+    """Periodic relative motion of each contact, as a branch point holds it.
+
+    ``tangential`` and ``normal`` are (n, L), without the rubbing motion; ``normal`` of a contact with constant
+    normal load is not looked at. Both have a row for every friction contact; ``ports`` is the motion at the ports of
+    contacts of other laws, (n, L) in the order of ``LawsInTime``.
+    """
+
+    harmonics: Harmonics
+    tangential: Array
+    normal: Array
+    ports: Array | None = None
+
+
+def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
+    """No displacement, no velocity, springs without force; contacts touch where their gap is closed."""
+    system = stepper.model.system
+    closed = system.approach @ system.forcing(0.0) > 0
+    states: Combination = tuple(State.STICK if touching else State.SEPARATION for touching in closed)
+    z = np.zeros(system.size)
+    z[system.n_dynamic :] = system.forcing(0.0)
+    return with_forces(stepper, z, states, np.zeros(system.n_contacts))
+
+
+def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Combination]:
+    """The structure's answer to the contact forces that go with a periodic motion of the contacts."""
+    system, model = stepper.model.system, stepper.model
+    y_g, fx, fy = sampled_forces(system, start)
+    z = np.zeros(system.size)
+    z[system.n_dynamic :] = system.forcing(0.0)
+    others, z[system.memory] = law_forces(system, start)
+    z[: system.n], z[system.n : 2 * system.n] = _answer(system, fx, fy, others)
+    limit = system.mu * fy[:, 0]
+    states: list[State] = []
+    for j in range(system.n_contacts):
+        if y_g[j, 0] <= 0:
+            states.append(State.SEPARATION)
+        elif not model.frictional[j]:
+            states.append(model.without_friction(j))
+        elif abs(fx[j, 0]) < limit[j] * (1 - _NEARLY):
+            states.append(State.STICK)
+        else:
+            states.append(State.SLIP_PLUS if fx[j, 0] > 0 else State.SLIP_MINUS)
+    return with_forces(stepper, z, tuple(states), fx[:, 0])
+
+
+def with_forces(stepper: Stepper, z: Array, states: Combination, fx: Array) -> tuple[Array, Combination]:
+    """Sets the memory of the stuck springs so that the friction forces are ``fx``.
+
+    With a feedthrough the springs act on each other: the memories follow one after another until they agree.
+    """
+    model, n = stepper.model, stepper.model.system.n
+    for j, state in enumerate(states):
+        if not model.frictional[j] and state is not State.SEPARATION:
+            states = replaced(states, j, model.without_friction(j))
+    stuck = [j for j, state in enumerate(states) if state is State.STICK and model.frictional[j]]
+    for _ in range(30):
+        for j in stuck:
+            z[2 * n + j] = spring_memory(model, states, j, z, float(fx[j]))
+    return z, states
+
+
+def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array, Array]:
+    """Normal approach, friction and normal force over one period, each (n_contacts, samples), marched from sample to
+    sample from the limits of the friction force (enough for a start: the integration itself is exact)."""
+    tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    H = start.harmonics.H_minus(tau)
+    H_u = Harmonics((0, *system.orders)).H_minus(tau)
+    w = start.tangential @ H.T + system.rubbing @ H_u.T
+    y_g = np.where(system.has_normal[:, None], start.normal @ H.T, 0.0) + system.approach @ H_u.T
+    fy = system.kn[:, None] * np.maximum(y_g, 0.0)
+    b = np.where(y_g > 0, system.mu[:, None] * fy, 0.0)
+    v = system.velocity / system.omega
+    increments = system.kt[:, None] * (np.roll(w, -1, axis=1) - w + (v * 2 * np.pi / _SAMPLES)[:, None])
+
+    def march(f: Array) -> Array:
+        path = np.empty((len(f), _SAMPLES + 1))
+        for i in range(_SAMPLES):
+            path[:, i] = f
+            j = (i + 1) % _SAMPLES
+            f = np.clip(f + increments[:, i], -b[:, j], b[:, j])
+        path[:, -1] = f
+        return path
+
+    high, low = march(b[:, 0])[:, -1], march(-b[:, 0])[:, -1]
+    first = np.where(v > 0, high, np.where(v < 0, low, (high + low) / 2))
+    return y_g, march(first)[:, :-1], fy
+
+
+def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array]:
+    """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start."""
+    if not system.laws or start.ports is None:
+        return np.zeros((system.laws.n_ports, _SAMPLES)), np.zeros(system.laws.n_memory)
+    own, moved = start.harmonics, Harmonics((0, *system.orders))
+    parts = ((own, start.ports), (moved, system.law_motion))
+
+    def motion(tau: Array) -> tuple[Array, Array]:
+        q = np.sum([h.H_minus(tau) @ X.T for h, X in parts], axis=0)
+        rate = np.sum([h.H_minus(tau) @ h.derivative(X).T for h, X in parts], axis=0)
+        return q, system.omega * rate + system.law_velocity
+
+    tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    known = periodic_memory(system, motion)
+    at = 2 * np.pi * np.arange(len(known)) / len(known)
+    memory = np.array([np.interp(tau, at, row, period=2 * np.pi) for row in known.T]).reshape(-1, _SAMPLES).T
+    return system.laws.rate(*motion(tau), memory)[0].T, known[0]
+
+
+def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Array, Array]]) -> Array:
+    """What contacts of other laws remember along a periodic motion, at equidistant phases, (k, m): a start.
+
+    ``motion`` gives motion and velocity (j, P) at phases (j,). Integrated from nothing until a period leaves it nearly
+    as it was.
+    """
+    from scipy.integrate import solve_ivp
+
+    laws = system.laws
+    memory = np.zeros((_MARCHED, laws.n_memory))
+    if not laws.n_memory:
+        return memory
+    at = 2 * np.pi * np.arange(_MARCHED + 1) / _MARCHED
+
+    def rate(tau: float, w: Array) -> Array:
+        return laws.rate(*motion(np.array([tau])), w[None])[1][0] / system.omega
+
+    w = memory[0]
+    for _ in range(_PERIODS):
+        found = solve_ivp(rate, (0.0, at[-1]), w, method="LSODA", t_eval=at, rtol=1e-4, atol=1e-8 * _size(memory))
+        if not found.success:
+            break
+        first, w, memory = w, found.y[:, -1], found.y[:, :-1].T
+        if np.abs(w - first).max() <= _SAME * _size(memory):
+            break
+    return memory
+
+
+def _size(memory: Array) -> float:
+    return float(np.abs(memory).max(initial=0.0)) or 1e-6
+
+
+def _answer(system: FrictionSystem, fx: Array, fy: Array, others: Array) -> tuple[Array, Array]:
+    """q and dq/dtau at tau = 0 of the linear structure under the sampled contact forces and the loads."""
+    equations, orders = system.equations, np.arange(_SAMPLES // 2 + 1)
+    contact = np.fft.rfft(np.vstack([fx, fy[system.has_normal], others])) * 2 / _SAMPLES
+    contact[:, 0] /= 2
+    force = np.zeros((equations.columns.shape[1], len(orders)), dtype=complex)
+    force[: len(contact)] = -contact
+    force[len(contact) :, 0] = system.loads[:, 0]
+    for k, m in enumerate(system.orders):
+        force[len(contact) :, m] += system.loads[:, 1 + 2 * k] - 1j * system.loads[:, 2 + 2 * k]
+    kept = np.unique([*range(min(64, len(orders))), 0, *system.orders])
+    q = np.zeros(system.n)
+    p = np.zeros(system.n)
+    for m in kept:
+        w = m * system.omega
+        Z = equations.K - w**2 * equations.M + 1j * w * equations.C
+        answer = np.linalg.solve(Z, equations.columns @ force[:, m])
+        q += answer.real
+        p += (1j * m * answer).real
+    return q, p

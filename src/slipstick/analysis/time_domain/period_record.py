@@ -1,0 +1,100 @@
+"""What one period of a time integration amounts to: harmonic coefficients, extremes, power, state fractions.
+
+Coefficients are integrals over the pieces between state changes by Gauss quadrature on the exact polynomials of each
+piece: kinks cost no accuracy, and no sampling theorem is involved.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import Piece, StateChange, Stepper
+from slipstick.analysis.time_domain.piecewise import State
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+
+
+class PeriodRecord:
+    """Collects the pieces of one period; state lives here because the pieces come one by one."""
+
+    def __init__(self, stepper: Stepper, harmonics: Harmonics) -> None:
+        system = stepper.model.system
+        self._stepper, self._harmonics, self._nc = stepper, harmonics, system.n_contacts
+        self._n_motions = len(system.equations.rows)
+        self._law_ports = system.laws.n_ports
+        self._integral = np.zeros((harmonics.size, self._n_motions + 2 * self._nc))
+        self._time_in_state = np.zeros((self._nc, len(State)))
+        self.work = np.zeros(self._nc)
+        """Energy a period / (2 pi) of each friction contact."""
+        self.law_work = np.zeros(system.laws.n_ports)
+        """The same along each port of other laws."""
+        self.tau: list[float] = []
+        self.changes: list[StateChange] = []
+        self._values: list[Array] = []
+        self._slopes: list[Array] = []
+        self._widths: list[float] = []
+
+    def add(self, item: Piece | StateChange) -> None:
+        """Takes the next piece or state change."""
+        if isinstance(item, StateChange):
+            self.changes.append(item)
+            return
+        linear, step = item.linear, self._stepper.step
+        rows = np.vstack([linear.motion, linear.fx, linear.fy])
+        powers = self._stepper.path(item)
+        z = np.vander(item.fraction * _NODES, len(powers), increasing=True) @ powers
+        values = z @ rows.T
+        width = item.fraction * step
+        H = self._harmonics.H_plus(item.tau + width * _NODES) * (_WEIGHTS * width / np.pi)[:, None]
+        self._integral += H.T @ values
+        fx = values[:, self._n_motions : self._n_motions + self._nc]
+        self.work += (_WEIGHTS * width / (2 * np.pi)) @ (fx * (z @ linear.rate.T))
+        if self._law_ports:
+            model = self._stepper.model
+            q, velocity, memory = model.law_motion(z)
+            forces = model.system.laws.rate(q, velocity, memory)[0]
+            self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
+        for j, state in enumerate(item.states):
+            self._time_in_state[j, state] += width / (2 * np.pi)
+        ends = np.array([item.start, item.fraction ** np.arange(len(powers)) @ powers])
+        self.tau.append(item.tau)
+        self._widths.append(width)
+        self._values.append(ends @ rows.T)
+        self._slopes.append(ends @ (linear.motion @ linear.A).T)
+
+    @property
+    def fractions(self) -> Array:
+        """Fraction of the period in each ``State``, (n_contacts, 4)."""
+        return self._time_in_state
+
+    @property
+    def coefficients(self) -> tuple[Array, Array, Array]:
+        """Coefficients of the motions (n_rows, L), the friction and the normal forces (n_contacts, L)."""
+        motions, fx, fy = np.split(self._integral.T, [self._n_motions, self._n_motions + self._nc])
+        return motions, fx, fy
+
+    def series(self) -> tuple[Array, Array, Array, Array]:
+        """Phase (n,), motions (n, n_rows), friction and normal forces (n, n_contacts), at the starts of the pieces."""
+        first = np.array([values[0] for values in self._values])
+        motions, fx, fy = np.split(first, [self._n_motions, self._n_motions + self._nc], axis=1)
+        return np.array(self.tau), motions, fx, fy
+
+    def extremes(self) -> tuple[Array, Array]:
+        """Smallest and largest value of each motion over the period, from the cubic of each piece."""
+        values = np.array(self._values)[:, :, : self._n_motions]
+        a, b = values[:, 0], values[:, 1]
+        width = np.array(self._widths)[:, None]
+        da, db = (np.array(self._slopes)[:, k] * width for k in (0, 1))
+        low, high = np.minimum(a, b).min(axis=0), np.maximum(a, b).max(axis=0)
+        c3, c2 = da + db - 2 * (b - a), 3 * (b - a) - 2 * da - db
+        turns = da * db < 0
+        with np.errstate(all="ignore"):
+            root = np.sqrt(np.maximum(c2**2 - 3 * c3 * da, 0.0))
+            # the stable form of the root of 3 c3 s^2 + 2 c2 s + da that lies in (0, 1)
+            s = np.where(da > 0, -da / (c2 - root), -da / (c2 + root))
+            inner = np.where(turns, a + s * (da + s * (c2 + s * c3)), a)
+        inner = np.where(np.isfinite(inner) & turns, inner, a)
+        return np.minimum(low, inner.min(axis=0)), np.maximum(high, inner.max(axis=0))

@@ -1,0 +1,355 @@
+"""A structure with friction contacts as a piecewise linear system, one linear system per combination of contact states.
+
+Time is ``tau = omega t``. The state vector is ``z = [q, dq/dtau, e, 1, cos m_1 tau, sin m_1 tau, ...]``: with the
+forcing carried along, every combination has ``dz/dtau = A z`` and all forces, motions and switching functions are
+rows times ``z``. ``e`` (one entry a contact) is what a stuck friction spring remembers: ``f_x = kt (x + u_p) + e`` with
+``de/dtau = kt v`` (THEORY.md (12.1), (12.2)). A massless feedthrough (static residual) makes the motion depend on the
+forces at once: both are solved for together, exactly, in each combination.
+
+This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against. Contacts
+of other laws enter by their ``rate``, which adds to ``dz/dtau``: then a combination of friction states has a smooth
+system instead of a linear one. What they remember stands in z after ``e``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.errors import InputError
+from slipstick.structure.protocol import TimeEquations
+from slipstick.typing import Array
+
+Combination = tuple["State", ...]
+
+
+class State(IntEnum):
+    """State of one contact."""
+
+    SEPARATION = 0
+    STICK = 1
+    SLIP_PLUS = 2
+    SLIP_MINUS = 3
+
+    @property
+    def text(self) -> str:
+        """The name used in results."""
+        return ("separation", "stick", "slip+", "slip-")[self]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSystem:
+    """Structure, contacts and forcing at one frequency.
+
+    Rows of ``equations`` are: tangential motion of each friction contact, normal motion of those that have one, ports
+    of other laws, outputs. Columns are: tangential forces, normal forces, those of other laws, loads. Coefficients are
+    ordered (0, c, s, c, s, ...) over ``orders``.
+
+    Parameters
+    ----------
+    equations
+        Equations of motion in time (t, not tau).
+    omega
+        Fundamental frequency, rad/s.
+    kt, mu, kn, velocity
+        Contact parameters, (n_contacts,); velocity in length/time.
+    approach
+        Normal motion of the opposing surface less the gap, (n_contacts, 1 + 2 len(orders)).
+    has_normal
+        (n_contacts,) of bool; False means that the structure does not move along the normal.
+    orders
+        Nonzero harmonic orders of loads and of rubbing motions.
+    rubbing
+        Periodic rubbing motion, (n_contacts, 1 + 2 len(orders)).
+    loads
+        Loads, (n_loads, 1 + 2 len(orders)).
+    laws
+        Contacts of other laws.
+    law_motion, law_velocity
+        How the opposing surface moves along their ports: (n, 1 + 2 len(orders)), and its constant velocity (n,).
+    """
+
+    equations: TimeEquations
+    omega: float
+    kt: Array
+    mu: Array
+    kn: Array
+    approach: Array
+    velocity: Array
+    has_normal: NDArray[np.bool_]
+    orders: tuple[int, ...]
+    rubbing: Array
+    loads: Array
+    laws: LawsInTime = field(default_factory=lambda: LawsInTime(()))
+    law_motion: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    law_velocity: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def n(self) -> int:
+        """Coordinates of the structure."""
+        return len(self.equations.M)
+
+    @property
+    def n_contacts(self) -> int:
+        """Friction contacts."""
+        return len(self.kt)
+
+    @property
+    def varies(self) -> NDArray[np.bool_]:
+        """Whether the normal load of each contact varies, so that it can separate."""
+        return self.has_normal | np.any(self.approach[:, 1:] != 0, axis=1)
+
+    @property
+    def n_dynamic(self) -> int:
+        """Entries of z that are unknown: q, dq/dtau, e, memory of other laws."""
+        return 2 * self.n + self.n_contacts + self.laws.n_memory
+
+    @property
+    def memory(self) -> slice:
+        """Where z holds what other laws remember."""
+        return slice(2 * self.n + self.n_contacts, self.n_dynamic)
+
+    @property
+    def n_forces(self) -> int:
+        """Forces of friction contacts, tangential and normal."""
+        return self.n_contacts + int(self.has_normal.sum())
+
+    @property
+    def size(self) -> int:
+        """Length of z."""
+        return self.n_dynamic + 1 + 2 * len(self.orders)
+
+    def forcing(self, tau: float) -> Array:
+        """The last entries of z: 1, cos m tau, sin m tau, ..."""
+        out = np.ones(1 + 2 * len(self.orders))
+        angle = tau * np.asarray(self.orders, dtype=float)
+        out[1::2], out[2::2] = np.cos(angle), np.sin(angle)
+        return out
+
+
+@dataclass(frozen=True, kw_only=True)
+class Switch:
+    """A function of z that stays positive while a state lasts, and where its sign change leads."""
+
+    contact: int
+    target: State | None
+    """None: contact begins, stick or slip is to be found out."""
+
+
+@dataclass(kw_only=True)
+class LinearPiece:
+    """The linear system of one combination of states: everything is rows times z."""
+
+    A: Array
+    motion: Array
+    """Tangential, normal and output motions."""
+    fx: Array
+    fy: Array
+    spring: Array
+    """``kt (x + u_p)`` of each contact."""
+    rate: Array
+    """``d(x + u)/dtau`` of each contact."""
+    switches: tuple[Switch, ...]
+    margins: Array
+    """Rows of the switching functions."""
+    cache: dict[str, object] = field(default_factory=dict)
+
+
+class PiecewiseLinear:
+    """Builds the linear system of each combination of states, once.
+
+    Raises
+    ------
+    InputError
+        If the mass matrix is singular.
+    """
+
+    def __init__(self, system: FrictionSystem) -> None:
+        self.system = system
+        self._systems: dict[Combination, LinearPiece] = {}
+        equations = system.equations
+        try:
+            solved = np.linalg.solve(equations.M, np.hstack([equations.K, equations.C, equations.columns]))
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "time integration: the mass matrix is singular; give every degree of freedom a mass"
+            ) from None
+        n = system.n
+        self._K, self._C, self._columns = np.split(solved, [n, 2 * n], axis=1)
+        self._normal_of = np.cumsum(system.has_normal) - 1
+        if system.laws:
+            self._place_laws()
+
+    def _place_laws(self) -> None:
+        """Rows that give motion and velocity at the ports of other laws, columns by which their forces act."""
+        s = self.system
+        first, one, P = s.n_forces, s.n_dynamic, s.laws.n_ports
+        at = slice(first, first + P)
+        through = s.equations.feedthrough
+        if np.any(through[:, at]) or np.any(through[at]):
+            raise InputError(
+                "time integration: the structure answers a force at once (a static residual), and that is known with "
+                "friction contacts alone; give the structure more modes and no residual"
+            )
+        self.law_rows, self.law_speed = np.zeros((2, P, s.size))
+        self.law_rows[:, : s.n] = s.equations.rows[at]
+        self.law_speed[:, s.n : 2 * s.n] = s.omega * s.equations.rows[at]
+        self.law_rows[:, one:] = s.law_motion
+        self.law_speed[:, one] = s.law_velocity
+        m, moved = np.asarray(s.orders, dtype=float), s.law_motion
+        self.law_speed[:, one + 1 :: 2], self.law_speed[:, one + 2 :: 2] = (
+            s.omega * m * moved[:, 2::2], -s.omega * m * moved[:, 1::2]
+        )  # fmt: skip
+        self.law_columns = np.zeros((s.size, P))
+        self.law_columns[s.n : 2 * s.n] = -self._columns[:, at] / s.omega**2
+
+    def law_motion(self, z: Array) -> tuple[Array, Array, Array]:
+        """Motion, velocity (k, P) and memory (k, m) of the contacts of other laws at states (k, size)."""
+        return z @ self.law_rows.T, z @ self.law_speed.T, z[:, self.system.memory]
+
+    def rate(self, linear: LinearPiece, z: Array) -> Array:
+        """``dz/dtau`` at states (k, size)."""
+        out = np.asarray(z @ linear.A.T, dtype=float)
+        if self.system.laws:
+            forces, rates = self.system.laws.rate(*self.law_motion(z))
+            out += forces @ self.law_columns.T
+            out[:, self.system.memory] += rates / self.system.omega
+        return out
+
+    def rate_slopes(self, linear: LinearPiece, z: Array) -> Array:
+        """Its derivatives by z, (k, size, size)."""
+        s, P = self.system, self.system.laws.n_ports
+        slopes = s.laws.slopes(*self.law_motion(z))
+        remembered = np.eye(s.size)[s.memory]
+        by_state = slopes @ np.concatenate([self.law_rows, self.law_speed, remembered])
+        out = linear.A + self.law_columns @ by_state[:, :P]
+        out[:, s.memory] += by_state[:, P:] / s.omega
+        return np.asarray(out, dtype=float)
+
+    def __call__(self, states: Combination) -> LinearPiece:
+        """The linear system of a combination."""
+        if states not in self._systems:
+            self._systems[states] = self._build(states)
+        return self._systems[states]
+
+    def _laws(self, states: Combination) -> tuple[Array, Array]:
+        """Contact forces (tangential, then the normal ones) as ``S motion + T z``."""
+        s = self.system
+        nc, nn = s.n_contacts, int(s.has_normal.sum())
+        S, T = np.zeros((nc + nn, nc + nn)), np.zeros((nc + nn, s.size))
+        one = s.n_dynamic
+        for j, state in enumerate(states):
+            normal = nc + self._normal_of[j] if s.has_normal[j] else None
+            if state is State.SEPARATION:
+                continue
+            if normal is not None:
+                S[normal, normal] = s.kn[j]
+                T[normal, one:] = s.kn[j] * s.approach[j]
+            if state is State.STICK:
+                S[j, j], T[j, 2 * s.n + j] = s.kt[j], 1.0
+                T[j, one:] = s.kt[j] * s.rubbing[j]
+            else:
+                sign = 1.0 if state is State.SLIP_PLUS else -1.0
+                if normal is not None:
+                    S[j, normal] = sign * s.mu[j] * s.kn[j]
+                T[j, one:] = sign * s.mu[j] * s.kn[j] * s.approach[j]
+        return S, T
+
+    def _build(self, states: Combination) -> LinearPiece:
+        s = self.system
+        n, nc, one = s.n, s.n_contacts, s.n_dynamic
+        S, T = self._laws(states)
+        n_forces, loaded = len(S), len(S) + s.laws.n_ports
+        load = np.zeros((len(s.loads), s.size))
+        load[:, one:] = s.loads
+        D = s.equations.feedthrough
+        free = np.zeros((len(s.equations.rows), s.size))
+        free[:, :n] = s.equations.rows
+        free += D[:, loaded:] @ load
+        coupled = np.eye(n_forces) + S @ D[:n_forces, :n_forces]
+        forces = np.asarray(np.linalg.solve(coupled, S @ free[:n_forces] + T), dtype=float)
+        motion = free - D[:, :n_forces] @ forces
+
+        A = np.zeros((s.size, s.size))
+        A[:n, n : 2 * n] = np.eye(n)
+        A[n : 2 * n, :n] = -self._K / s.omega**2
+        A[n : 2 * n, n : 2 * n] = -self._C / s.omega
+        A[n : 2 * n] += self._columns[:, :n_forces] @ -forces / s.omega**2
+        A[n : 2 * n] += self._columns[:, loaded:] @ load / s.omega**2
+        for j in range(nc):
+            if states[j] is State.STICK:
+                A[2 * n + j, one] = s.kt[j] * s.velocity[j] / s.omega
+        for k, m in enumerate(s.orders):
+            c = one + 1 + 2 * k
+            A[c, c + 1], A[c + 1, c] = -m, m
+
+        total = motion[:nc].copy()
+        total[:, one:] += s.rubbing
+        rate = total @ A
+        rate[:, one] += s.velocity / s.omega
+        fy = np.zeros((nc, s.size))
+        for j in range(nc):
+            if s.has_normal[j]:
+                fy[j] = forces[nc + self._normal_of[j]]
+            elif states[j] is not State.SEPARATION:
+                fy[j, one:] = s.kn[j] * s.approach[j]
+        linear = LinearPiece(
+            A=A, motion=motion, fx=forces[:nc], fy=fy, spring=s.kt[:, None] * total, rate=rate,
+            switches=(), margins=np.zeros((0, s.size)),
+        )  # fmt: skip
+        self._add_switches(states, linear)
+        return linear
+
+    def _add_switches(self, states: Combination, linear: LinearPiece) -> None:
+        s = self.system
+        switches, rows = [], []
+        for j, state in enumerate(states):
+            opening = np.zeros(s.size)
+            if s.has_normal[j]:
+                opening = linear.motion[s.n_contacts + self._normal_of[j]].copy()
+            opening[s.n_dynamic :] += s.approach[j]
+            if state is State.SEPARATION and s.varies[j]:
+                switches.append(Switch(contact=j, target=None))
+                rows.append(-opening)
+            if state is State.SEPARATION:
+                continue
+            if s.varies[j]:
+                switches.append(Switch(contact=j, target=State.SEPARATION))
+                rows.append(opening)
+            if not self.frictional[j]:
+                continue
+            limit = s.mu[j] * linear.fy[j]
+            if state is State.STICK:
+                switches += [Switch(contact=j, target=State.SLIP_PLUS), Switch(contact=j, target=State.SLIP_MINUS)]
+                rows += [limit - linear.fx[j], limit + linear.fx[j]]
+            else:
+                sign = 1.0 if state is State.SLIP_PLUS else -1.0
+                switches.append(Switch(contact=j, target=State.STICK))
+                rows.append(sign * s.kt[j] * linear.rate[j] - limit @ linear.A)
+        linear.switches = tuple(switches)
+        linear.margins = np.array(rows) if rows else linear.margins
+
+    @property
+    def frictional(self) -> NDArray[np.bool_]:
+        """Contacts with friction; the others carry no tangential force."""
+        s = self.system
+        return (s.mu > 0) & (s.kt > 0) & (s.kn > 0)
+
+    def without_friction(self, contact: int) -> State:
+        """The state whose law gives no tangential force where there is no friction."""
+        return State.STICK if self.system.kt[contact] == 0 else State.SLIP_PLUS
+
+    def fastest(self) -> float:
+        """Largest eigenvalue magnitude of the free and of the fully stuck system, per unit of tau."""
+        s = self.system
+        radius = 1.0
+        for state in (State.SEPARATION, State.STICK):
+            states = tuple(state if s.varies[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
+            linear, free = self._build(states), slice(0, 2 * s.n)
+            A = self.rate_slopes(linear, np.zeros((1, s.size)))[0] if s.laws else linear.A
+            radius = max(radius, float(np.abs(np.linalg.eigvals(A[free, free])).max(initial=0.0)))
+        return max(radius, *s.orders, 1)

@@ -1,0 +1,142 @@
+"""From a problem to the piecewise linear system that is integrated in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
+from slipstick.analysis.time_domain.piecewise import FrictionSystem
+from slipstick.contact.friction_law import is_friction
+from slipstick.errors import Fault
+from slipstick.faults import Gathering, numbers, shown, wrong
+from slipstick.structure.protocol import TimeEquations
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, IntArray
+
+if TYPE_CHECKING:
+    from slipstick.balance.batches import Batch
+    from slipstick.balance.problem import Problem
+
+
+HELD_PARAMETERS = ("mu", "kt", "kn", "gap")
+"""Contact parameters that can be given instead of the problem's."""
+
+
+def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | None = None) -> FrictionSystem:
+    """Structure, contacts and forcing of a problem at one fundamental frequency, rad/s.
+
+    ``held`` gives contact parameters (n_contacts,) by name instead of the problem's own, see ``HELD``.
+
+    Raises
+    ------
+    InputError
+        If a name in ``held`` is unknown, or the contacts heat up and their friction coefficients are not held.
+    """
+    held = _held(problem, held)
+    frictional = friction_elements(problem)
+    members = [(pair, k) for pair in problem.contacts for k in range(len(pair))]
+    friction = [members[e] for e in frictional]
+    tangential = [pair.direction("tangential", k) or {} for pair, k in friction]
+    normal = [pair.direction("normal", k) for pair, k in friction]
+    has_normal = np.array([direction is not None for direction in normal], dtype=bool)
+    others = [(b, g) for b, g in zip(problem.batches, problem.inputs.batches, strict=True) if not is_friction(b.law)]
+    ports = [
+        problem.contacts[p].direction(port, k) or {} for b, _ in others for port in b.law.ports for p, k in b.members
+    ]
+    contact = problem.direction_matrix([*tangential, *(d for d in normal if d is not None), *ports])
+    driven = problem.load_columns
+    outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
+    equations = problem.structure.time_equations(
+        np.hstack([contact, outputs]), np.hstack([contact, driven.vectors]), driven.shapes
+    )
+    h = problem.harmonics
+    loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)
+    rubbing, approach = np.zeros((2, len(members), h.size))
+    velocity = np.zeros(len(members))
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        if is_friction(batch.law):
+            rubbing[batch.elements], approach[batch.elements] = given.motion
+            velocity[batch.elements] = given.speed(omega)[0]
+    values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
+    return system_of(
+        equations, omega, h, velocity=velocity[frictional], has_normal=has_normal, rubbing=rubbing[frictional],
+        approach=approach[frictional], loads=loads, **{name: value[frictional] for name, value in values.items()},
+        laws=LawsInTime([law_in_time(b, g.values) for b, g in others]),
+        law_motion=np.concatenate([np.zeros((0, h.size)), *(g.motion.reshape(-1, h.size) for _, g in others)]),
+        law_velocity=np.concatenate([np.zeros(0), *(g.speed(omega).reshape(-1) for _, g in others)]),
+    )  # fmt: skip
+
+
+def friction_elements(problem: Problem) -> IntArray:
+    """Numbers of the friction contacts among all contacts."""
+    kinds = [is_friction(pair.contact) for pair in problem.contacts for _ in range(len(pair))]
+    return np.flatnonzero(kinds)
+
+
+def law_in_time(batch: Batch, values: Mapping[str, Array]) -> LawInTime:
+    """Contacts of a batch whose law tells its rate."""
+    numbers = np.arange(max(batch.numbers, default=-1) + 1)
+    columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+    return LawInTime(law=batch.law, values=columns, elements=numbers[batch.elements])
+
+
+def system_of(
+    equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
+    gap: Array, law_motion: Array | None = None, **contacts: Any,
+) -> FrictionSystem:  # fmt: skip
+    """The system in the orders that anything moves in; the opposing surfaces' motion and loads are (..., L).
+
+    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu``, ``kn``, ``laws`` and ``law_velocity``, as
+    ``FrictionSystem`` takes them.
+    """
+    approach = approach.copy()
+    approach[:, 0] -= gap
+    law_motion = np.zeros((0, harmonics.size)) if law_motion is None else law_motion
+    moving = np.abs(np.vstack([rubbing, approach, loads, law_motion])).max(axis=0, initial=0.0)
+    orders = tuple(m for k, m in enumerate(harmonics.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
+    kept = [0, *(i for m in orders for i in (harmonics.index(m, "c"), harmonics.index(m, "s")))]
+    return FrictionSystem(
+        equations=equations, omega=omega, orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept],
+        loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
+    )  # fmt: skip
+
+
+def integration_faults(problem: Problem) -> Iterator[Fault]:
+    """Contacts whose law is not told in time."""
+    for pair in problem.contacts:
+        if not (is_friction(pair.contact) or pair.contact.in_time):
+            what = f"contact '{pair.name}' follows a law that does not tell its rate in time"
+            yield Fault("time integration", what, remedy="give the law the method rate (slipstick.contact.law.Law)")
+
+
+def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:
+    """Contact parameters given instead of the problem's, (n_contacts,) each."""
+    if given is not None and not isinstance(given, Mapping):
+        raise wrong("time integration, held", given, f"a dict of contact parameters: {', '.join(HELD_PARAMETERS)}")
+    n, found, held = len(problem.elements), Gathering(), {}
+    found.faults += integration_faults(problem)
+    for name, value in (given or {}).items():
+        where = f"time integration, held {shown(name)}"
+        if name not in HELD_PARAMETERS:
+            found.faults.append(
+                Fault("time integration, held", found=shown(name), expected=f"one of {', '.join(HELD_PARAMETERS)}")
+            )
+            continue
+        values = found.take(numbers, where, value)
+        if values is not None and values.shape != (n,):
+            found.faults.append(Fault(where, found=f"shape {values.shape}", expected=f"({n},)"))
+        elif values is not None:
+            held[name] = values
+    if problem.heated is not None and "mu" not in (given or {}):
+        found.faults.append(
+            Fault(
+                "time integration",
+                "friction heats these contacts, and heat is not integrated in time",
+                remedy="give their hot parameters by held={'mu': ..., 'kt': ..., 'kn': ...}",
+            )
+        )
+    found.end()
+    return held

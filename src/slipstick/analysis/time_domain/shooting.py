@@ -1,0 +1,110 @@
+"""The periodic state of a piecewise linear friction system: period by period, or by Newton on the period map.
+
+The derivative of the period map is the product of the pieces' exponentials; at a state change z is continuous but for
+the memory of the friction spring, whose jump adds the saltation term
+``J + (A+ z+ - J A- z-) g / (g A- z-)`` with ``g`` the row of the switching function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
+from slipstick.analysis.time_domain.piecewise import Combination, State
+from slipstick.typing import Array
+
+_MARCH_BEFORE_NEWTON = 2
+_LONGEST_MARCH = 32
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodEnd:
+    """State at the end of a period; ``change`` is its distance from the start, relative to the motion's size."""
+
+    period: int
+    z: Array
+    states: Combination
+    change: float
+
+
+def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
+    """Derivative of z just after a state change by what ``Phi`` is the derivative of."""
+    model, e = stepper.model, 2 * stepper.model.system.n + item.contact
+    after = model(item.states)
+    row = np.zeros(len(item.z))
+    if item.after is State.STICK:
+        law = after.fx[item.contact]
+        row = (item.linear.fx[item.contact] - law) / law[e]
+        row[e] = item.linear.fx[item.contact][e] / law[e]
+    rate = item.rate
+    z_after = item.z.copy()
+    z_after[e] = row @ item.z
+    jump = np.zeros(len(item.z))
+    jump[e] = (after.A @ z_after)[e] - row @ rate
+    out = Phi.copy()
+    out[e] = row @ Phi
+    slope = item.margin @ rate
+    if slope != 0.0:
+        out += np.outer(jump, item.margin @ Phi) / slope
+    return out
+
+
+def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool, tau: float = 0.0) -> Array | None:
+    """Carries z over one period from ``tau`` (result in the stepper); the derivative of the period map if asked."""
+    Phi = np.eye(len(z))[:, : stepper.model.system.n_dynamic] if derivative else None
+    for item in stepper.period(z, states, tau):
+        if Phi is None:
+            continue
+        Phi = saltation(stepper, item, Phi) if isinstance(item, StateChange) else stepper.carried(item, Phi)
+    return Phi
+
+
+def relative_change(stepper: Stepper, before: Array, after: Array, states: Combination) -> float:
+    """Distance of two states relative to the size of the motion and of the friction forces."""
+    system = stepper.model.system
+    n, linear = system.n, stepper.model(states)
+    motion = np.abs(after - before)[: 2 * n].max() / max(np.abs(after[: 2 * n]).max(), 1e-300)
+    force = np.abs(linear.fx @ (after - before)) / np.maximum(np.abs(system.mu * (linear.fy @ after)), 1e-300)
+    stuck = [state is State.STICK for state in states]
+    kept = np.abs(after - before)[system.memory].max(initial=0.0)
+    kept /= np.abs(after[system.memory]).max(initial=1e-300)
+    return float(max(motion, kept, force[stuck].max(initial=0.0)))
+
+
+def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
+    """Periods one after another; with ``shooting``, a Newton correction of the start is made between them.
+
+    A correction that takes the state further from periodic still leaves one of the right size: more and more periods go
+    by before the next is tried.
+    """
+    patience = wait = _MARCH_BEFORE_NEWTON
+    best, period = np.inf, 0
+    while True:
+        newton = shooting and wait <= 0
+        Phi = one_period(stepper, z, states, newton)
+        period, wait = period + 1, wait - 1
+        same = stepper.states == states
+        change = relative_change(stepper, z, stepper.z, stepper.states) if same else np.inf
+        yield PeriodEnd(period=period, z=stepper.z, states=stepper.states, change=change)
+        if Phi is not None and same and change <= best:
+            best = change
+            z = _newton_start(stepper, z, states, Phi)
+        else:
+            if newton:
+                best, wait, patience = np.inf, patience, min(2 * patience, _LONGEST_MARCH)
+            z, states = stepper.z, stepper.states
+
+
+def _newton_start(stepper: Stepper, z: Array, states: Combination, Phi: Array) -> Array:
+    system = stepper.model.system
+    stuck = [2 * system.n + j for j, state in enumerate(states) if state is State.STICK]
+    keep = np.r_[np.arange(2 * system.n), np.array(stuck, dtype=int), np.arange(system.n_dynamic)[system.memory]]
+    matrix = np.eye(len(keep)) - Phi[np.ix_(keep, keep)]
+    # a contact stuck all period keeps any residual traction: least squares changes it least
+    step = np.linalg.lstsq(matrix, (stepper.z - z)[keep], rcond=1e-13)[0]
+    out = z.copy()
+    out[keep] += step
+    return out

@@ -1,0 +1,277 @@
+"""Time integration that is exact but for rounding: an independent check of any harmonic solution.
+
+Between changes of contact state the system is linear and is carried by its matrix exponential; the changes are roots of
+polynomials. No code of the contact element or of the balance is used, and no harmonics are cut off: what differs from a
+point of a branch is the truncation of the harmonic series.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
+from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at_rest, start_from_motion
+from slipstick.analysis.time_domain.period_record import PeriodRecord
+from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
+from slipstick.analysis.time_domain.shooting import periods as follow_periods
+from slipstick.balance.problem import Problem
+from slipstick.errors import Fault, InputError
+from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
+from slipstick.html import MOST_SHOWN, html_table
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, Frequency
+from slipstick.units import Units
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactChange:
+    """A contact changes its state at ``time``."""
+
+    time: float
+    contact: str
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class TransientResult:
+    """The last periods of a time integration.
+
+    Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
+    belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
+    other than friction have no friction force, normal force and fractions, which are nan; their power is known.
+    """
+
+    omega: float
+    harmonics: Harmonics
+    outputs: tuple[str, ...]
+    contacts: tuple[str, ...]
+    time: Array
+    """(n,), s."""
+    displacement: Array
+    """Outputs over time, (n, n_outputs)."""
+    friction_force: Array
+    """(n, n_contacts)."""
+    normal_force: Array
+    """(n, n_contacts)."""
+    coefficients: Array
+    """Harmonic coefficients of the outputs, (n_outputs, L)."""
+    friction_coefficients: Array
+    """Harmonic coefficients F_x, (n_contacts, L)."""
+    normal_coefficients: Array
+    """Harmonic coefficients F_y, (n_contacts, L)."""
+    amplitude: Array
+    """Largest ``|x - mean|`` over the last period, (n_outputs,)."""
+    mean: Array
+    """Mean of the motion (harmonic 0), (n_outputs,)."""
+    power: Array
+    """Dissipated power of each contact, force x length / time, (n_contacts,)."""
+    fractions: Array
+    """Fractions of the last period in separation, stick, slip+ and slip-, (n_contacts, 4)."""
+    changes: tuple[ContactChange, ...]
+    """Changes of contact state in the recorded periods."""
+    periods: int
+    """Periods integrated."""
+    change: float
+    """Relative change of the state over the last period."""
+    converged: bool
+    """Whether ``change`` met the tolerance."""
+
+    def __repr__(self) -> str:
+        ended = "periodic" if self.converged else "not periodic"
+        return (
+            f"TransientResult(omega={self.omega:g}, {len(self.outputs)} outputs, {len(self.contacts)} contacts, "
+            f"{len(self.time)} times, {ended} after {self.periods} periods, change {self.change:.1e})"
+        )
+
+    def _repr_html_(self) -> str:
+        return html_table("Integration in time, last period", _rows(self))
+
+
+def _rows(result: TransientResult) -> Iterator[tuple[str, Any]]:
+    ended = "periodic" if result.converged else "not periodic"
+    yield "outcome", f"{ended} after {result.periods} periods, relative change {result.change:.1e} over the last"
+    yield "omega", f"{result.omega:.6g}"
+    for dof, size, mean in list(zip(result.outputs, result.amplitude, result.mean, strict=True))[:MOST_SHOWN]:
+        yield dof, f"amplitude {size:.5g}, mean {mean:.5g}"
+    names = ("separation", "stick", "slip+", "slip-")
+    for contact, power, parts in list(zip(result.contacts, result.power, result.fractions, strict=True))[:MOST_SHOWN]:
+        shares = ", ".join(f"{name} {part:.0%}" for name, part in zip(names, parts, strict=True) if part > 0.0005)
+        yield contact, f"dissipates {power:.5g}; {shares}"
+
+
+def transient(
+    problem: Problem,
+    omega: Frequency,
+    *,
+    periods: int = 200,
+    tolerance: float = 1e-10,
+    method: Literal["shooting", "march"] = "shooting",
+    initial: HarmonicStart | None = None,
+    record_periods: int = 1,
+    steps: int | None = None,
+    held: Mapping[str, Array] | None = None,
+) -> TransientResult:
+    """Steady vibration by exact integration in time, independent of the balance and of the contact element.
+
+    Parameters
+    ----------
+    problem
+        What is to be integrated; hysteretic damping becomes viscous, equal at each mode's own frequency. A reduced
+        structure is integrated as it is: what its modes leave out is left out here too.
+    omega
+        Fundamental frequency, rad/s.
+    periods
+        Largest number of periods before the recorded ones.
+    tolerance
+        Stops once the state changes by less than this over a period, relative to its size.
+    method
+        "march" integrates period after period; "shooting" corrects the start of a period by Newton's method on the
+        period map (needed where damping is light).
+    initial
+        Periodic motion of the contacts to start from; None is rest.
+    record_periods
+        Periods recorded at the end.
+    steps
+        Steps a period, at least half of those that None chooses by the fastest mode. The result does not depend on it
+        but for events that begin and end within a thirteenth of a step.
+    held
+        Contact parameters "mu", "kt", "kn", "gap", (n_contacts,), instead of the problem's: those of hot contacts,
+        whose heat is not integrated in time.
+
+    Raises
+    ------
+    InputError
+        If an option is out of range, contacts heat up and are not held, the mass matrix is singular, or a period of the
+        forcing holds too many periods of the fastest mode (1 000 000 steps).
+    """
+    problem = one("problem", problem, Problem, "an ss.Problem")
+    omega, periods, tolerance, record_periods, steps = _checked_options(
+        omega, periods, tolerance, method, record_periods, steps, initial, problem.units
+    )
+    system = friction_system(problem, omega, held)
+    outputs = tuple(problem.outputs or ())
+    contacts = problem.elements
+    return integrate(
+        system, problem.harmonics, outputs=outputs, contacts=contacts, friction=friction_elements(problem).tolist(),
+        periods=periods, tolerance=tolerance, method=method, initial=initial, record_periods=record_periods,
+        steps=steps,
+    )  # fmt: skip
+
+
+def integrate(
+    system: FrictionSystem,
+    harmonics: Harmonics,
+    *,
+    outputs: tuple[str, ...],
+    contacts: tuple[str, ...],
+    friction: Sequence[int] | None = None,
+    periods: int = 200,
+    tolerance: float = 1e-10,
+    method: Literal["shooting", "march"] = "shooting",
+    initial: HarmonicStart | None = None,
+    record_periods: int = 1,
+    steps: int | None = None,
+) -> TransientResult:
+    """As :func:`transient`, of a system that is already assembled; ``friction``: numbers of the friction contacts."""
+    stepper = Stepper(PiecewiseLinear(system), steps)
+    if record_periods * stepper.steps > MOST_ITEMS:
+        raise InputError(
+            Fault(
+                "time integration",
+                f"{record_periods} periods of {stepper.steps} steps are more than can be recorded",
+                expected=f"{MOST_ITEMS} steps at most: give fewer record_periods or steps",
+            )
+        )
+    z, states = start_at_rest(stepper) if initial is None else start_from_motion(stepper, initial)
+    end = None
+    for end in follow_periods(stepper, z, states, shooting=method == "shooting"):
+        if end.change < tolerance or end.period >= periods:
+            break
+    assert end is not None
+    z, states = end.z, end.states
+    records = []
+    for _ in range(record_periods):
+        record = PeriodRecord(stepper, harmonics)
+        for item in stepper.period(z, states):
+            record.add(item)
+        z, states = stepper.z, stepper.states
+        records.append(record)
+    return _result(
+        system, harmonics, outputs, contacts, range(len(contacts)) if friction is None else friction, records,
+        end.period, end.change, end.change < tolerance,
+    )  # fmt: skip
+
+
+def _result(
+    system: FrictionSystem, harmonics: Harmonics, outputs: tuple[str, ...], contacts: tuple[str, ...],
+    friction: Sequence[int], records: list[PeriodRecord], periods: int, change: float, converged: bool,
+) -> TransientResult:  # fmt: skip
+    series = [record.series() for record in records]
+    first, frictional, count = len(system.equations.rows) - len(outputs), list(friction), len(contacts)
+    time = np.concatenate([tau + 2 * np.pi * k for k, (tau, *_) in enumerate(series)]) / system.omega
+    motion, fx, fy = (np.concatenate([part[k] for part in series]) for k in (1, 2, 3))
+    last = records[-1]
+    X, Fx, Fy = last.coefficients
+    low, high = last.extremes()
+    mean = X[first:, 0]
+
+    def of_all(values: Array, axis: int = 0) -> Array:
+        """Values of friction contacts among those of all contacts."""
+        out = np.full([count if i == axis else n for i, n in enumerate(values.shape)], np.nan)
+        out[(slice(None),) * axis + (frictional,)] = values
+        return out
+
+    work = of_all(last.work)
+    for own, rows, _ in system.laws.each:
+        work[own.elements] = last.law_work[rows].reshape(-1, len(own.elements)).sum(axis=0)
+    return TransientResult(
+        omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
+        time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
+        coefficients=X[first:], friction_coefficients=of_all(Fx), normal_coefficients=of_all(Fy),
+        amplitude=np.maximum(high[first:] - mean, mean - low[first:]), mean=mean,
+        power=system.omega * work, fractions=of_all(last.fractions),
+        changes=tuple(
+            _named(c, k, system.omega, [contacts[e] for e in frictional])
+            for k, r in enumerate(records) for c in r.changes
+        ),
+        periods=periods, change=change, converged=converged,
+    )  # fmt: skip
+
+
+def _named(change: StateChange, period: int, omega: float, contacts: Sequence[str]) -> ContactChange:
+    return ContactChange(
+        time=(change.tau + 2 * np.pi * period) / omega, contact=contacts[change.contact],
+        before=change.before.text, after=change.after.text,
+    )  # fmt: skip
+
+
+def _checked_options(
+    omega: Any,
+    periods: int,
+    tolerance: float,
+    method: str,
+    record_periods: int,
+    steps: int | None,
+    initial: Any,
+    units: Units | None = None,
+) -> tuple[float, int, float, int, int | None]:
+    found, where = Gathering(), "time integration, {}".format
+    values: dict[str, Any] = {
+        "omega": found.take(frequency, where("omega"), omega, units),
+        "periods": found.take(whole, where("periods"), periods, 1, MOST_ITEMS),
+        "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
+        "record_periods": found.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
+        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1, MOST_ITEMS),
+    }
+    if not isinstance(method, str) or method not in ("shooting", "march"):
+        found.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
+    if initial is not None:
+        found.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
+    found.end()
+    return tuple(values.values())

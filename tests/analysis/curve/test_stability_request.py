@@ -1,0 +1,28 @@
+"""What users ask of stability."""
+
+import subprocess
+import sys
+
+import pytest
+
+from slipstick.analysis.curve.request import stability_request
+from slipstick.errors import InputError
+
+
+@pytest.mark.parametrize("given", [True, False, "full"])
+def test_what_can_be_asked_for(given: object) -> None:
+    assert stability_request(given) is given
+
+
+@pytest.mark.parametrize("given", [None, 1, 0, "half", "", ["full"]])
+def test_anything_else_is_told(given: object) -> None:
+    with pytest.raises(InputError, match='True, False, or "full"'):
+        stability_request(given)
+
+
+def test_a_response_loads_nothing_that_judges_stability() -> None:
+    code = (
+        "import sys; import slipstick.analysis.curve.response; print(*(n for n in sys.modules if '.stability.' in n))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.split() == []
