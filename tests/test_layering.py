@@ -24,6 +24,7 @@ ORDER = (
     ("models", "io", "plots"),
     ("importers", "report"),
     ("studies",),
+    ("progress",),
     ("verify",),
     ("app",),
     ("__main__",),

@@ -48,6 +48,7 @@ _PUBLIC = {
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
     "resume": "slipstick.app.verbs.resume",
+    "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
     "SlipstickWarning": "slipstick.errors",
@@ -91,6 +92,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.blade import reduced_blade as reduced_blade
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
+    from slipstick.progress import Progress as Progress
     from slipstick.results.branch import Branch as Branch
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure
     from slipstick.structure.modal import ModalStructure as ModalStructure

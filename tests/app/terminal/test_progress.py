@@ -6,7 +6,8 @@ import pytest
 from rich.console import Console
 
 from slipstick.app.terminal import progress as module
-from slipstick.app.terminal.progress import Live, Position, Progress, Silent, duration, progress
+from slipstick.app.terminal.progress import Live, Progress, Silent, progress
+from slipstick.progress import Position, duration
 
 
 def test_turning_back_never_lowers_the_fraction() -> None:

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from slipstick.app.terminal.guard import plain, say
-from slipstick.app.terminal.progress import Position, duration, fitting
+from slipstick.app.terminal.progress import fitting
+from slipstick.progress import Position, duration
 
 _EVERY = 5.0
 """Seconds between plain lines."""

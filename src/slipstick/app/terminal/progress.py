@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from slipstick.app.terminal.guard import plain, say
+from slipstick.progress import Position, duration
 
 _EVERY = 5.0
 """Seconds between plain lines."""
@@ -18,18 +19,6 @@ _LIVE = (0, 4, 3, 1, 2)
 
 _WIDE, _BAR = 110, 20
 """From that width there is a bar of that width."""
-
-
-def duration(seconds: float) -> str:
-    """Seconds as a reader likes them.
-
-    >>> duration(0.123), duration(75), duration(7300)
-    ('0.12 s', '1 min 15 s', '2 h 1 min')
-    """
-    if seconds < 60:
-        return f"{seconds:.2g} s" if seconds < 10 else f"{seconds:.0f} s"
-    minutes, rest = divmod(int(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
 def fitting(parts: Sequence[str], order: Sequence[int], width: int) -> str:
@@ -44,30 +33,6 @@ def fitting(parts: Sequence[str], order: Sequence[int], width: int) -> str:
         if len(longer) <= width:
             kept.append(place)
     return ", ".join(parts[i] for i in sorted(kept) if parts[i]) or parts[order[0]][: max(width, 0)]
-
-
-class Position:
-    """How far along its range a branch is."""
-
-    def __init__(self, start: float, stop: float) -> None:
-        self._start, self._length = start, (stop - start) or 1.0
-        self._begin = time.monotonic()
-        self.fraction = self._first = 0.0
-
-    def go_on(self, value: float) -> None:
-        """The branch was followed up to ``value`` before."""
-        self.update(value)
-        self._first = self.fraction
-
-    def update(self, value: float) -> None:
-        """The branch is at ``value`` of the followed quantity; turning back never lowers the fraction."""
-        self.fraction = max(self.fraction, min((value - self._start) / self._length, 1.0))
-
-    @property
-    def left(self) -> float | None:
-        """Seconds left at the pace so far, once there is something to judge by."""
-        elapsed, done = time.monotonic() - self._begin, self.fraction - self._first
-        return elapsed * (1.0 - self.fraction) / done if done > 0.02 else None
 
 
 class Progress:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipstick.app.case.body import Body
 from slipstick.app.terminal.guard import say
-from slipstick.app.terminal.progress import duration
+from slipstick.progress import duration
 
 if TYPE_CHECKING:
     from slipstick.fem.contact_points import ContactPoints

@@ -24,12 +24,13 @@ from slipstick.app.terminal.guard import (
     say,
     termination_as_interrupt,
 )
-from slipstick.app.terminal.progress import Progress, duration, progress
+from slipstick.app.terminal.progress import Progress, progress
 from slipstick.app.verbs.check import print_warnings
 from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome, SlipstickWarning
+from slipstick.progress import duration
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
