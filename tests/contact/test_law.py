@@ -1,38 +1,25 @@
-"""What makes a law: any class with its members; sums that leave their parts alone."""
+"""What makes a law: its ports, parameters and answer; the defaults of all else; sums that leave parts alone."""
 
 import numpy as np
+import pytest
+from helpers.laws import Spring
 
-from slipstick.contact.law import Law, Motion, Response, add_to
+from slipstick.contact.law import Law, Motion, add_to
 from slipstick.trig.harmonics import Harmonics
 
 
-class Spring:
-    """The smallest law: one port, one parameter."""
-
-    ports = ("along",)
-
-    def __init__(self, k):
-        self.values = {"k": k}
-
-    def changed(self, **values):
-        return Spring(**values)
-
-    def respond(self, motion, values):
-        (q,), k = motion.Q, values["k"]
-        return Response(
-            force=(k[:, None] * q,),
-            by_motion={(0, 0): k[:, None, None] * np.eye(q.shape[1])},
-            by_parameter=lambda name: {0: q},
-            values=values,
-            work=np.zeros(len(q)),
-        )
+def test_a_law_without_its_methods_is_none():
+    with pytest.raises(TypeError, match="respond"):
+        type("Half", (Law,), {"ports": (), "values": {}, "changed": None})()
 
 
-def test_a_class_with_the_members_is_a_law():
-    assert isinstance(Spring(1.0), Law)
-    assert not isinstance(object(), Law)
-    del_respond = type("Half", (), {"ports": (), "values": {}, "changed": None})
-    assert not isinstance(del_respond(), Law)
+def test_what_a_law_does_not_tell_is_unknown():
+    spring, values, h = Spring(1.0), {"k": np.ones(2)}, Harmonics(2)
+    motion = Motion(h, 1.0, (np.ones((2, h.size)),), np.zeros((1, 2)))
+    assert spring.states(motion, values) is None
+    assert spring.forces_in_time(motion, values, np.zeros(3)) is None
+    assert not spring.in_time
+    assert spring.kind != Spring(1.0).kind
 
 
 def test_what_a_response_leaves_out_is_empty():

@@ -8,7 +8,6 @@ from helpers.figures import branch, drawn, named, title
 
 import slipstick as ss
 from slipstick import plots
-from slipstick.contact.friction_law import FrictionLaw
 from slipstick.contact.law import Motion
 from slipstick.errors import InputError
 
@@ -30,7 +29,7 @@ def energy(b: ss.Branch, point: int, contact: str) -> float:
     given = {key: np.array([float(d[name])]) for key, name in numbers.items()}
     for start, end, _ in states:
         tau = 0.5 * (start + end) + 0.5 * (end - start) * nodes
-        force = FrictionLaw().forces_in_time(motion, given, tau)[0][0]
+        force = ss.FrictionContact(kt=1.0, mu=0.0, normal_load=0.0).forces_in_time(motion, given, tau)[0][0]
         speed = v + h.H_minus(tau) @ h.derivative(W)
         total += 0.5 * (end - start) * float(weights @ (force * speed))
     return total

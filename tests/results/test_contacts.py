@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 from typing import ClassVar
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.contact.law import Motion
+from slipstick.contact.law import Law, Motion
 from slipstick.results.contacts import force_of, friction_contacts
 
 H = ss.Harmonics(range(4))
@@ -29,7 +30,7 @@ def own_law(ports: tuple[str, ...]) -> ss.SampledLaw:
     return ss.SampledLaw(force=smooth, parameters={"k": 5.0, "c": 0.4}, ports=ports)
 
 
-class Silent:
+class Silent(Law):
     """A linear spring that tells nothing but its forces' coefficients."""
 
     ports = ("tangential",)
@@ -211,14 +212,28 @@ def test_parameters_called_as_frictions_numbers_stay_apart() -> None:
     assert found.states(0)["alike"][0][2] == "unknown"
 
 
-@pytest.mark.parametrize("kinds", [("sliding", "tangential"), ("tangential", "opening")])
-def test_time_integration_names_the_law_it_does_not_know(kinds) -> None:
-    found = point(kinds)
-    said = "contact 'tangential .' follows a law of another kind; expected friction contacts alone"
+def test_time_integration_and_stability_name_the_law_they_do_not_know() -> None:
+    plain = problem(("sliding",))
+    pair = ss.ContactPair(name="silent", tangential="b", contact=Silent())
+    both = ss.Problem(plain.structure, contacts=[pair, *plain.contacts], loads=plain.loads, harmonics=H)
+    found = ss.forced_response(both, omega=(OMEGA, OMEGA + 0.05))
+    said = "contact 'silent' follows a law that does not tell its rate in time"
     with pytest.raises(ss.InputError, match=said):
         ss.transient(found.problem, OMEGA)
     with pytest.raises(ss.InputError, match=said):
         found.check_in_time(0)
+    with pytest.raises(ss.InputError, match=said):
+        ss.forced_response(both, omega=(OMEGA, OMEGA + 0.05), stability=True)
+
+
+@pytest.mark.parametrize("kinds", [("sliding", "tangential"), ("tangential", "opening"), ("both ports",)])
+def test_friction_and_other_laws_are_checked_in_time(kinds) -> None:
+    """What differs from the integration in time is what the harmonics left out add."""
+    given = problem(kinds)
+    found = ss.forced_response(replace(given, harmonics=ss.Harmonics(range(16))), omega=(OMEGA, OMEGA + 0.05))
+    check = found.check_in_time(0)
+    assert check.converged
+    assert check.relative_difference < 3.0 * found.dataset.truncation.values[0] + 1e-9
 
 
 BAD = [np.nan, np.inf, 1e200, -1e308]

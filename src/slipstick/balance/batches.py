@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipstick.contact.law import Law
-from slipstick.contact.traits import kind
 from slipstick.typing import IntArray
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ def batches_of(pairs: Sequence[ContactPair]) -> tuple[tuple[Batch, ...], list[Di
     kinds: dict[Hashable, list[tuple[int, int]]] = {}
     members = [(p, k) for p, pair in enumerate(pairs) for k in range(len(pair))]
     for p, k in members:
-        kinds.setdefault(kind(pairs[p].contact), []).append((p, k))
+        kinds.setdefault(pairs[p].contact.kind, []).append((p, k))
     number = {member: e for e, member in enumerate(members)}
     batches: list[Batch] = []
     directions: list[Direction] = []

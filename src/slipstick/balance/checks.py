@@ -16,7 +16,6 @@ from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
 from slipstick.balance.loads import place_faults
 from slipstick.balance.states import state_faults
-from slipstick.contact import traits
 from slipstick.contact.rubbing import MOTION_PARTS, common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import in_radians, listed, number, shown, suggestion, wrong
@@ -66,7 +65,7 @@ def problem_faults(problem: Problem, wrong: Collection[str] = ()) -> Iterator[Fa
         yield from (f.inside("contact", pair.name) for f in direction_faults(pair, known.dofs))
         yield from (f.inside("contact", pair.name) for f in rubbing_faults(pair, known))
         yield from (f.inside("contact", pair.name) for f in _parameter_faults(pair))
-        yield from (f.inside("contact", pair.name) for f in traits.missing(pair.contact, _moving_ports(pair)))
+        yield from (f.inside("contact", pair.name) for f in pair.contact.missing(_moving_ports(pair)))
     for i, load in enumerate(problem.loads):
         faults = chain(target_faults(load, known), force_faults(load.harmonic, load.sin, load.motion, known))
         yield from (fault.inside("load", i) for fault in faults)
@@ -144,11 +143,19 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
     moved = {part: getattr(pair.rubbing, part) for part in MOTION_PARTS}
     yield from (fault.inside("rubbing") for fault in motion_faults(moved, known))
     across = _across(pair)
-    if across and "normal" not in pair.contact.ports:
+    if across and "normal" not in pair.contact.surface_ports:
         yield Fault(
             "rubbing",
             f"{across[0]} moves the surface along a port called 'normal', which its law does not have",
             remedy=f"it has {', '.join(pair.contact.ports)}",
+        )
+    along = pair.contact.surface_ports.get("tangential")
+    slides = [name for name, value in pair.rubbing.components() if name not in across and np.any(value)]
+    if slides and along in pair.contact.optional_ports and along not in pair.given:
+        yield Fault(
+            "rubbing",
+            f"{slides[0]} slides along '{along}', along which the contact has no direction and no friction",
+            remedy="leave it out, or give the contact friction",
         )
 
 
@@ -164,7 +171,8 @@ def _parameter_faults(pair: ContactPair) -> Iterator[Fault]:
 
 def _moving_ports(pair: ContactPair) -> set[str]:
     """Ports along which the structure or the opposing surface may move."""
-    return set(pair.given) | ({"normal"} if _across(pair) else set())
+    normal = pair.contact.surface_ports.get("normal")
+    return set(pair.given) | ({normal} if normal and _across(pair) else set())
 
 
 def _across(pair: ContactPair) -> list[str]:

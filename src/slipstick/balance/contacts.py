@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipstick.contact import traits
 from slipstick.contact.law import Law
 from slipstick.contact.rubbing import VELOCITIES, RubbingMotion
 from slipstick.errors import Fault, InputError, Where
@@ -41,7 +40,8 @@ class ContactPair:
     tangential
         Direction cosines by dof; a name alone means cosine 1; a list of such for many contacts.
     normal
-        As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``.
+        As ``tangential``, positive where the contact closes; None: a constant normal load ``-kn gap``. A stop, a
+        ``FrictionContact`` without kt and mu, has this direction alone.
     ports
         Directions by the names of the law's ports, instead of tangential and normal.
     rubbing
@@ -74,7 +74,7 @@ class ContactPair:
         found = Gathering()
         values: dict[str, Any] = {"name": found.take(text, "name", name, 'a name such as "damper"'), "contact": contact}
         if not isinstance(contact, Law) or isinstance(contact, type):
-            expected = "contact=ss.FrictionContact(...), or a law"
+            expected = "contact=ss.FrictionContact(...), or a law (a subclass of slipstick.contact.law.Law)"
             found.faults.append(Fault("contact", found=shown(contact), expected=expected))
         values["tangential"] = found.take(_one_or_many, ("tangential",), tangential)
         values["normal"] = found.take(_one_or_many, ("normal",), normal)
@@ -139,6 +139,12 @@ class ContactPair:
         return None if found is None else found[k]
 
     @property
+    def first_direction(self) -> Direction:
+        """Direction cosines of the first port that its first contact has."""
+        given = (self.direction(port) for port in self.contact.ports)
+        return next((direction for direction in given if direction is not None), {})
+
+    @property
     def n_ports(self) -> int:
         """Number of ports that have a direction: each brings one unknown for every coefficient."""
         return sum(direction is not None for directions in self.directions.values() for direction in directions)
@@ -157,14 +163,13 @@ class ContactPair:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Names of what can be changed or followed, as in "tip.velocity"."""
-        derived = tuple(getattr(self.contact, "derived_parameters", ()))
-        return (*self.contact.values, *derived, *self.rubbing.names)
+        return (*self.contact.values, *self.contact.derived_parameters, *self.rubbing.names)
 
     def values(self, name: str) -> Array:
         """A parameter of the law, a derived one, or a component of the rubbing motion, (n,)."""
         if name in self.contact.values:
             found: ArrayLike = self.contact.values[name]
-        elif name in getattr(self.contact, "derived_parameters", ()):
+        elif name in self.contact.derived_parameters:
             found = getattr(self.contact, name)
         else:
             found = self.rubbing.component(name)
@@ -184,17 +189,18 @@ class ContactPair:
 def prescribed(pair: ContactPair, harmonics: Harmonics, factor: int) -> dict[str, Array]:
     """Velocities (n_ports, n) and periodic part (n_ports, n, L) of the rubbing motion along each port, by name.
 
-    It goes along the first port, its normal part along the port called "normal".
+    The law tells which ports these are (``Law.surface_ports``).
     """
     ports, n = pair.contact.ports, len(pair)
-    velocities = {name: np.zeros((len(ports), n)) for name in VELOCITIES}
-    for name, velocity in velocities.items():
-        velocity[0] = pair.rubbing.component(name)
-    motion = np.zeros((len(ports), n, harmonics.size))
-    motion[0] = pair.rubbing.coefficients(harmonics, factor)
-    if "normal" in ports:
-        motion[ports.index("normal")] += pair.rubbing.normal_coefficients(harmonics, factor)
-    return {**velocities, "motion": motion}
+    out = {name: np.zeros((len(ports), n)) for name in VELOCITIES}
+    out["motion"] = np.zeros((len(ports), n, harmonics.size))
+    for direction, moved in pair.rubbing.by_direction(harmonics, factor).items():
+        port = pair.contact.surface_ports.get(direction)
+        if port is not None:
+            i = ports.index(port)
+            for name, value in moved._asdict().items():
+                out[name][i] += value
+    return out
 
 
 def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> Iterator[Fault]:
@@ -212,8 +218,14 @@ def direction_faults(pair: ContactPair, dofs: Sequence[str] | None = None) -> It
         if port not in law.ports:
             yield Fault(pair.place(port), f"its law has no port '{port}'", remedy=f"it has {', '.join(law.ports)}")
     for port in law.ports:
-        if port not in traits.optional_ports(law) and not all(d is not None for d in given.get(port, (None,))):
+        if port not in law.optional_ports and not all(d is not None for d in given.get(port, (None,))):
             yield Fault(pair.place(port), "has no direction", remedy="give the dofs along which the port moves")
+    if law.ports and set(law.ports) <= set(law.optional_ports):  # it may go without any of them, but not without all
+        at = pair.place(law.ports[-1])
+        for k in range(len(pair)):
+            if all(directions[k] is None for directions in given.values()):
+                where = at if len(pair) == 1 else (*at, k)
+                yield Fault(where, "has no direction", remedy="give the dofs along which the port moves")
     for port, directions in given.items():
         for k, cosines in enumerate(directions):
             at = pair.place(port) if len(directions) == 1 else (*pair.place(port), k)

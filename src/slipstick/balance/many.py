@@ -10,7 +10,6 @@ import numpy as np
 
 from slipstick.balance.inputs import SURFACE, Given, Inputs
 from slipstick.balance.ports import Balance
-from slipstick.contact import traits
 from slipstick.contact.law import Motion, Response
 from slipstick.solve.norm import norm
 from slipstick.structure.dynamic import adjusted
@@ -45,7 +44,7 @@ def respond(
             Q.reshape(len(x), batch.count, -1)[:, port.members] += X[:, port.rows]
         moved.append(_in(harmonics or own, own, Q))
     each = np.repeat(omega, batch.count)
-    law = batch.law if harmonics is None else traits.widened(batch.law, own, harmonics)
+    law = batch.law if harmonics is None else batch.law.widened(own, harmonics)
     return law.respond(Motion(harmonics or own, each, tuple(moved), given.drift(each)), given.values)
 
 
@@ -121,7 +120,7 @@ class Together:
         stiffness, prescribed = np.zeros((len(x), balance.n_ports)), np.zeros(len(x))
         for k, (batch, response) in enumerate(zip(balance.batches, self.responses, strict=True)):
             prescribed += [float(np.sum(one.batches[k].motion[..., 1:] ** 2)) for one in self._inputs]
-            for i, springs in traits.springs(batch.law, response).items():
+            for i, springs in batch.law.springs(response).items():
                 port = batch.ports[i]
                 stiffness[:, port.rows] += springs.reshape(len(x), batch.count)[:, port.members]
         reach = np.empty_like(self.forces)

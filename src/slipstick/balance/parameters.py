@@ -13,8 +13,7 @@ from slipstick.balance.contacts import ContactPair, prescribed
 from slipstick.balance.inputs import SURFACE, Inputs
 from slipstick.balance.load_parameters import LoadPart, find_load, load_names, load_path
 from slipstick.balance.paths import Line, Path, StructureValue
-from slipstick.contact import traits
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import suggestion, text
@@ -165,7 +164,7 @@ def product_warnings(problem: Problem, names: Sequence[str]) -> Iterator[str]:
         constant = pair.given.get("normal", (None,)) == (None,) and not any(
             name.startswith("normal_") and np.any(value) for name, value in pair.rubbing.components()
         )
-        if not (traits.kind(pair.contact) == FrictionLaw.kind and constant) or problem.contact_states:
+        if not (is_friction(pair.contact) and constant) or problem.contact_states:
             continue
         for k in range(len(pair)):
             same = tuple(
@@ -193,7 +192,7 @@ def parameter_units(problem: Problem, name: str) -> str:
         return "length/time"
     if RubbingMotion.is_component(target.quantity):
         return "length"
-    own = {traits.units(problem.contacts[p].contact, target.quantity) for p, _ in target.members}
+    own = {problem.contacts[p].contact.unit(target.quantity) for p, _ in target.members}
     return next((units for units in sorted(own) if units != "1"), "1")
 
 
@@ -211,9 +210,7 @@ def parameter_path(problem: Problem, name: str) -> Path:
     if target.quantity == "load":
         return _factor(problem, base, "load", {})
     if not target.members:
-        return _factor(
-            problem, base, target.quantity, {b: traits.factors(x.law) for b, x in enumerate(problem.batches)}
-        )
+        return _factor(problem, base, target.quantity, {b: x.law.factors for b, x in enumerate(problem.batches)})
     zero = base.scaled(0.0)
     for b, batch in enumerate(problem.batches):
         rows = [e for e, member in enumerate(batch.members) if member in target.members]
@@ -240,7 +237,7 @@ def _moved(
 ) -> tuple[Inputs, Inputs]:
     """Base and derivative for one quantity of some elements of a batch."""
     batch, given = problem.batches[b], base.batches[b]
-    found = traits.derived(batch.law, quantity, given.values)
+    found = batch.law.stands_for(quantity, given.values)
     if found is not None:
         parameter, factor = found
         start, slope = given.values[parameter].copy(), np.zeros(batch.count)

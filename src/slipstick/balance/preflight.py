@@ -13,11 +13,11 @@ from slipstick.balance.compliance import lossless
 from slipstick.balance.contacts import same_direction
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.reduction import excited_orders, reduction_warnings
-from slipstick.contact import traits
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
+    from slipstick.contact.law import Law
 
 
 FEW_CONTACTS = 16
@@ -142,9 +142,9 @@ def _harmonic_warnings(problem: Problem) -> Iterator[str]:
     base = gcd(*driven) or 1
     multiples = [m // base for m in orders[1:] if m % base == 0]
     pairs = list(zip(problem.batches, problem.inputs.batches, strict=True))
-    kinked = [(traits.kinked(batch.law, given.values), given) for batch, given in pairs]
+    kinked = [(batch.law.kinked(given.values), given) for batch, given in pairs]
     acting = any(mask.any() for mask, _ in kinked)
-    one_sided = any((mask & given.slides[0]).any() for mask, given in kinked)
+    one_sided = any((mask & given.slides).any() for mask, given in kinked)
     if one_sided and driven and not any(m % 2 == 0 for m in multiples):
         even = f"even multiples of {base}" if base > 1 else "even harmonics"
         yield (
@@ -163,7 +163,7 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
         for e, (p, k) in enumerate(batch.members):
             pair = problem.contacts[p]
             ports = {port for port in batch.law.ports if pair.direction(port, k) is not None}
-            approach = float(given.motion[1:, e, 0].sum() + np.abs(given.motion[1:, e, 1:]).sum())
+            approach = sum(_approach(given.motion[batch.law.ports.index(port), e]) for port in _normal(batch.law))
             own = {name: float(pair.values(name)[k]) for name in given.values}
             along, across = (pair.direction(port, k) if port in ports else None for port in ("tangential", "normal"))
             if along and across and own.get("mu", 0.0) > 0.0 and same_direction(along, across):
@@ -171,10 +171,20 @@ def _contact_warnings(problem: Problem) -> Iterator[str]:
                     f"contact '{pair.elements[k]}': normal is the tangential direction, so that one motion presses and "
                     "slides: give the direction across the contact, or leave normal out for a constant normal load"
                 )
-            for name, parameter in traits.factors(batch.law).items():
+            for name, parameter in batch.law.factors.items():
                 own[parameter] *= getattr(problem, name) or 1.0  # a factor of 0 is meant
-            for sentence in traits.warnings(batch.law, own, ports, approach):
+            for sentence in batch.law.warnings(own, ports, approach):
                 yield f"contact '{pair.elements[k]}': {sentence}"
+
+
+def _normal(law: Law) -> list[str]:
+    """The port along which the opposing surface approaches, if there is one."""
+    return [port for direction, port in law.surface_ports.items() if direction == "normal"]
+
+
+def _approach(motion: Array) -> float:
+    """How far at most a motion (L,) comes nearer."""
+    return float(motion[0] + np.abs(motion[1:]).sum())
 
 
 def _proportion_warnings(problem: Problem, static: Array) -> Iterator[str]:
@@ -217,7 +227,7 @@ def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]
     "approach" is how far the opposing surface itself may come.
     """
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
-        for i, name in traits.stiffness_names(batch.law).items():
+        for i, name in batch.law.stiffness_names.items():
             port = batch.ports[i]
             rows, members = np.arange(len(problem.port_directions))[port.rows], np.arange(batch.count)[port.members]
             for row, e in zip(rows, members, strict=True):
@@ -228,8 +238,7 @@ def _springs(problem: Problem) -> Iterator[tuple[int, str, str, dict[str, float]
 
 def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterator[str]:
     if problem.contacts:
-        first = problem.contacts[0]
-        rows = problem.direction_matrix([first.direction(first.contact.ports[0]) or {}])
+        rows = problem.direction_matrix([problem.contacts[0].first_direction])
     else:
         dofs = [load.dof for load in problem.loads if load.dof is not None]
         rows = problem.direction_matrix({dof: 1.0} for dof in (*dofs, *problem.structure.dofs)[:1])

@@ -20,7 +20,6 @@ from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.states import pairs_at_start
-from slipstick.contact import traits
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
 from slipstick.faults import (
@@ -228,7 +227,7 @@ class Problem:
         return Inputs(batches=tuple(self._given(batch, moving) for batch in self.batches), P=self.load_coefficients())
 
     def _given(self, batch: Batch, moving: Sequence[Mapping[str, Array]]) -> Given:
-        factor = {parameter: getattr(self, name) for name, parameter in traits.factors(batch.law).items()}
+        factor = {parameter: getattr(self, name) for name, parameter in batch.law.factors.items()}
         values = {
             name: factor.get(name, 1.0) * np.array([self.contacts[p].values(name)[k] for p, k in batch.members])
             for name in batch.law.values

@@ -12,7 +12,6 @@ from slipstick.balance.inputs import Given, Inputs
 from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance, ComplexArray, Forces
 from slipstick.balance.states import add_force_changes, power_rows
-from slipstick.contact import traits
 from slipstick.contact.law import Response, add_to
 from slipstick.solve.linear.jacobian import Jacobian
 from slipstick.solve.norm import norm
@@ -138,7 +137,7 @@ def terms(balance: Balance, x: Array, at: Balanced) -> Array:
     stiffness, prescribed = np.zeros(balance.n_ports), 0.0
     for batch, given, response in zip(balance.batches, at.detail.inputs.batches, at.detail.responses, strict=True):
         prescribed += float(np.sum(given.motion[..., 1:] ** 2))
-        for i, springs in traits.springs(batch.law, response).items():
+        for i, springs in batch.law.springs(response).items():
             port = batch.ports[i]
             stiffness[port.rows] += springs[port.members]
     motion = norm(x)

@@ -9,8 +9,7 @@ import numpy as np
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.kinds import AnyCompliance
 from slipstick.balance.ports import Balance
-from slipstick.contact import traits
-from slipstick.contact.law import add_to
+from slipstick.contact.law import Linear, add_to
 from slipstick.solve.continuation import ArclengthScaling
 from slipstick.typing import Array
 
@@ -45,7 +44,7 @@ def scales(balance: Balance, inputs: Inputs, omega: float) -> Scales:
     compliance = balance.compliance(omega, inputs.structure)
     sizes = [_norm(v) for v in linear_motions(balance, inputs, compliance, omega).values()]
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        sizes += [_largest(given.motion[..., 1:]), _largest(traits.size(batch.law, given.values))]
+        sizes += [_largest(given.motion[..., 1:]), _largest(batch.law.size(given.values))]
     present = [size for size in sizes if np.isfinite(size) and size > 0]
     displacement = max(present) if present else 1.0
     return Scales(
@@ -66,7 +65,7 @@ def _norm(x: Array) -> float:
 
 def linear_motions(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: float) -> dict[str, Array]:
     """Unknowns (N,) of the linear systems in which every law is held in one state, by its name, likeliest first."""
-    names = dict.fromkeys(name for batch in balance.batches for name in traits.linear_states(batch.law))
+    names = dict.fromkeys(name for batch in balance.batches for name in batch.law.linear_states)
     found = {name: _linear(balance, inputs, compliance, omega, name) for name in names}
     return {name: x for name, x in found.items() if x is not None}
 
@@ -75,9 +74,9 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
     """Linear laws ``F = K Q + c`` in the balance: ``(I + A K) x = A (P - c - K u)``, u the rubbing motion."""
     unit, tangents, constants, any_own = np.eye(balance.L), [], [], False
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        held = traits.linear(batch.law, state, given.values, given.drift(omega))
+        held = batch.law.linear(state, given.values, given.drift(omega))
         any_own = any_own or held is not None
-        held = held or traits.Linear({}, {})
+        held = held or Linear({}, {})
         tangents.append({key: k[:, None, None] * unit for key, k in held.stiffness.items()})
         constants.append(_constant(held, given.motion))
     if not any_own:
@@ -89,7 +88,7 @@ def _linear(balance: Balance, inputs: Inputs, compliance: AnyCompliance, omega: 
     return x if np.all(np.isfinite(x)) else None
 
 
-def _constant(held: traits.Linear, motion: Array) -> dict[int, Array]:
+def _constant(held: Linear, motion: Array) -> dict[int, Array]:
     """Forces (n, L) by port while the structure stands still."""
     found: dict[int, Array] = {}
     for (i, j), k in held.stiffness.items():

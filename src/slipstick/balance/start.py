@@ -14,7 +14,6 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import Scales, linear_motions, scales
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.contact import traits
 from slipstick.contact.rubbing import VELOCITIES
 from slipstick.errors import Reason
 from slipstick.solve.continuation import ContinuationOptions, continuation
@@ -142,7 +141,7 @@ class FirstPoint:
     def _law_ramps(self) -> dict[tuple[str, str, float], None]:
         """Ramps the laws offer, each once."""
         pairs = zip(self.balance.batches, self.inputs.batches, strict=True)
-        return dict.fromkeys(ramp for batch, given in pairs for ramp in traits.ramps(batch.law, given.values))
+        return dict.fromkeys(ramp for batch, given in pairs for ramp in batch.law.ramps(given.values))
 
     def _solve(self, x: Array, options: NewtonOptions = _NEWTON) -> Array | None:
         system = FrequencySystem(self.balance, self.inputs)

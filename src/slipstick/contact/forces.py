@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipstick.contact.traits import Interval
+from slipstick.contact.law import Interval
 from slipstick.errors import SlipstickError
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, IntArray

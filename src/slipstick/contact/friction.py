@@ -33,7 +33,7 @@ class FrictionContact(FrictionLaw):
         Tangential and normal contact stiffness, force/length, >= 0. Without kn it is 1, a mere scale of the gap:
         a contact that moves along its normal needs it.
     mu
-        Friction coefficient, >= 0.
+        Friction coefficient, >= 0. Without both kt and mu it is a stop, which needs no tangential direction.
     gap
         Gap (> 0) or interference (< 0), length.
     normal_load
@@ -62,18 +62,23 @@ class FrictionContact(FrictionLaw):
     """Whether kn was not given (of each object; no parameter)."""
     _loaded: ClassVar[bool] = False
     """Whether a normal load was given, and no gap."""
+    _stop: ClassVar[bool]
+    """Whether kt and mu were not given."""
 
     def __init__(
         self,
         *,
-        kt: Reals,
-        mu: Reals,
+        kt: Reals | None = None,
+        mu: Reals | None = None,
         kn: Reals | None = None,
         gap: Reals | None = None,
         normal_load: Reals | None = None,
     ) -> None:
         object.__setattr__(self, "_scaled", kn is None)
         object.__setattr__(self, "_loaded", gap is None)
+        object.__setattr__(self, "_stop", kt is None and mu is None)
+        if self._stop:
+            kt = mu = 0.0
         given = {"kt": kt, "mu": mu, "kn": 1.0 if kn is None else kn, "gap": gap, "normal_load": normal_load}
         values, found = {}, Gathering()
         for name, value in given.items():
@@ -109,6 +114,8 @@ class FrictionContact(FrictionLaw):
         shown: dict[str, Any] = {"kt": self.kt, "mu": self.mu, "kn": self.kn}
         if self._scaled:
             del shown["kn"]
+        if self._stop:
+            del shown["kt"], shown["mu"]
         again = {**shown, "normal_load": self.normal_load}
         if self._loaded and self._says(again):
             shown = again
@@ -123,14 +130,25 @@ class FrictionContact(FrictionLaw):
     def changed(self, **values: Reals) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
         numbers: dict[str, Any] = {**self.values, **({"kn": None} if self._scaled else {}), **values}
+        if self._stop and not {"kt", "mu"} & set(values):
+            del numbers["kt"], numbers["mu"]
         if "normal_load" in values:
             del numbers["gap"]
         new = FrictionContact(**numbers)
         object.__setattr__(new, "_loaded", "normal_load" in values or (self._loaded and "gap" not in values))
         return new
 
+    @property
+    def optional_ports(self) -> tuple[str, ...]:
+        """The normal, whose load is constant then; without kt and mu the tangential port too."""
+        frictionless = not (np.any(np.asarray(self.kt) != 0) or np.any(np.asarray(self.mu) != 0))
+        return self.ports if frictionless else ("normal",)
+
     def missing(self, ports: set[str]) -> Iterator[Fault]:
-        """A normal stiffness that was not given, where something moves along the normal."""
+        """Friction that was not given, where something moves along the surface; a normal stiffness across it."""
+        if self._stop and "tangential" in ports:
+            remedy = "give both; a stop without friction needs no tangential direction"
+            yield Fault(statement="kt and mu are missing", remedy=remedy)
         if self._scaled and "normal" in ports:
             remedy = "give the normal contact stiffness: the contact, or its opposing surface, moves along the normal"
             yield Fault("kn", "is missing", remedy=remedy)

@@ -6,24 +6,21 @@ from collections.abc import Iterator, Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from slipstick.contact import traits
 from slipstick.contact.forces import ContactForces, element_forces, element_intervals, element_states
-from slipstick.contact.law import ByPort, Law, Motion, Response
-from slipstick.contact.traits import Interval, Linear, Variable
-from slipstick.typing import Array
+from slipstick.contact.law import ByPort, Interval, Law, Linear, Motion, Response, Variable
+from slipstick.typing import Array, Numbers
 
 TANGENTIAL_PORT, NORMAL_PORT = 0, 1
 LARGEST_FRICTION = 2.0
 """A friction coefficient above it is more than dry surfaces reach."""
 
 
-class FrictionLaw:
+class FrictionLaw(Law):
     """Behaviour of a friction contact; the numbers ``kt, mu, kn, gap`` come with each call."""
 
     ports: tuple[str, ...] = ("tangential", "normal")
-    optional_ports: ClassVar[tuple[str, ...]] = ("normal",)
     kind: ClassVar[str] = "friction"
     derived_parameters: ClassVar[tuple[str, ...]] = ("normal_load",)
     dissipating: ClassVar[tuple[int, ...]] = (TANGENTIAL_PORT,)
@@ -109,6 +106,8 @@ class FrictionLaw:
             yield "the normal load is 0 and the contact has no normal direction, so it never acts"
         elif kn == 0:
             yield "kn = 0, so it carries no normal load and never acts; give the normal contact stiffness"
+        elif "tangential" not in ports:
+            pass  # a stop
         elif mu == 0 and kt > 0:
             yield "mu = 0, so there is no friction force"
         elif kt == 0:
@@ -124,7 +123,7 @@ class FrictionLaw:
         return {0: p["kt"] * f.stick_fraction + slipping, 1: p["kn"] * (1.0 - f.separation_fraction)}
 
     @staticmethod
-    def derived(name: str, values: Mapping[str, Array]) -> tuple[str, ArrayLike] | None:
+    def derived(name: str, values: Mapping[str, Array]) -> tuple[str, Numbers] | None:
         """``(parameter, factor)`` of a derived name: a normal load is a gap of ``-load / kn``."""
         if name != "normal_load":
             return None
@@ -165,7 +164,7 @@ class FrictionLaw:
 
 def is_friction(law: Law) -> bool:
     """Whether a law is that of the friction element. Names of ports say nothing of it: any law may use the same."""
-    return isinstance(law, FrictionLaw) and traits.kind(law) == FrictionLaw.kind
+    return law.kind == FrictionLaw.kind
 
 
 def _by_parameter(f: ContactForces, name: str) -> ByPort:

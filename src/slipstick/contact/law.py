@@ -2,17 +2,20 @@
 
 A port is a direction of relative motion with the force along it. Forces act ON the left-hand side of the structure's
 equations: they resist the motion (THEORY.md (1.1)). The balance and everything round it know ports and names only,
-so a new law is one class that has the members of ``Law``.
+so a new law is one subclass of ``Law``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import NDArray
 
+from slipstick.errors import Fault
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, Numbers
 
@@ -64,27 +67,312 @@ class Response:
     """What the law itself wants to find again."""
 
 
-@runtime_checkable
-class Law(Protocol):
-    """A contact law with its parameters: numbers, or arrays (n,) for n elements.
+Interval = tuple[float, float, str]
+"""Start and end, rad, and the state between."""
 
-    A law may have more, which is used where it is there: see ``slipstick.contact.traits``.
+
+class Linear(NamedTuple):
+    """``F_i = sum_j stiffness[i, j] Q_j + constant[i] e1``: a law held in one state; what is left out is zero."""
+
+    stiffness: Mapping[tuple[int, int], Array]
+    """(n,) each."""
+    constant: Mapping[int, Array]
+    """(n,) each, on the zero harmonic."""
+
+
+class Variable(NamedTuple):
+    """A results variable of a law: a parameter, or an attribute of ``Response.detail``."""
+
+    source: str
+    dims: tuple[str, ...]
+    """Dimensions after point and contact."""
+    units: str
+    long_name: str
+
+
+class TimeSlopes(NamedTuple):
+    """Derivatives of what ``Law.rate`` returns, at k motions of n elements each.
+
+    Rows are the forces at the ports, then the rates of the memory; columns are the motions at the ports, the
+    velocities, then the memory: (n_ports + n_memory, 2 n_ports + n_memory, n, k).
     """
 
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports, such as ("tangential", "normal")."""
-        ...
+    values: Array
+    force: Array
+    """The forces themselves, (n_ports, n, k)."""
+    memory_rate: Array
+    """(n_memory, n, k)."""
 
-    @property
-    def values(self) -> Mapping[str, ArrayLike]:
-        """Every parameter by name."""
-        ...
 
+if TYPE_CHECKING:
+    default = property
+else:
+
+    class default:
+        """A property that an attribute of a subclass or of an instance hides."""
+
+        def __init__(self, function: Callable[[Any], Any]) -> None:
+            self._function, self.__doc__ = function, function.__doc__
+
+        def __get__(self, law: Any, owner: Any = None) -> Any:
+            return self if law is None else self._function(law)
+
+
+class Law(ABC):
+    """A contact law with its parameters: numbers, or arrays (n,) for n elements.
+
+    A subclass has the attributes ``ports`` and ``values`` and the methods ``changed`` and ``respond``. All else has a
+    default. What a law does not tell (states, forces or rates in time) is unknown, and never taken for friction,
+    whatever its ports are called.
+
+    Attributes
+    ----------
+    ports
+        Names of the ports, such as ("tangential", "normal").
+    values
+        Every parameter by name.
+    optional_ports
+        Ports that a contact may go without.
+    surface_ports
+        Along which port the opposing surface slides ("tangential") and approaches ("normal") in a ``RubbingMotion``.
+        By default it slides along the first port and approaches along one called "normal".
+    dissipating
+        Numbers of the ports whose force does work over a period; by default all.
+    factors
+        Names of factors on one parameter of all contacts, such as "friction" on mu.
+    derived_parameters
+        Names that stand for a parameter with a factor, see ``derived``; each is an attribute too.
+    units
+        Units of parameters by name; "1" where it does not tell.
+    variables
+        Results variables; by default the parameters under their own names.
+    linear_states
+        States for which ``linear`` gives a first guess, the likeliest first.
+    kind
+        Laws of equal kind are computed together, as one batch; by default each law is its own.
+    force_names
+        Names of the forces along the ports; by default those of the ports.
+    stiffness_names
+        The parameter that is a stiffness along a port, by port.
+    memory
+        Names of what an element remembers beside its motion: the unknowns of ``rate``, such as ("z",).
+    """
+
+    if TYPE_CHECKING:
+
+        @property
+        def ports(self) -> tuple[str, ...]:
+            """Names of the ports."""
+
+        @property
+        def values(self) -> Mapping[str, Numbers]:
+            """Every parameter by name."""
+
+    @default
+    def derived_parameters(self) -> tuple[str, ...]:
+        """Names that stand for a parameter with a factor."""
+        return ()
+
+    @default
+    def factors(self) -> Mapping[str, str]:
+        """Names of factors on one parameter of all contacts."""
+        return {}
+
+    @default
+    def units(self) -> Mapping[str, str]:
+        """Units of parameters by name."""
+        return {}
+
+    @default
+    def linear_states(self) -> tuple[str, ...]:
+        """States for which ``linear`` gives a first guess."""
+        return ("stuck", "free")
+
+    @default
+    def stiffness_names(self) -> Mapping[int, str]:
+        """The parameter that is a stiffness along a port."""
+        return {}
+
+    @default
+    def memory(self) -> tuple[str, ...]:
+        """Names of what an element remembers."""
+        return ()
+
+    @abstractmethod
     def changed(self, **values: Numbers) -> Law:
         """A copy with other parameters."""
-        ...
 
+    @abstractmethod
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces of n elements whose parameters are ``values``, (n,) each."""
-        ...
+
+    # what it tells of time
+
+    def states(self, motion: Motion, values: Mapping[str, Array]) -> list[list[Interval]] | None:
+        """Intervals (start, end, state) of one period of n elements, in rad; None: unknown."""
+        del motion, values
+        return None
+
+    def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...] | None:
+        """Forces at phases ``tau`` (k,), (n, k) for each port, no harmonics cut off; None: unknown."""
+        del motion, values, tau
+        return None
+
+    def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array] | None:
+        """The law in time: forces, and how its memory changes; None: unknown.
+
+        With it the law is integrated in time (``transient``, ``check_in_time``) and has multipliers (stability).
+
+        Parameters
+        ----------
+        q, velocity
+            Motion (length) and velocity (length/time) along the ports, (n_ports, n, k) for n elements at k instants;
+            the motion of the opposing surface is included, but for the way its constant velocity has made in ``q``.
+        memory
+            What the elements remember, (n_memory, n, k); zero where a motion begins.
+        values
+            Parameters, (n, 1) each.
+
+        Returns
+        -------
+        tuple
+            Forces (n_ports, n, k), and time derivatives of the memory (n_memory, n, k).
+        """
+        del q, velocity, memory, values
+        return None
+
+    def time_slopes(
+        self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array], scale: tuple[float, float]
+    ) -> TimeSlopes:
+        """Derivatives of ``rate``, arguments as there; by default central differences.
+
+        ``scale``: sizes of motion and velocity that the steps are chosen by; memory's is its own.
+        """
+        told = self.rate(q, velocity, memory, values)
+        assert told is not None
+        columns = []
+        for argument, size in ((0, scale[0]), (1, scale[1]), (2, float(np.abs(memory).max(initial=0.0)) or 1.0)):
+            step = _DIFFERENCE * size
+            for j in range(len((q, velocity, memory)[argument])):
+                ends = []
+                for way in (step, -step):
+                    moved = [q, velocity, memory]
+                    moved[argument] = moved[argument].copy()
+                    moved[argument][j] += way
+                    end = self.rate(moved[0], moved[1], moved[2], values)
+                    assert end is not None
+                    ends.append(np.concatenate(end))
+                columns.append((ends[0] - ends[1]) / (2.0 * step))
+        return TimeSlopes(np.stack(columns, axis=1), *told)
+
+    @default
+    def in_time(self) -> bool:
+        """Whether ``rate`` tells the law in time."""
+        still = np.zeros((len(self.ports), 1, 1))
+        values = {name: np.ravel(np.asarray(value, dtype=float))[:1, None] for name, value in self.values.items()}
+        with np.errstate(all="ignore"):
+            return self.rate(still, still.copy(), np.zeros((len(self.memory), 1, 1)), values) is not None
+
+    # what is asked of it besides
+
+    @default
+    def optional_ports(self) -> tuple[str, ...]:
+        """Ports that a contact may go without."""
+        return ()
+
+    @default
+    def surface_ports(self) -> Mapping[str, str]:
+        """Ports along which the opposing surface slides and approaches."""
+        approach = {"normal": "normal"} if "normal" in self.ports else {}
+        return {"tangential": self.ports[0], **approach}
+
+    @default
+    def dissipating(self) -> tuple[int, ...]:
+        """Numbers of the ports whose force does work over a period."""
+        return tuple(range(len(self.ports)))
+
+    @default
+    def kind(self) -> Hashable:
+        """Laws of equal kind are computed together."""
+        return id(self)
+
+    @default
+    def force_names(self) -> tuple[str, ...]:
+        """Names of the forces along the ports."""
+        return tuple(self.ports)
+
+    @default
+    def variables(self) -> Mapping[str, Variable]:
+        """Results variables."""
+        return {name: Variable(name, (), self.unit(name), f"parameter {name}") for name in self.values}
+
+    def unit(self, parameter: str) -> str:
+        """Units of a parameter."""
+        return str(self.units.get(parameter, "1"))
+
+    def stands_for(self, name: str, values: Mapping[str, Array]) -> tuple[str, Numbers] | None:
+        """``(parameter, factor)`` where ``name`` is a parameter, or stands for one times a factor, else None."""
+        return (name, 1.0) if name in self.values else self.derived(name, values)
+
+    def derived(self, name: str, values: Mapping[str, Array]) -> tuple[str, Numbers] | None:
+        """``(parameter, factor)`` where ``name`` stands for ``parameter = factor * name``, else None."""
+        del name, values
+        return None
+
+    def linear(self, state: str, values: Mapping[str, Array], drift: Array) -> Linear | None:
+        """The law held in one state; by default nothing ("free"), or the tangent at rest ("stuck")."""
+        if state == "free":
+            return Linear({}, {})
+        if state != "stuck":
+            return None
+        n, p = drift.shape[1], len(self.ports)
+        still = Motion(Harmonics([0]), 1.0, tuple(np.zeros((n, 1)) for _ in range(p)), np.zeros((p, n)))
+        response = self.respond(still, values)
+        return Linear(
+            {key: tangent[:, 0, 0] for key, tangent in response.by_motion.items()},
+            {i: force[:, 0] for i, force in enumerate(response.force)},
+        )
+
+    def ramps(self, values: Mapping[str, Array]) -> Iterator[tuple[str, str, float]]:
+        """Label, parameter and starting fraction of the ramps towards a first point; by default each from 0."""
+        del values
+        return ((f"{name} ramp", name, 0.0) for name in self.values)
+
+    def size(self, values: Mapping[str, Array]) -> Array:
+        """Typical motion set by the law itself, (n,); zero where it has none."""
+        del values
+        return np.zeros(1)
+
+    def widened(self, own: Harmonics, wide: Harmonics) -> Law:
+        """The law where forces are wanted in more harmonics than the motion has; by default it answers in any."""
+        del own, wide
+        return self
+
+    def springs(self, response: Response) -> Mapping[int, Array]:
+        """Stiffness (n,) with which the force at each port answers, as far as it acts: its rounding is judged by it."""
+        total: dict[int, Array] = {}
+        for (i, _), tangent in response.by_motion.items():
+            add_to(total, i, np.abs(tangent).max(axis=(1, 2)))
+        return total
+
+    def undecided(self, response: Response) -> NDArray[np.bool_]:
+        """Which of n elements have a constant force that any steady sliding makes jump, (n,)."""
+        return np.zeros(len(response.work), dtype=bool)
+
+    def kinked(self, values: Mapping[str, Array]) -> NDArray[np.bool_]:
+        """Which of n elements have friction that acts, (n,) of bool: their forces have kinks and many harmonics."""
+        return np.zeros(len(next(iter(values.values()), ())), dtype=bool)
+
+    def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
+        """What looks wrong in one contact with these ports, whose opposing surface comes no nearer than that."""
+        del values, ports, approach
+        return iter(())
+
+    def missing(self, ports: set[str]) -> Iterator[Fault]:
+        """Parameters that were not given, but are needed where something moves along these ports."""
+        del ports
+        return iter(())
+
+
+_DIFFERENCE = 1e-6
+"""Step of central differences over the size of the argument."""

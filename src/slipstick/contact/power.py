@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from slipstick.contact.law import ByPort, Law, Motion, Response, add_to
-from slipstick.contact.traits import dissipating
 from slipstick.typing import Array
 
 
@@ -18,7 +17,7 @@ class Power:
 
     def __init__(self, law: Law, motion: Motion, response: Response) -> None:
         self.motion, self.response = motion, response
-        self._ports = dissipating(law)
+        self._ports = law.dissipating
         self._slopes = {i: motion.harmonics.derivative(motion.Q[i]) for i in self._ports}
 
     @property

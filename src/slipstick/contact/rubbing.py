@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import gcd, lcm
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,17 @@ VELOCITIES = (VELOCITY, SWEPT) = ("velocity", "velocity_per_omega")
 MOTION_PARTS = ("cos", "sin", "normal_cos", "normal_sin")
 _NONE: Mapping[int, float] = MappingProxyType({})
 _COMPONENT = re.compile(r"((?:normal_)?(?:cos|sin))(0|[1-9][0-9]*)")
+
+
+class PortMotion(NamedTuple):
+    """Prescribed motion along one port; each for all elements or (n, ...)."""
+
+    velocity: Numbers
+    """Length per time."""
+    velocity_per_omega: Numbers
+    """Length."""
+    motion: NDArray[np.float64]
+    """Coefficients of the periodic part, (..., L)."""
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -103,6 +114,15 @@ class RubbingMotion:
     def speed(self, omega: Reals) -> NDArray[np.float64]:
         """Constant velocity at a fundamental frequency (rad/s), length per time."""
         return np.asarray(np.asarray(self.velocity) + np.asarray(self.velocity_per_omega) * omega, dtype=float)
+
+    def by_direction(self, harmonics: Harmonics, order_factor: int = 1) -> dict[str, PortMotion]:
+        """What it is along "tangential" and along "normal"; a law tells which of its ports these are."""
+        return {
+            "tangential": PortMotion(
+                self.velocity, self.velocity_per_omega, self.coefficients(harmonics, order_factor)
+            ),
+            "normal": PortMotion(0.0, 0.0, self.normal_coefficients(harmonics, order_factor)),
+        }
 
     def coefficients(self, harmonics: Harmonics, order_factor: int = 1) -> NDArray[np.float64]:
         """Coefficients ``U`` of the periodic part, (L,) or (n_elements, L).

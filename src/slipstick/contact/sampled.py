@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from slipstick.contact.law import ByPort, Motion, Response, add_to
+from slipstick.contact.law import ByPort, Law, Motion, Response, TimeSlopes, add_to
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
@@ -26,7 +26,7 @@ _STEP = 1e-30
 
 
 @dataclass(frozen=True, kw_only=True)
-class SampledLaw:
+class SampledLaw(Law):
     """A smooth force law ``force(q, velocity, **parameters)``, evaluated at equidistant times of the period.
 
     Parameters
@@ -118,6 +118,25 @@ class SampledLaw:
     def respond(self, motion: Motion, values: Mapping[str, Array]) -> Response:
         """Forces and derivatives of n elements whose parameters are ``values``, (n,) each."""
         return _Sampled(self, motion, values, _times(self, motion.harmonics)).response()
+
+    def rate(self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Forces at motion and velocity; there is no memory."""
+        del memory
+        found = _called(self, list(q), list(velocity), dict(values))
+        return np.array([np.real(f) for f in found]), np.zeros((0, *q.shape[1:]))
+
+    def time_slopes(
+        self, q: Array, velocity: Array, memory: Array, values: Mapping[str, Array], scale: tuple[float, float]
+    ) -> TimeSlopes:
+        """Derivatives of the force, exact by complex steps."""
+        del scale
+        columns = []
+        for argument, j in ((a, j) for a in (0, 1) for j in range(len(q))):
+            moved = [list(q.astype(complex)), list(velocity.astype(complex))]
+            moved[argument][j] = moved[argument][j] + 1j * _STEP
+            columns.append(np.array([np.imag(f) for f in _called(self, moved[0], moved[1], dict(values))]) / _STEP)
+        force, rates = self.rate(q, velocity, memory, values)
+        return TimeSlopes(np.stack(columns, axis=1), force, rates)
 
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Forces (n, k) at phases (k,), for each port: those of the function itself."""
@@ -217,6 +236,13 @@ def _arrays(found: Any, ports: int, shape: tuple[int, ...]) -> list[AnyArray]:
     return arrays
 
 
+def _called(law: SampledLaw, q: list[AnyArray], velocity: list[AnyArray], values: Mapping[str, Any]) -> list[AnyArray]:
+    """What the force function returns at each port."""
+    if len(q) == 1:
+        return _arrays((law.force(q[0], velocity[0], **values),), 1, q[0].shape)
+    return _arrays(law.force(tuple(q), tuple(velocity), **values), len(q), q[0].shape)
+
+
 class _Sampled:
     """One evaluation: motion at phases ``tau`` (n, times), and the transforms to and from coefficients."""
 
@@ -234,12 +260,7 @@ class _Sampled:
 
     def force(self, q: list[AnyArray], rate: list[AnyArray], values: Mapping[str, Array]) -> list[AnyArray]:
         """Forces in time at each port, (n, times)."""
-        velocity = [self.omega * r for r in rate]
-        if len(q) == 1:
-            found = (self.law.force(q[0], velocity[0], **values),)
-        else:
-            found = self.law.force(tuple(q), tuple(velocity), **values)
-        return _arrays(found, len(q), q[0].shape)
+        return _called(self.law, q, [self.omega * r for r in rate], values)
 
     def slopes(self, q: list[AnyArray], rate: list[AnyArray], values: Mapping[str, Array]) -> list[Array]:
         """Derivatives in time at each port, from arguments with one imaginary step among them."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.contact.forces import element_states
-from slipstick.contact.traits import Interval
+from slipstick.contact.law import Interval
 from slipstick.faults import LARGEST
 from slipstick.report.encoding import Indices, fixed, packed
 from slipstick.results.contacts import FRICTION_VARIABLES

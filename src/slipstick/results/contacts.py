@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.contact import traits
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.friction_law import NORMAL_PORT, TANGENTIAL_PORT, FrictionLaw, is_friction
-from slipstick.contact.law import Motion
-from slipstick.contact.traits import Interval
+from slipstick.contact.law import Interval, Motion
 from slipstick.errors import InputError
 from slipstick.faults import LARGEST, shown, suggestion
 from slipstick.results.schema import law_variables
@@ -129,7 +127,7 @@ def states_at(branch: Branch, point: int) -> dict[str, list[Interval]]:
     found: dict[int, list[Interval]] = {}
     told = False
     for own in contacts_at(branch, point):
-        states = None if own.law is None else traits.states_of(own.law, own.motion, own.values)
+        states = None if own.law is None else own.law.states(own.motion, own.values)
         told = told or states is not None
         unknown = [[(0.0, 2.0 * np.pi, UNKNOWN_STATE)] for _ in own.elements]
         found |= dict(zip(own.elements.tolist(), states if states is not None else unknown, strict=True))
@@ -148,7 +146,7 @@ def loop_at(branch: Branch, point: int, contact: int, port: str | None, tau: Arr
             f"the law of contact '{name}' is not known: {branch.without}; give the problem, ss.load(path, problem)"
         )
     i = _port(own.law, name, port)
-    forces = traits.forces_in_time(own.law, own.motion, own.values, tau)
+    forces = own.law.forces_in_time(own.motion, own.values, tau)
     if forces is None:
         raise InputError(f"the law of contact '{name}', a {type(own.law).__name__}, does not give its force in time")
     H, v = own.motion.harmonics.H_minus(tau), float(own.motion.drift[i, 0])

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.balance.ports import Balance
-from slipstick.contact import traits
 from slipstick.errors import InputError
 from slipstick.results.truncation import moved
 from slipstick.structure.skin import AtSkin, Skin
@@ -92,6 +91,6 @@ def _forces(balance: Balance, data: ResultTable) -> Array:
     """Forces at the ports (n, n_ports, L)."""
     force = np.zeros((data.sizes["point"], balance.n_ports, balance.L))
     for batch in balance.batches:
-        for name, port in zip(traits.force_names(batch.law), batch.ports, strict=True):
+        for name, port in zip(batch.law.force_names, batch.ports, strict=True):
             force[:, port.rows] = data[f"{name}_force"].to_numpy()[:, batch.elements][:, port.members]
     return force

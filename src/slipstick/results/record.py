@@ -15,7 +15,6 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.contact import traits
 from slipstick.contact.law import Response
 from slipstick.results.besides import Besides
 from slipstick.results.measures import amplitude
@@ -264,7 +263,7 @@ class Recorder:
         at, shape = batch.elements, (batch.count, b.L)
         given = [p.detail.inputs.batches[k] for p in points]
         X = x.reshape(len(points), b.n_ports, b.L)
-        for i, name in enumerate(traits.force_names(batch.law)):
+        for i, name in enumerate(batch.law.force_names):
             own, port = answers.of(k, _force_of(i), shape), batch.ports[i]
             found[f"{name}_force"][:, at] = own
             force[:, port.rows] = own[:, port.members]
@@ -273,12 +272,12 @@ class Recorder:
             found[f"contact_{batch.law.ports[i]}"][:, at] = moved
         omega = np.array([p.omega for p in points])[:, None]
         found["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
-        found["rubbing_velocity"][:, at] = _stack(
-            [g.speed(p.omega)[0] for g, p in zip(given, points, strict=True)], shape[:1]
-        )
-        found["rubbing_motion"][:, at] = _stack([g.motion[0] for g in given], shape)
-        normal = batch.law.ports.index("normal") if "normal" in batch.law.ports else None
-        found["normal_motion"][:, at] = 0.0 if normal is None else _stack([g.motion[normal] for g in given], shape)
+        surface, place = batch.law.surface_ports, batch.law.ports.index
+        along, across = (place(surface[d]) if d in surface else None for d in ("tangential", "normal"))
+        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(given, points, strict=True)]
+        found["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
+        for name, own_port in (("rubbing_motion", along), ("normal_motion", across)):
+            found[name][:, at] = 0.0 if own_port is None else _stack([g.motion[own_port] for g in given], shape)
         for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
             if state.batch == k:
                 found[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])

@@ -16,7 +16,6 @@ import numpy as np
 
 from slipstick.balance.parameters import parameter_units
 from slipstick.balance.reduction import reduction_attributes
-from slipstick.contact import traits
 from slipstick.contact.friction_law import FrictionLaw, is_friction
 from slipstick.errors import InputError, Outcome
 from slipstick.results.stability import PARTS, SPECIAL_KINDS, STABILITY_METHODS, ranks
@@ -27,7 +26,7 @@ from slipstick.units import ANGULAR
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
-    from slipstick.contact.law import Law
+    from slipstick.contact.law import Law, Variable
 
 VariableParts = tuple[tuple[str, ...], AnyArray, dict[str, str]]
 """Dimensions, values, and ``units`` with ``long_name``."""
@@ -99,7 +98,7 @@ VARIABLES: dict[str, Declared] = {
     ),
     "peak_dof": Declared((), "1", "index of the dof whose amplitude peaks here, -1 for none", whole=True),
 }  # fmt: skip
-"""Every variable that does not depend on the contact laws and a user's own contact states; these bring theirs."""
+"""Every variable that does not depend on the contact laws (``Law.variables``) and a user's own contact states."""
 
 STABILITY: dict[str, Declared] = {
     "multiplier": Declared(("rank", "part"), "1", "Floquet multipliers, the largest first"),
@@ -230,7 +229,7 @@ def _declared(problem: Problem, parameter: str) -> Iterator[tuple[str, Declared]
         elif parameter:
             yield name, Declared((), parameter_units(problem, parameter), parameter)
     for batch in problem.batches:
-        for port, force in zip(batch.law.ports, traits.force_names(batch.law), strict=True):
+        for port, force in zip(batch.law.ports, batch.law.force_names, strict=True):
             dims = ("contact", "coefficient")
             yield f"contact_{port}", Declared(dims, "length", f"{port} relative motion coefficients")
             yield f"{force}_force", Declared(dims, "force", f"{force} force coefficients")
@@ -251,10 +250,10 @@ def state_names(problem: Problem) -> list[str]:
     ]
 
 
-def law_variables(law: Law) -> dict[str, traits.Variable]:
+def law_variables(law: Law) -> dict[str, Variable]:
     """Variables of a law by name; "law_" comes before one that every branch or friction contact may have, or a
     dimension."""
-    own, taken = traits.variables(law), {*VARIABLES, *STABILITY, *_DIMENSIONS}
+    own, taken = law.variables, {*VARIABLES, *STABILITY, *_DIMENSIONS}
     if not is_friction(law):
         taken |= FrictionLaw.variables.keys()
     return {f"law_{name}" if name in taken else name: own[name] for name in own}

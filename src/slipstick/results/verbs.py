@@ -60,9 +60,6 @@ def subharmonic(branch: Branch, point: int, **options: Any) -> Branch:
     return subharmonic_response(branch, point, **options)
 
 
-_COMPARED = ("contact_tangential", "contact_normal", "amplitude", "mean", *FRICTION_VARIABLES.values())
-
-
 _FREE_PHASE = 1e-4
 """Change of the state over a period, of self-excited vibration, that is that of a frequency that is nearly right."""
 
@@ -89,19 +86,22 @@ def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
     """As ``Branch.check_in_time``."""
     from slipstick.analysis.curve.steady import corrected
     from slipstick.analysis.time_domain.initial_state import HarmonicStart
-    from slipstick.analysis.time_domain.piecewise_model import integration_faults
+    from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults
     from slipstick.analysis.time_domain.transient import transient
+    from slipstick.contact.friction_law import FrictionLaw, is_friction
 
     found, problem = branch.point(point), branch.problem_at(point)
     if faults := list(integration_faults(problem)):
         raise InputError(faults)
     omega = float(found["omega"])
     between = "kind" in found and str(found["kind"].to_numpy()) == "interpolated"
-    d = corrected(branch, point) if between else {name: found[name].to_numpy() for name in _COMPARED}
-    start = HarmonicStart(
-        harmonics=problem.harmonics, tangential=d["contact_tangential"], normal=d["contact_normal"]
-    )  # fmt: skip
-    held = {name: d[variable] for name, variable in FRICTION_VARIABLES.items()}
+    d = corrected(branch, point) if between else {str(name): own.to_numpy() for name, own in found.data_vars.items()}
+    friction, none = friction_elements(problem), np.zeros((0, problem.harmonics.size))
+    tangential, normal = (d[f"contact_{port}"][friction] if friction.size else none for port in FrictionLaw.ports)
+    others = [b for b in problem.batches if not is_friction(b.law)]
+    ports = np.concatenate([none, *(d[f"contact_{port}"][b.elements] for b in others for port in b.law.ports)])
+    start = HarmonicStart(harmonics=problem.harmonics, tangential=tangential, normal=normal, ports=ports)
+    held = {name: np.nan_to_num(d[variable]) for name, variable in FRICTION_VARIABLES.items()} if friction.size else {}
     if is_self_excited(branch.table):  # shooting at a given period has no solution that stands alone: the phase is free
         options = {"method": "march", "tolerance": _FREE_PHASE, **options}
     result = transient(problem, omega, initial=start, held=held, **options)

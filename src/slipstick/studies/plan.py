@@ -12,7 +12,6 @@ import numpy as np
 
 from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
-from slipstick.contact import traits
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
 from slipstick.studies.ranges import box_of, given_values
@@ -217,7 +216,7 @@ def _sets(problem: Problem, name: str) -> set[Any]:
 def _underlying(problem: Problem, member: tuple[int, int], quantity: str) -> str:
     for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
         if member in batch.members:
-            found = traits.derived(batch.law, quantity, given.values)
+            found = batch.law.stands_for(quantity, given.values)
             return found[0] if found is not None else quantity
     return quantity
 

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers.floquet import distance
+from helpers.laws import Spring
 from helpers.stability import oscillator, point_at
 
 import slipstick as ss
@@ -56,13 +57,13 @@ def test_a_hot_contact_keeps_the_friction_it_has_there() -> None:
 
 
 def test_other_laws_and_structures_without_equations_in_time_are_refused_by_name() -> None:
-    law = ss.SampledLaw(force=lambda x, v, k: k * x**3, parameters={"k": 1.0})
+    law = Spring(1.0)
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     problem = ss.Problem(
-        structure, contacts=[ss.ContactPair(name="spring", contact=law, ports={"x": "x"})],
+        structure, contacts=[ss.ContactPair(name="spring", contact=law, ports={"along": "x"})],
         loads=[ss.Load(dof="x", sin=1.0)], harmonics=3,
     )  # fmt: skip
-    with pytest.raises(ss.InputError, match="contact 'spring' follows a law of another kind"):
+    with pytest.raises(ss.InputError, match="contact 'spring' follows a law that does not tell its rate"):
         ss.forced_response(problem, omega=(1.0, 2.0), stability=True)
 
 

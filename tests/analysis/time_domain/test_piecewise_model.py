@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.laws import Spring
 
 import slipstick as ss
 from slipstick.analysis.time_domain.piecewise_model import friction_system
@@ -39,9 +40,9 @@ def test_what_cannot_be_held(held, said):
 
 
 def test_other_laws_are_not_known():
-    law = ss.SampledLaw(force=lambda x, velocity, k: k * x, parameters={"k": 1.0}, ports=("q",))
+    law = Spring(1.0)
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="s", contact=law, ports={"q": "x"})
+    pair = ss.ContactPair(name="s", contact=law, ports={"along": "x"})
     p = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
-    with pytest.raises(InputError, match="expected friction contacts alone"):
+    with pytest.raises(InputError, match="contact 's' follows a law that does not tell its rate"):
         friction_system(p, 5.0)

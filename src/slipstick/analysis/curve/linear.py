@@ -13,7 +13,6 @@ from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
-from slipstick.contact import traits
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, frequency, in_radians, numbers, one, shown, wrong
 from slipstick.results.branch import Branch
@@ -123,7 +122,7 @@ def _held(balance: Balance, inputs: Inputs, state: str) -> tuple[Array, Array]:
     """Stiffness (n_ports, n_ports) and force at rest (n_ports, L) of all contacts held in one state."""
     stiffness, constant = np.zeros((balance.n_ports, balance.n_ports)), np.zeros((balance.n_ports, balance.L))
     for batch, given in zip(balance.batches, inputs.batches, strict=True):
-        held = traits.linear(batch.law, state, given.values, np.zeros_like(given.velocity))
+        held = batch.law.linear(state, given.values, np.zeros_like(given.velocity))
         if held is None:
             continue
         rows = np.full((len(batch.ports), batch.count), -1)

@@ -322,7 +322,7 @@ def _peak_dofs(problem: Problem, given: Sequence[str] | str | None) -> tuple[tup
         if len(outputs) <= PEAK_OUTPUTS:
             return outputs, ()
         loaded = [load.dof for load in problem.loads if load.dof in outputs]
-        first = [pair.direction(pair.contact.ports[0]) or {} for pair in problem.contacts[:1]]
+        first = [pair.first_direction for pair in problem.contacts[:1]]
         rubbed = [dof for direction in first for dof in direction if dof in outputs]
         chosen = tuple(dict.fromkeys(str(dof) for dof in loaded or rubbed)) or outputs[:1]
         rest = tuple(dof for dof in outputs if dof not in chosen)

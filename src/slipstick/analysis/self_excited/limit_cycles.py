@@ -69,7 +69,8 @@ def limit_cycles(
     Parameters
     ----------
     problem
-        What rubs: friction contacts on a structure that is known by matrices or modes.
+        What rubs: friction contacts, or laws without memory that tell their ``rate``, on a structure that is known by
+        matrices or modes.
     parameter, span
         As of ``parameter_response``: a name such as "brake.mu", its first and last value. Begin where steady sliding is
         stable.
@@ -187,8 +188,10 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
         if other := [name for name in pair.rubbing.names if name != "velocity"]:
             found = f"the rubbing motion has {', '.join(other)}"
             yield Fault(("contact", pair.name), found, expected="a constant velocity alone", remedy=instead)
-        if not is_friction(pair.contact):
-            yield Fault(("contact", pair.name), "it follows a law of another kind", expected="friction contacts")
+        law = pair.contact
+        if not is_friction(law) and (law.memory or not law.in_time):
+            found = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
+            yield Fault(("contact", pair.name), found, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
@@ -325,7 +328,8 @@ class SelfExcitedRun(Run[SelfExcited]):
         if start.largest is None:
             self.message = "vibration grows at the Hopf point without bound: no contact changes its state"
             return
-        yield self._rising(start, hopf, start.largest, STATE_CHANGE)
+        if not start.smooth:
+            yield self._rising(start, hopf, start.largest, STATE_CHANGE)
         first = start.first()
         if first is not None:
             yield from self._beyond(start, first)

@@ -11,8 +11,10 @@ import numpy as np
 from slipstick.analysis.peaks.gradient import StateSpace
 from slipstick.analysis.self_excited.steady_sliding import Sliding
 from slipstick.analysis.self_excited.system import CycleSystem
+from slipstick.analysis.stability.linear_systems import friction_batch
 from slipstick.analysis.stability.state_sequence import Word, word_of
 from slipstick.balance.scaling import scales
+from slipstick.contact.friction_law import is_friction
 from slipstick.solve.continuation import ArclengthScaling, Step
 from slipstick.solve.continuation.corrector import Corrector
 from slipstick.solve.continuation.metric import Metric
@@ -24,6 +26,9 @@ _WITHIN = (0.5, 0.05)
 _BEYOND = (0.02, 0.05, 0.1, 0.2, 0.01, 0.005, 0.002, 0.001)
 """How much larger than that size cycles are sought."""
 _DOUBLINGS = 60
+_SMALL, _GROWN, _SAME_VALUE = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8), (9.0, 4.0, 1.0, 19.0), 1e-3
+"""Where laws other than friction bend the curve from the Hopf point on: sizes of the vibration there, and how much
+larger than that the first cycle is sought."""
 
 
 class CycleStart:
@@ -43,7 +48,10 @@ class CycleStart:
     motion
         Of the vibration, (N,): harmonic 1 alone, of length 1.
     largest
-        Size at which a contact changes its state; None where none ever does.
+        Size at which a contact changes its state; None where none ever does. With laws that bend the curve from the
+        Hopf point on a small one.
+    smooth
+        Whether there are such laws.
     """
 
     def __init__(self, space: StateSpace, hopf: Sliding, rest: Array, span: tuple[float, float]) -> None:
@@ -58,6 +66,8 @@ class CycleStart:
         self.system = CycleSystem(space, rate.reshape(-1))
         self.rest, self.omega, self.value = rest, hopf.omega, hopf.value
         self.scale = scales(self._balance, space.at_value(hopf.value), hopf.omega).displacement
+        self._friction = friction_batch(self._balance)
+        self.smooth = any(not is_friction(batch.law) for batch in self._balance.batches)
         self.largest = self._largest()
         self.found = self._settle()
 
@@ -76,23 +86,28 @@ class CycleStart:
     def first(self) -> Step | None:
         """A cycle a little larger, at whatever value of the parameter it has; None where none is found in the range."""
         assert self.largest is not None
-        sizes = ((1.0 + beyond) * self.largest for beyond in _BEYOND)
+        sizes = ((1.0 + beyond) * self.largest for beyond in (_GROWN if self.smooth else _BEYOND))
         steps = (self._corrected(size) for size in sizes)
-        return next((s for s in steps if s is not None and self._inside(s) and not self._slides_on(s)), None)
+        cycles = (s for s in steps if s is not None and self._inside(s))
+        return next((s for s in cycles if self.smooth or not self._slides_on(s)), None)
+
+    def _beside(self, step: Step) -> bool:
+        """Whether a vibration is so small that its parameter is that of the Hopf point."""
+        return abs(step.parameter - self.value) < _SAME_VALUE * abs(self._span[1] - self._span[0])
 
     def _settle(self) -> bool:
         """Go from where eigenvalues put the Hopf point to that of the balance, and say whether there is one."""
         size = self.largest or self.scale
-        for part in _WITHIN:
+        for part in _SMALL if self.smooth else _WITHIN:
             step = self._corrected(part * size, exact=True)
-            if step is not None and self._slides_on(step):
+            if step is not None and self._slides_on(step) and (not self.smooth or self._beside(step)):
                 x, self.omega, self.value = step.x[:-1], float(step.x[-1]), step.parameter
                 X = x.reshape(self._balance.n_ports, -1)
                 first, c = np.zeros_like(X), self._balance.harmonics.index(1, "c")
                 first[:, c : c + 2] = X[:, c : c + 2]
                 self.motion = first.reshape(-1) / np.linalg.norm(first)
                 self.rest = np.where(np.arange(X.shape[1]) == 0, X, 0.0).reshape(-1)
-                self.largest = self._largest()
+                self.largest = part * size if self.smooth else self._largest()
                 return True
         return False
 
@@ -113,9 +128,11 @@ class CycleStart:
         return self._word(step.x[:-1], float(step.x[-1]), step.parameter) == self._word(self.rest)
 
     def _word(self, x: Array, omega: float | None = None, value: float | None = None) -> Word:
-        balance = self._balance
-        inputs = self._space.at_value(self.value if value is None else value).batches[0]
-        motion = balance.motion(0, x, omega or self.omega, inputs)
+        balance, k = self._balance, self._friction
+        if k is None:
+            return ()
+        inputs = self._space.at_value(self.value if value is None else value).batches[k]
+        motion = balance.motion(k, x, omega or self.omega, inputs)
         return word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**inputs.values, "v": motion.drift[0]})
 
     def _largest(self) -> float | None:

@@ -14,12 +14,15 @@ import numpy as np
 
 from slipstick.analysis.stability.floquet import unstable
 from slipstick.analysis.stability.linear_systems import LinearSystems
+from slipstick.analysis.stability.monodromy import VELOCITIES_JUMP, law_tangent
+from slipstick.analysis.stability.refined_motion import Iteration
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint
 from slipstick.balance.systems import ParameterSystem
 from slipstick.contact.forces import element_intervals
 from slipstick.contact.kernel.tuples import STICK
+from slipstick.errors import InputError
 from slipstick.results.stability import EIGENVALUES, PointStability
 from slipstick.solve.newton import NewtonOptions, newton_at
 from slipstick.trig.harmonics import Harmonics
@@ -116,6 +119,7 @@ class SteadySliding:
         self._reference = _reference(balance)
         self._system = ParameterSystem(self._balance, self._path, self._reference)
         self._systems = LinearSystems(self._balance, full=True, damping_at=damping_at)
+        self._iteration = Iteration(self._balance)
         self._last: Array | None = None
 
     @property
@@ -129,15 +133,21 @@ class SteadySliding:
         if x is None:
             return None
         detail = self._system.evaluate(x, value).detail
-        motion = self._balance.motion(0, x, self._reference, detail.inputs.batches[0])
-        given = {**detail.responses[0].values, "v": motion.drift[0]}
-        found = element_intervals(self._balance.harmonics, *motion.Q, **given)
-        states = tuple(int(code[n - 1, 0]) for code, n in zip(found.code, found.totals, strict=True))
+        motion = self._iteration.truncated(x, detail)
+        given, states = motion.given, tuple[int, ...]()
+        if len(motion.X):
+            found = element_intervals(motion.harmonics, motion.X, motion.Y, **given)
+            states = tuple(int(code[n - 1, 0]) for code, n in zip(found.code, found.totals, strict=True))
         combinations = self._systems.at(detail)
         piece, r, scale = combinations(states), combinations.dynamics.size, combinations.scale
         A = np.zeros((2 * r, 2 * r))
         A[:r, r:] = scale * np.eye(r)
         A[r:] = -piece.forces[:, : 2 * r]
+        if motion.laws:
+            tangent = law_tangent(combinations, motion, self._systems.law_ports, np.zeros(1))
+            if tangent is None:
+                raise InputError(VELOCITIES_JUMP)
+            A[r:] -= tangent[0]
         exponents, vectors = np.linalg.eig(A)
         size = np.abs(exponents).max(initial=0.0) or 1.0
         order = np.lexsort((np.abs(exponents.imag), -(exponents.real / size).round(12)))

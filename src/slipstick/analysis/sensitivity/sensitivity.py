@@ -22,7 +22,6 @@ from slipstick.balance.parameters import parameter_path, product_warnings
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import terms
 from slipstick.balance.states import Powered
-from slipstick.contact import traits
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.results.record import Outputs, contact_states, unknowns
@@ -179,7 +178,7 @@ def _undecided(here: Linearization, directions: Sequence[Move]) -> NDArray[np.bo
     """Which parameters set contacts in motion that are stuck at rest: their friction force then jumps."""
     found = np.zeros(len(directions), dtype=bool)
     for b, (batch, response) in enumerate(zip(here.balance.batches, here.found.responses, strict=True)):
-        loose = traits.undecided(batch.law, response)
+        loose = batch.law.undecided(response)
         for k, direction in enumerate(directions):
             assert direction.inputs is not None
             found[k] |= bool(np.any(direction.inputs.batches[b].slides & loose))

@@ -14,8 +14,8 @@ from slipstick.analysis.stability.harmonic_form import (
     modal_answers,
 )
 from slipstick.analysis.stability.linear_systems import LinearSystems
-from slipstick.analysis.stability.monodromy import Monodromy, monodromy
-from slipstick.analysis.stability.orbit import orbit_beside, within_reach
+from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws
+from slipstick.analysis.stability.orbit import Orbit, orbit_beside, within_reach
 from slipstick.analysis.stability.refined_motion import Iteration, SmoothMotion
 from slipstick.analysis.stability.state_sequence import StickStarts, Timeline, timeline
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
@@ -68,7 +68,7 @@ class StabilityWatch:
     Raises
     ------
     InputError
-        If a contact follows a law other than friction.
+        If a contact follows a law that does not tell its rate in time.
     """
 
     def __init__(self, balance: Balance, *, full: bool = False, damping_at: float | None = None) -> None:
@@ -89,6 +89,8 @@ class StabilityWatch:
         if not self.systems.in_time:
             return self._counted(x, detail)
         motion, known = self._iterate(x, detail), self.systems.at(detail)
+        if motion.laws.n_memory:
+            return self._shot(motion, known, detail)
         line, found = self._pieces(motion, known, detail.omega)
         if found is None or not found.sound:
             multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
@@ -108,8 +110,8 @@ class StabilityWatch:
         odd = None if line.neutral else odd
         if not _settled(multipliers, doubts, odd):
             system = (known.dynamics, known.contacts)
-            seek = self._within_reach(detail, *system)
-            orbit = orbit_beside(self.balance, detail, motion, line, *system, free=self.free) if seek else None
+            seek = self._within_reach(detail, motion, *system)
+            orbit = self._orbit(detail, motion, line, known) if seek else None
             if not seek and _settled(multipliers, doubts, odd, most=np.inf, safety=_LEAST):
                 pass  # a large model: what is at hand has to do, and leaves no doubt of the side
             elif orbit is None:
@@ -121,9 +123,31 @@ class StabilityWatch:
             multipliers=multipliers, unstable=count, method=method, neutral=len(line.neutral), error=error
         )
 
-    def _within_reach(self, detail: Detail, structure: Dynamics, contacts: FrictionPorts) -> bool:
+    def _shot(self, motion: SmoothMotion, known: Combinations, detail: Detail) -> PointStability:
+        """Stability with contacts that remember: of the motion in time beside this one."""
+        line = timeline(motion)
+        reach = self._within_reach(detail, motion, known.dynamics, known.contacts)
+        orbit = self._orbit(detail, motion, line, known) if reach else None
+        if orbit is None:
+            return PointStability(
+                multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=len(line.neutral),
+                error=np.inf,
+            )  # fmt: skip
+        multipliers = self.judged(orbit.multipliers)
+        return PointStability(
+            multipliers=multipliers, unstable=unstable(multipliers), method=SHOOTING, neutral=len(line.neutral)
+        )
+
+    def _orbit(self, detail: Detail, motion: SmoothMotion, line: Timeline, known: Combinations) -> Orbit | None:
+        """The motion in time beside a point."""
+        return orbit_beside(
+            self.balance, detail, motion, line, known.dynamics, known.contacts, self.systems.law_ports, free=self.free
+        )
+
+    def _within_reach(self, detail: Detail, motion: SmoothMotion, structure: Dynamics, contacts: FrictionPorts) -> bool:
         if self._reach is None:
-            self._reach = within_reach(self.balance, detail, structure, contacts)
+            reach = within_reach(self.balance, detail, motion, structure, contacts, self.systems.law_ports)
+            self._reach = reach
         return self._reach
 
     free = False
@@ -135,7 +159,10 @@ class StabilityWatch:
 
     def _pieces(self, motion: SmoothMotion, known: Combinations, omega: float) -> tuple[Timeline, Monodromy | None]:
         line = timeline(motion)
-        return line, monodromy(line, StickStarts(motion, known.contacts, known), known, omega)
+        starts = StickStarts(motion, known.contacts, known)
+        if motion.laws:
+            return line, monodromy_with_laws(line, starts, known, motion, self.systems.law_ports)
+        return line, monodromy(line, starts, known, omega)
 
     def form(self, x: Array, detail: Detail) -> HarmonicForm:
         """The harmonic form at a solution, on the motion of the balance itself: its ``D(0)`` is the Jacobian."""
@@ -147,10 +174,9 @@ class StabilityWatch:
         else:
             receptance = adjusted(balance.receptance, inputs.structure)
             answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
-        motion = balance.motion(0, x, detail.omega, inputs.batches[0])
-        given = {**detail.responses[0].values, "v": motion.drift[0]}
-        own = (motion.Q[0], motion.Q[1])
-        return harmonic_form(balance.harmonics, own, given, contacts, answers, detail.omega)
+        motion = self._iterate.truncated(x, detail)
+        own = (motion.X, motion.Y)
+        return harmonic_form(balance.harmonics, own, motion.given, contacts, answers, detail.omega)
 
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
@@ -159,6 +185,8 @@ class StabilityWatch:
         return self._orders_differ
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
+        if self.systems.law_ports.size:  # the form is that of friction contacts
+            return PointStability(multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=0)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
         if by_order and not hasattr(self.balance.receptance, "of_order"):
             if not self._told:
@@ -178,7 +206,7 @@ class StabilityWatch:
     def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
         multipliers = found.multipliers
-        if not multipliers.size or abs(multipliers[0]) < _DEAD:
+        if not multipliers.size or abs(multipliers[0]) < _DEAD or self.systems.law_ports.size:
             return np.nan
         period = 2.0 * np.pi / detail.omega
         exponent = self.form(x, detail).exponent(np.log(multipliers[0]) / period)
@@ -217,13 +245,14 @@ def real_part(multipliers: ComplexArray) -> Array:
 
 
 def _foreign_contacts(balance: Balance) -> list[str]:
-    """Names of contacts that are not friction contacts."""
+    """Names of contacts whose law is not told in time."""
     names = balance.problem.elements
-    return [names[e] for b in balance.batches if not is_friction(b.law) for e in b.numbers]
+    known = [is_friction(b.law) or b.law.in_time for b in balance.batches]
+    return [names[e] for b, told in zip(balance.batches, known, strict=True) if not told for e in b.numbers]
 
 
 def _foreign(name: str) -> Fault:
     return Fault(
-        "stability", f"contact '{name}' follows a law of another kind, and only friction contacts are known",
-        remedy="leave stability out, or integrate in time with a code of your own",
+        "stability", f"contact '{name}' follows a law that does not tell its rate in time",
+        remedy="give the law the method rate (slipstick.contact.law.Law), or leave stability out",
     )  # fmt: skip

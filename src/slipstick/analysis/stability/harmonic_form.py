@@ -68,6 +68,8 @@ class HarmonicForm:
             h = np.exp(-1j * self.orders * stick.start) * _decay(rate, stick.length) / (2.0 * np.pi)
             memory = h[:, None] * np.exp(1j * self.orders * stick.start)[None, :]
             x, y = c.tangential[stick.contact], c.normal[stick.contact]
+            if x < 0:
+                continue
             out[x, :, x, :] -= c.kt[stick.contact] * memory
             if y >= 0:
                 out[x, :, y, :] += stick.factor * memory
@@ -135,9 +137,11 @@ def harmonic_form(
         x, y = contacts.tangential[i], contacts.normal[i]
         stick, slip, closed = _windows(at, code[:, 0], harmonics.highest)
         whole = total == 1 and code[0, 0] == STICK
-        fixed[x, :, x, :] = contacts.kt[i] * (np.eye(K) if whole else stick)
-        if y >= 0:
+        if x >= 0:
+            fixed[x, :, x, :] = contacts.kt[i] * (np.eye(K) if whole else stick)
+        if x >= 0 and y >= 0:
             fixed[x, :, y, :] = contacts.mu[i] * contacts.kn[i] * slip
+        if y >= 0:
             fixed[y, :, y, :] = contacts.kn[i] * closed
         neutral += int(whole and contacts.kt[i] > 0)
         if not whole:

@@ -11,10 +11,31 @@ from slipstick.analysis.stability.dynamics import Dynamics, dynamics
 from slipstick.analysis.stability.switched_system import Combinations, FrictionPorts
 from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
+from slipstick.contact.friction_law import is_friction
 from slipstick.errors import InputError
+from slipstick.typing import Array, IntArray
 
 IN_MOTION = 4.0
 """Modes stay in motion up to this times the highest harmonic."""
+
+
+def friction_batch(balance: Balance) -> int | None:
+    """Number of the batch of friction contacts; None without any."""
+    return next((k for k, batch in enumerate(balance.batches) if is_friction(batch.law)), None)
+
+
+def friction_values(detail: Detail, batch: int | None) -> Mapping[str, Array]:
+    """Parameters (n,) of the friction contacts at a point."""
+    return dict.fromkeys(("kt", "mu", "kn", "gap"), np.zeros(0)) if batch is None else detail.responses[batch].values
+
+
+def port_numbers(balance: Balance, k: int) -> IntArray:
+    """Numbers of the ports of a batch among all ports of the balance, (n_ports, n); -1 where there is none."""
+    batch, numbers = balance.batches[k], np.arange(balance.n_ports)
+    out = np.full((len(batch.ports), batch.count), -1)
+    for place, port in zip(out, batch.ports, strict=True):
+        place[port.members] = numbers[port.rows]
+    return out
 
 
 class LinearSystems:
@@ -26,15 +47,19 @@ class LinearSystems:
     ----------
     in_time
         Whether the structure has equations in time; without, only :meth:`contacts` is known.
+    law_ports
+        Numbers of the ports of contacts of other laws among all ports, -1 where there is none, as ``LawsInTime`` has
+        them. With such contacts all modes stay in motion.
     """
 
     def __init__(self, balance: Balance, *, full: bool, damping_at: float | None = None) -> None:
         self._balance, self._full = balance, full
         self._damping: dict[str, Any] = {} if damping_at is None else {"damping_at": damping_at}
-        batch, numbers = balance.batches[0], np.arange(balance.n_ports)
-        self._tangential, self._normal = np.full((2, batch.count), -1)
-        for place, port in zip((self._tangential, self._normal), batch.ports, strict=True):
-            place[port.members] = numbers[port.rows]
+        self._batch = friction_batch(balance)
+        rows = [np.concatenate([*port_numbers(balance, k)]) for k, b in enumerate(balance.batches) if k != self._batch]
+        self.law_ports = np.concatenate([np.zeros(0, dtype=int), *rows])
+        none = np.zeros((2, 0), dtype=int)
+        self._ports: IntArray = none if self._batch is None else port_numbers(balance, self._batch)
         self._structures: dict[tuple[tuple[str, float], ...], Dynamics] = {}
         self._key: object = None
         self._combinations: Combinations | None = None
@@ -46,16 +71,16 @@ class LinearSystems:
 
     def contacts(self, detail: Detail) -> FrictionPorts:
         """The contacts with the parameters of a point."""
-        values = detail.responses[0].values
+        values = friction_values(detail, self._batch)
         return FrictionPorts(
-            tangential=self._tangential, normal=self._normal, kt=values["kt"], mu=values["mu"], kn=values["kn"],
+            tangential=self._ports[0], normal=self._ports[1], kt=values["kt"], mu=values["mu"], kn=values["kn"],
             n_ports=self._balance.n_ports,
         )  # fmt: skip
 
     def at(self, detail: Detail) -> Combinations:
         """Those of a point."""
         contacts, structure, size = self.contacts(detail), self._dynamics(detail.inputs.structure), 0
-        if not self._full:
+        if not self._full and not self.law_ports.size:
             size = structure.count_below(IN_MOTION * self._balance.harmonics.highest * detail.omega)
         parameters = (p.tobytes() for p in (contacts.kt, contacts.mu, contacts.kn))
         key = (size, *sorted(detail.inputs.structure.items()), *parameters)

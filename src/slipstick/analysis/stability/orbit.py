@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipstick.analysis.stability.dynamics import Dynamics
+from slipstick.analysis.stability.linear_systems import friction_batch, friction_values
 from slipstick.analysis.stability.refined_motion import SmoothMotion
 from slipstick.analysis.stability.state_sequence import Timeline
 from slipstick.analysis.stability.switched_system import FrictionPorts
 from slipstick.analysis.time_domain.event_integrator import ChatteringError, Stepper
-from slipstick.analysis.time_domain.initial_state import with_forces
+from slipstick.analysis.time_domain.initial_state import periodic_memory, with_forces
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.analysis.time_domain.piecewise import Combination, FrictionSystem, PiecewiseLinear, State
 from slipstick.analysis.time_domain.piecewise_model import system_of
 from slipstick.analysis.time_domain.shooting import one_period, relative_change
@@ -23,7 +25,7 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.residual import Detail
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
-from slipstick.typing import Array, ComplexArray
+from slipstick.typing import Array, ComplexArray, IntArray
 
 FARTHEST = 0.25
 """Distance from the truncated motion, over its size, beyond which another motion was found."""
@@ -31,10 +33,11 @@ FARTHEST = 0.25
 _SHIFT = 2e-3
 """Shift of the frequency, over itself, within which a motion still stands for the truncated one beside a fold."""
 
-_CLOSED = 1e-11
+_CLOSED, _CLOSED_CORNERED = 1e-11, 1e-9
+"""How closely a period comes back; of what a law remembers, whose equation may have corners within a step."""
 _MOST = 12
 _STALLED = 0.7
-_FEWEST_STEPS = 96
+_FEWEST_STEPS, _FEWEST_SMOOTH = 96, 24
 _MOST_WORK = 2e8
 """Steps a period times the size of the system cubed: seconds for the periods that Newton's method takes."""
 
@@ -59,50 +62,66 @@ class Orbit:
 
 def orbit_beside(
     balance: Balance, detail: Detail, motion: SmoothMotion, line: Timeline, structure: Dynamics,
-    contacts: FrictionPorts, *, free: bool,
+    contacts: FrictionPorts, law_ports: IntArray, *, free: bool,
 ) -> Orbit | None:  # fmt: skip
     """The periodic motion nearest to an iterated one; None where none is found.
 
     ``free``: nothing prescribes the frequency of the motion, it is found with it. Beside a fold the motion may end a
     little before the truncated one does: then the nearest one at a slightly other frequency is taken.
     """
-    system = _system(balance, detail, structure, contacts)
+    structure = _with_none(structure)
+    system = _system(balance, detail, structure, contacts, motion.laws, law_ports)
     first = line.intervals[0]
     tau = 0.0 if first.change is None else first.change.time - first.length
-    q, rate, size = _answer(balance, detail, motion, structure, contacts, tau)
+    q, rate, size = _answer(balance, detail, motion, structure, contacts, law_ports, tau)
     try:
         stepper = _stepper(system)
         z = np.zeros(system.size)
         z[: system.n], z[system.n : 2 * system.n] = q, rate
         z[system.n_dynamic :] = system.forcing(tau)
+        if system.laws.n_memory:
+            z[system.memory] = periodic_memory(system, lambda phases: motion.law_arguments(tau + phases))[0]
         friction = motion.force[0] @ motion.harmonics.H_minus(tau)
         z, states = with_forces(stepper, z, tuple(State(code) for code in line.cut), friction)
-        found = (None if free else _closed(stepper, z, states, tau, free=False)) or _closed(
-            stepper, z, states, tau, free=True
-        )
+        for own in (True,) if free else (False, True):
+            found = _closed(stepper, z, states, tau, free=own)
+            orbit = None if found is None else _beside(found, z, states, line, size, system.omega, free=free)
+            if orbit is not None:
+                return orbit
     except (ChatteringError, InputError, np.linalg.LinAlgError):
-        return None
-    if found is None:
-        return None
-    end, Phi, omega = found
-    if not free and abs(omega / system.omega - 1.0) > _SHIFT:
+        pass
+    return None
+
+
+def _beside(
+    found: tuple[Array, Array, Stepper], z: Array, states: Combination, line: Timeline, size: float, omega: float, *,
+    free: bool,
+) -> Orbit | None:  # fmt: skip
+    """The orbit, if it is the one next to where it was sought from."""
+    end, Phi, stepper = found
+    system = stepper.model.system
+    if not free and abs(system.omega / omega - 1.0) > _SHIFT:
         return None
     changing = {interval.change.contact for interval in line.intervals if interval.change is not None}
     stuck = [2 * system.n + j for j, state in enumerate(states) if state is State.STICK and j in changing]
-    kept = [*range(2 * system.n), *stuck]
+    kept = [*range(2 * system.n), *stuck, *range(system.n_dynamic)[system.memory]]
     away = float(np.linalg.norm((end - z)[: 2 * system.n])) / size
     return Orbit(Phi[np.ix_(kept, kept)], away) if away < FARTHEST else None
 
 
-def within_reach(balance: Balance, detail: Detail, structure: Dynamics, contacts: FrictionPorts) -> bool:
+def within_reach(
+    balance: Balance, detail: Detail, motion: SmoothMotion, structure: Dynamics, contacts: FrictionPorts,
+    law_ports: IntArray,
+) -> bool:  # fmt: skip
     """Whether the motion can be sought in time within seconds."""
-    system = _system(balance, detail, structure, contacts)
+    system = _system(balance, detail, _with_none(structure), contacts, motion.laws, law_ports)
     return _steps(PiecewiseLinear(system)) * float(system.size) ** 3 <= _MOST_WORK
 
 
 def _steps(model: PiecewiseLinear) -> int:
     """As few a period as the fastest motion allows."""
-    return max(_FEWEST_STEPS, int(np.ceil(2.0 * np.pi * model.fastest() / 1.5)))
+    fewest = _FEWEST_STEPS if model.system.n_contacts else _FEWEST_SMOOTH
+    return max(fewest, int(np.ceil(2.0 * np.pi * model.fastest() / 1.5)))
 
 
 def _stepper(system: FrictionSystem) -> Stepper:
@@ -112,16 +131,16 @@ def _stepper(system: FrictionSystem) -> Stepper:
 
 def _closed(
     stepper: Stepper, z: Array, states: Combination, tau: float, *, free: bool
-) -> tuple[Array, Array, float] | None:
-    """Start, derivative of the period map and frequency of the periodic motion; None where Newton's method fails."""
+) -> tuple[Array, Array, Stepper] | None:
+    """Start, derivative of the period map and what carries the periodic motion; None where Newton's method fails."""
     before, slow = np.inf, 0
     for _ in range(_MOST):
         Phi = one_period(stepper, z, states, True, tau)
         if Phi is None or stepper.states != states or not np.all(np.isfinite(Phi)):
             return None
         change = relative_change(stepper, z, stepper.z, states)
-        if change < _CLOSED:
-            return z, Phi, stepper.model.system.omega
+        if change < (_CLOSED_CORNERED if stepper.model.system.laws.n_memory else _CLOSED):
+            return z, Phi, stepper
         slow += change > _STALLED * before
         if slow > 2:
             return None
@@ -136,6 +155,7 @@ def _corrected(
     """Newton's correction of the start, and of the frequency where that is free."""
     system = stepper.model.system
     kept = [*range(2 * system.n), *(2 * system.n + j for j, s in enumerate(states) if s is State.STICK)]
+    kept += range(system.n_dynamic)[system.memory]
     matrix, defect = np.eye(len(kept)) - Phi[np.ix_(kept, kept)], (stepper.z - z)[kept]
     if free:
         beside = Stepper(PiecewiseLinear(replace(system, omega=system.omega * (1.0 + _NUDGE))), stepper.steps)
@@ -153,41 +173,60 @@ def _corrected(
     return out, Stepper(PiecewiseLinear(replace(system, omega=omega)), stepper.steps)
 
 
-def _system(balance: Balance, detail: Detail, d: Dynamics, contacts: FrictionPorts) -> FrictionSystem:
+def _with_none(d: Dynamics) -> Dynamics:
+    """The structure with one more port that never moves: -1 stands for it."""
+    return replace(
+        d, rows=np.vstack([d.rows, np.zeros(d.size)]), columns=np.hstack([d.columns, np.zeros((d.size, 1))]),
+        R=np.pad(d.R, (0, 1)), load_compliance=np.pad(d.load_compliance, ((0, 1), (0, 0))),
+    )  # fmt: skip
+
+
+def _system(
+    balance: Balance, detail: Detail, d: Dynamics, contacts: FrictionPorts, laws: LawsInTime, law_ports: IntArray
+) -> FrictionSystem:
     """What is integrated in time at a point: the structure and contacts that its multipliers are of."""
-    has, (given,), values = contacts.normal >= 0, detail.inputs.batches, detail.responses[0].values
-    order = np.concatenate([contacts.tangential, contacts.normal[has]])
+    has, h, driven = contacts.normal >= 0, balance.harmonics, balance.problem.load_columns
+    order = np.concatenate([contacts.tangential, contacts.normal[has], law_ports])
     equations = TimeEquations(
         M=np.eye(d.size), C=d.C, K=d.K, rows=d.rows[order], columns=np.hstack([d.columns[:, order], d.loads]),
         feedthrough=np.hstack([d.R[np.ix_(order, order)], d.load_compliance[order]]),
     )  # fmt: skip
-    h, driven = balance.harmonics, balance.problem.load_columns
+    batch, omega = friction_batch(balance), detail.omega
+    values = friction_values(detail, batch)
+    moved, velocity = np.zeros((2, 0, h.size)), np.zeros(0)
+    if batch is not None:
+        given = detail.inputs.batches[batch]
+        moved, velocity = given.motion, given.speed(omega)[0]
+    others = [given for k, given in enumerate(detail.inputs.batches) if k != batch]
     return system_of(
-        equations, detail.omega, h, rubbing=given.motion[0], approach=given.motion[1],
-        loads=driven.forces(detail.inputs.P, h.orders[1:], detail.omega), velocity=given.speed(detail.omega)[0],
-        has_normal=has, kt=values["kt"], mu=values["mu"], kn=values["kn"], gap=values["gap"],
+        equations, omega, h, rubbing=moved[0], approach=moved[1],
+        loads=driven.forces(detail.inputs.P, h.orders[1:], omega), velocity=velocity,
+        has_normal=has, kt=values["kt"], mu=values["mu"], kn=values["kn"], gap=values["gap"], laws=laws,
+        law_motion=np.concatenate([np.zeros((0, h.size)), *(given.motion.reshape(-1, h.size) for given in others)]),
+        law_velocity=np.concatenate([np.zeros(0), *(given.speed(omega).reshape(-1) for given in others)]),
     )  # fmt: skip
 
 
 def _answer(
-    balance: Balance, detail: Detail, motion: SmoothMotion, d: Dynamics, contacts: FrictionPorts, tau: float
-) -> tuple[Array, Array, float]:
+    balance: Balance, detail: Detail, motion: SmoothMotion, d: Dynamics, contacts: FrictionPorts, law_ports: IntArray,
+    tau: float,
+) -> tuple[Array, Array, float]:  # fmt: skip
     """q and dq/dtau of the structure (r,) at ``tau`` under the forces that the iteration began with, and their size."""
     wide, h, has = motion.harmonics, balance.harmonics, contacts.normal >= 0
     loads = balance.problem.load_columns.forces(detail.inputs.P, h.orders[1:], detail.omega)
     P = np.zeros((len(loads), wide.size))
     P[:, [0, *(wide.index(m, part) for m in h.orders[1:] for part in ("c", "s"))]] = loads
-    Fx, Fy = motion.force
-    f = d.loads @ P - d.columns[:, contacts.tangential] @ Fx - d.columns[:, contacts.normal[has]] @ Fy[has]
+    order = np.concatenate([contacts.tangential, contacts.normal[has], law_ports])
+    forces = np.concatenate([motion.force[0], motion.force[1][has], motion.law_force])
+    f = d.loads @ P - d.columns[:, order] @ forces
     hat, w = f[:, 1::2] - 1j * f[:, 2::2], wide.m * detail.omega
     Z = d.K + 1j * w[:, None, None] * d.C - (w * w)[:, None, None] * np.eye(d.size)
     q = np.linalg.solve(Z, hat.T[:, :, None])[:, :, 0] * np.exp(1j * wide.m * tau)[:, None]
     rate = 1j * wide.m[:, None] * q
     # the mean motion: of a free structure as the contacts stand
-    stand = np.concatenate([motion.X[:, 0] - motion.own[0][:, 0], (motion.Y[:, 0] - motion.own[1][:, 0])[has]])
-    order = np.concatenate([contacts.tangential, contacts.normal[has]])
-    force = np.concatenate([Fx[:, 0], Fy[has, 0]])
-    still = stand + d.R[np.ix_(order, order)] @ force - d.load_compliance[order] @ P[:, 0]
+    moved = [motion.X - motion.own[0], (motion.Y - motion.own[1])[has], motion.law_motion - motion.law_own]
+    stand = np.concatenate(moved)[:, 0]
+    still = stand + d.R[np.ix_(order, order)] @ forces[:, 0] - d.load_compliance[order] @ P[:, 0]
     scale = np.abs(d.K).max() or 1.0
     mean = np.linalg.lstsq(np.vstack([d.K / scale, d.rows[order]]), np.append(f[:, 0] / scale, still), rcond=None)[0]
     size = float(np.sqrt(0.5 * np.sum(np.abs(q) ** 2 + np.abs(rate) ** 2)))

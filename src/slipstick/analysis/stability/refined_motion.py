@@ -6,14 +6,17 @@ smoother, and the times at which contacts change their states become accurate.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
+from slipstick.analysis.time_domain.piecewise_model import law_in_time
+from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Motion
 from slipstick.results.truncation import moved
 from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array
@@ -28,9 +31,13 @@ WIDER = 4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmoothMotion:
-    """Motion and forces of n contacts in many harmonics, (n, L') each; the rubbing motion is included."""
+    """Motion and forces of n friction contacts in many harmonics, (n, L') each; the rubbing motion is included.
+
+    Those of contacts of other laws stand in ``laws``, with (P, L') motions and forces, in its order.
+    """
 
     harmonics: Harmonics
+    omega: float
     X: Array
     Y: Array
     own: tuple[Array, Array]
@@ -39,6 +46,19 @@ class SmoothMotion:
     """Friction and normal forces that the iteration began with."""
     given: dict[str, Array]
     """``v, kt, mu, kn, gap`` as ``element_forces`` takes them."""
+    laws: LawsInTime
+    law_motion: Array
+    law_own: Array
+    """What of it is the motion of the opposing surface."""
+    law_force: Array
+    law_drift: Array
+    """Constant velocity (P,) over omega."""
+
+    def law_arguments(self, tau: Array) -> tuple[Array, Array]:
+        """Motion and velocity (k, P) of contacts of other laws at phases (k,)."""
+        h = self.harmonics
+        H = h.H_minus(tau)
+        return H @ self.law_motion.T, self.omega * (H @ h.derivative(self.law_motion).T + self.law_drift)
 
 
 class Iteration:
@@ -52,31 +72,66 @@ class Iteration:
 
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
-        (inputs,), balance = detail.inputs.batches, self._balance
-        motion, response = balance.motion(0, x, detail.omega, inputs), detail.responses[0]
-        return SmoothMotion(
-            harmonics=balance.harmonics, X=motion.Q[0], Y=motion.Q[1], own=(inputs.motion[0], inputs.motion[1]),
-            force=(response.force[0], response.force[1]), given={**response.values, "v": motion.drift[0]},
-        )  # fmt: skip
+        motions = self._motions(x, detail)
+        own = [given.motion for given in detail.inputs.batches]
+        return self._gathered(self._balance.harmonics, detail, motions, own, [r.force for r in detail.responses])
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:
         """The iterated motion of the contacts at a solution (N,)."""
-        balance, (batch,), (inputs,) = self._balance, self._balance.batches, detail.inputs.batches
-        motion = balance.motion(0, x, detail.omega, inputs)
-        given = {**detail.responses[0].values, "v": motion.drift[0]}
-        X, Y, *own = (self._spread(part) for part in (*motion.Q, *inputs.motion))
-        found: ContactForces = element_forces(self.wide, X, Y, **given)
+        balance, wide, motions, forces = self._balance, self.wide, [], []
         further, columns = self._further(x, detail)
         force = np.zeros((balance.n_ports + balance.n_loads, len(columns)))
-        for port, coefficients in zip(batch.ports, (found.Fx, found.Fy), strict=True):
-            force[port.rows] = coefficients[port.members][:, columns]
+        for batch, motion, response in zip(balance.batches, self._motions(x, detail), detail.responses, strict=True):
+            spread = motion._replace(harmonics=wide, Q=tuple(self._spread(Q) for Q in motion.Q))
+            found = batch.law.widened(balance.harmonics, wide).respond(spread, response.values).force
+            for port, coefficients in zip(batch.ports, found, strict=True):
+                force[port.rows] = coefficients[port.members][:, columns]
+            motions.append(spread)
+            forces.append(found)
         omega = np.array([detail.omega])
         added = moved(balance.receptance, further, force[None], omega, [detail.inputs.structure])[0]
-        for port, coefficients in zip(batch.ports, (X, Y), strict=True):
-            coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
+        for batch, motion in zip(balance.batches, motions, strict=True):
+            for port, coefficients in zip(batch.ports, motion.Q, strict=True):
+                coefficients[np.ix_(np.arange(batch.count)[port.members], columns)] += added[port.rows, 1:]
+        own = [np.array([self._spread(part) for part in given.motion]) for given in detail.inputs.batches]
+        return self._gathered(wide, detail, motions, own, forces)
+
+    def _motions(self, x: Array, detail: Detail) -> list[Motion]:
+        batches = detail.inputs.batches
+        return [self._balance.motion(k, x, detail.omega, given) for k, given in enumerate(batches)]
+
+    def _gathered(
+        self, h: Harmonics, detail: Detail, motions: Sequence[Motion], own: Sequence[Array],
+        forces: Sequence[tuple[Array, ...]],
+    ) -> SmoothMotion:  # fmt: skip
+        friction: dict[str, Any] = {
+            "X": (none := np.zeros((0, h.size))), "Y": none, "own": (none, none), "force": (none, none),
+            "given": {name: np.zeros(0) for name in ("v", "kt", "mu", "kn", "gap")},
+        }  # fmt: skip
+        laws, rows = [], [(none, none, none, np.zeros(0))]
+        for k, (batch, motion) in enumerate(zip(self._balance.batches, motions, strict=True)):
+            values = detail.responses[k].values
+            if is_friction(batch.law):
+                X, Y = motion.Q
+                friction = {
+                    "X": X, "Y": Y, "own": (own[k][0], own[k][1]), "force": (forces[k][0], forces[k][1]),
+                    "given": {**values, "v": motion.drift[0]},
+                }  # fmt: skip
+            else:
+                laws.append(law_in_time(batch, values))
+                rows.append(
+                    (
+                        np.concatenate(motion.Q),
+                        np.concatenate(own[k]),
+                        np.concatenate(forces[k]),
+                        motion.drift.reshape(-1),
+                    )
+                )
+        moved, prescribed, force, drift = (np.concatenate(part) for part in zip(*rows, strict=True))
         return SmoothMotion(
-            harmonics=self.wide, X=X, Y=Y, own=(own[0], own[1]), force=(found.Fx, found.Fy), given=given
-        )
+            harmonics=h, omega=detail.omega, laws=LawsInTime(laws), law_motion=moved, law_own=prescribed,
+            law_force=force, law_drift=drift, **friction,
+        )  # fmt: skip
 
     def _further(self, x: Array, detail: Detail) -> tuple[Array, NDArray[np.intp]]:
         """Orders whose motion is not known, and their columns: those left out, and kept ones not in use at a point."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
+from slipstick.analysis.stability.linear_systems import friction_batch
 from slipstick.analysis.stability.state_sequence import Word, word_of
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
@@ -152,9 +153,11 @@ class SpecialPoints:
 
     def _word(self, x: Any, parameter: float, near: Any) -> Word:
         x, inputs, omega = self._placed(x, parameter)
-        values = near.responses[0].values
-        motion = self._watch.balance.motion(0, x, omega, inputs.batches[0])
-        own = inputs.batches[0].values if not near.states else values
+        batch = friction_batch(self._watch.balance)
+        if batch is None:
+            return ()
+        motion = self._watch.balance.motion(batch, x, omega, inputs.batches[batch])
+        own = inputs.batches[batch].values if not near.states else near.responses[batch].values
         return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
 
     def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:

@@ -61,6 +61,8 @@ class Timeline:
 
 def timeline(motion: SmoothMotion) -> Timeline:
     """The states of a motion's contacts over one period."""
+    if not len(motion.X):
+        return Timeline((StateInterval((), TWO_PI, None),), ())
     found = element_intervals(motion.harmonics, motion.X, motion.Y, **motion.given)
     totals, at, code = found.totals.tolist(), found.at, found.code
     changes, first = [], []
@@ -126,6 +128,8 @@ class StickStarts:
         """``-kt dx + fac dy`` at a change to stick out of the combination before."""
         c, i = self._contacts, change.contact
         piece = self._combinations(before)
+        if c.tangential[i] < 0:
+            return np.zeros(piece.motion.shape[1])
         row: Array = -c.kt[i] * piece.motion[c.tangential[i]]
         if c.normal[i] >= 0 and (factor := self.factor(change, before)):
             row += factor * piece.motion[c.normal[i]]
@@ -152,10 +156,10 @@ class StickStarts:
         """The same where velocities jump at changes of state: from the motion of the modes, which is smooth."""
         m, c, piece = self._motion, self._contacts, self._combinations(before)
         slope, R = _slope(m.harmonics.m, change.time), self._combinations.dynamics.R
-        has = c.normal >= 0
         own, total, force = np.zeros((3, c.n_ports))
-        for out, (x, y) in ((own, m.own), (total, (m.X, m.Y)), (force, m.force)):
-            out[c.tangential], out[c.normal[has]] = x @ slope, (y @ slope)[has]
+        for out, along in ((own, m.own), (total, (m.X, m.Y)), (force, m.force)):
+            for ports, coefficients in zip((c.tangential, c.normal), along, strict=True):
+                out[ports[ports >= 0]] = (coefficients @ slope)[ports >= 0]
         smooth = total - own + R @ force
         sliding = piece.E @ (c.kt * m.given["v"])
         rates = piece.relative @ (smooth - R @ (piece.D @ own + sliding))

@@ -23,9 +23,9 @@ class FrictionPorts:
     """Where the ports of n friction contacts stand, and their parameters, (n,) each."""
 
     tangential: IntArray
-    """Number of the port."""
+    """Number of the port, -1 where there is none."""
     normal: IntArray
-    """Likewise, -1 where the structure does not move along the normal."""
+    """Likewise."""
     kt: Array
     mu: Array
     kn: Array
@@ -45,6 +45,8 @@ class FrictionPorts:
             x, y = self.tangential[i], self.normal[i]
             if y >= 0:
                 D[y, y] = self.kn[i]
+            if x < 0:
+                continue
             if state == STICK:
                 D[x, x], E[x, i] = self.kt[i], 1.0
             elif y >= 0:
@@ -92,8 +94,8 @@ class Combinations:
     def __post_init__(self) -> None:
         d, c = self.dynamics, self.contacts
         spring = np.zeros(c.n_ports)
-        spring[c.tangential] = c.kt
-        spring[c.normal[c.normal >= 0]] = c.kn[c.normal >= 0]
+        for ports, stiffness in ((c.tangential, c.kt), (c.normal, c.kn)):
+            spring[ports[ports >= 0]] = stiffness[ports >= 0]
         self.scale = float(np.sqrt(_size(d.K + (d.columns * spring) @ d.rows))) or 1.0
 
     def __call__(self, states: StateCodes) -> LinearisedStates:

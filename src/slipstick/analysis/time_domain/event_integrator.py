@@ -1,7 +1,9 @@
 """Exact steps of a piecewise linear friction system, with the instants of state changes located to rounding.
 
 Over a step ``z(s) = sum_k s^k z_k``, ``z_k = (A d)^k z_0 / k!``: summed to rounding this is the matrix exponential, and
-every switching function is a polynomial in ``s`` whose first root is the state change.
+every switching function is a polynomial in ``s`` whose first root is the state change. Where contacts of other laws
+make the system smooth instead of linear, z is the polynomial that fulfils it at Gauss nodes [Hairer, Norsett, Wanner,
+Solving Ordinary Differential Equations I, II.7: order 2 x nodes]; a step is cut until the polynomial fits between them.
 """
 
 from __future__ import annotations
@@ -20,6 +22,11 @@ from slipstick.typing import Array
 _ROUNDING = 1e-12
 _SAMPLES = np.linspace(0.0, 1.0, 13)[1:]
 _USES_BEFORE_PROPAGATOR = 40
+_COUNT = 9
+_GAUSS = 0.5 * (np.polynomial.legendre.leggauss(_COUNT)[0] + 1.0)
+_FITS, _LONGEST_ITERATION = 1e-11, 60
+_SHORTEST = 2.0**-16
+"""Part of a step that is not cut any more: a corner of the law lies in it."""
 _FEWEST = 256
 _REACH = 1.5
 """Angle by which the fastest motion goes on in a step; beyond some multiples of it the series loses digits."""
@@ -55,6 +62,8 @@ class Piece:
     states: Combination
     linear: LinearPiece
     start: Array
+    path: Array | None = None
+    """Polynomial of z, (degree + 1, size), in steps from ``tau``; None of a linear system, see ``Stepper.powers``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +79,8 @@ class StateChange:
     after: State
     z: Array
     linear: LinearPiece
+    rate: Array
+    """dz/dtau just before."""
     margin: Array
     states: Combination
 
@@ -114,6 +125,70 @@ class Stepper:
             return self._propagator(linear) @ Z
         return np.tensordot(fraction**self._exponents, self.powers(linear, Z), 1)
 
+    def carried(self, item: Piece, Phi: Array) -> Array:
+        """Derivative of z at the end of a piece from that at its start, (size, ...)."""
+        if item.path is None:
+            return self.propagate(item.linear, Phi, item.fraction)
+        z = np.vander(item.fraction * _GAUSS, len(item.path), increasing=True) @ item.path
+        J = (item.fraction * self.step) * self.model.rate_slopes(item.linear, z)
+        rates = J @ Phi
+        for _ in range(_LONGEST_ITERATION):
+            before = rates
+            rates = J @ (Phi + np.tensordot(_INTEGRALS, rates, 1))
+            if np.abs(rates - before).max() <= 1e-15 * np.abs(rates).max():
+                break
+        return np.asarray(Phi + np.tensordot(_WHOLE, rates, 1))
+
+    def path(self, item: Piece) -> Array:
+        """Polynomial of z over a piece, in steps from its start."""
+        return self.powers(item.linear, item.start) if item.path is None else item.path
+
+    def _smooth(self, linear: LinearPiece, z: Array, length: float) -> tuple[Array, float]:
+        """The polynomial from z on, and how far it reaches: ``length`` or less, in steps."""
+        while True:
+            path = self._collocated(linear, z, length)
+            if path is not None or length <= _SHORTEST:
+                break
+            length *= 0.5
+        if path is None:
+            path = self._collocated(linear, z, length, fits=np.inf)
+        if path is None:
+            raise ChatteringError(
+                "time integration: a law grows beyond all bounds; look at its rate and its parameters"
+            )
+        return path, length
+
+    def _sizes(self, z: Array) -> Array:
+        """Magnitudes (size,) of what is of one kind: motion and velocity, memory, forcing."""
+        s, out = self.model.system, np.ones_like(z)
+        for block in (slice(0, 2 * s.n), slice(2 * s.n, s.memory.start), s.memory):
+            out[block] = max(z[block].max(initial=0.0), 1e-300)
+        return out
+
+    def _collocated(self, linear: LinearPiece, z: Array, length: float, fits: float = _FITS) -> Array | None:
+        """The polynomial whose rate is right at the Gauss nodes of a length; None where it is not beside them."""
+        h = length * self.step
+        rates = np.broadcast_to(h * self.model.rate(linear, z[None]), (_COUNT, len(z)))
+        start = rates[0]
+        for _ in range(_LONGEST_ITERATION):
+            before = rates
+            rates = h * self.model.rate(linear, z + _INTEGRALS @ rates)
+            size = self._sizes(np.abs(z) + np.abs(rates).max(axis=0))
+            if not np.all(np.isfinite(size)):
+                return None
+            if np.all(np.abs(rates - before) <= 1e-15 * size):
+                break
+        else:
+            if fits < np.inf:
+                return None
+        coefficients = _POWERS @ rates
+        end = z + _WHOLE @ rates
+        ends = np.stack([coefficients[0] - start, coefficients.sum(axis=0) - h * self.model.rate(linear, end[None])[0]])
+        if np.any(np.abs(ends) > fits * size):
+            return None
+        path = np.concatenate([z[None], coefficients / np.arange(1, _COUNT + 1)[:, None]])
+        return np.asarray(path / length ** np.arange(_COUNT + 1)[:, None])
+
     def _propagator(self, linear: LinearPiece) -> Array:
         if "propagator" not in linear.cache:
             from scipy.linalg import expm
@@ -131,17 +206,27 @@ class Stepper:
             linear.cache["margins"] = (stacked.reshape(-1, len(A)), np.abs(stacked[:2]))
         return linear.cache["margins"]  # type: ignore[return-value]
 
-    def first_change(self, linear: LinearPiece, z: Array, length: float) -> tuple[float, int] | None:
-        """First state change in a step's first ``length`` (a fraction), as (fraction, switch), or None."""
+    def first_change(
+        self, linear: LinearPiece, z: Array, length: float, path: Array | None = None
+    ) -> tuple[float, int] | None:
+        """First state change in a step's first ``length`` (a fraction), as (fraction, switch), or None.
+
+        ``path`` is the polynomial of z where the system is not linear.
+        """
         operator, magnitude = self._margin_operator(linear)
-        c = (operator @ z).reshape(self.degree + 1, -1)
+        if path is None:
+            c = (operator @ z).reshape(self.degree + 1, -1)
+        else:
+            c = path @ linear.margins.T
+            c[1] = linear.margins @ (self.step * self.model.rate(linear, z[None])[0])
         scale = np.maximum(magnitude @ np.abs(z), 1e-300)
         scale[0] += scale[1]  # what moves within a step has its rounding, though it be near zero now
         c[0][np.abs(c[0]) < _ROUNDING * scale[0]] = 0.0
         # at the start of a stick the limit is touched with zero slope: that root is the start itself, not a change
         touching = (c[0] == 0.0) & (np.abs(c[1]) < 1e3 * _ROUNDING * np.maximum(scale[1], scale[0] * self.step))
         c[1][touching] = 0.0
-        values = self._vander * length**self._exponents @ c
+        vander = self._vander[:, : len(c)] * length ** np.arange(len(c))
+        values = vander @ c
         suspicious = np.flatnonzero((values.min(axis=0) < 0) | (c[0] < 0) | ((c[0] == 0) & (c[1] < 0)))
         changes = ((_first_root(c[:, k], values[:, k], length), int(k)) for k in suspicious)
         return min((change for change in changes if change[0] <= length), default=None)
@@ -159,8 +244,10 @@ class Stepper:
         done, immediate = 0.0, 0
         while done < 1.0:
             linear = self.model(self.states)
-            left = 1.0 - done
-            change = self.first_change(linear, self.z, left) if len(linear.margins) else None
+            left, path = 1.0 - done, None
+            if self.model.system.laws:
+                path, left = self._smooth(linear, self.z, left)
+            change = self.first_change(linear, self.z, left, path) if len(linear.margins) else None
             length = change[0] if change else left
             immediate = immediate + 1 if length == 0.0 else 0
             if immediate > 8 * len(self.states) + 8:
@@ -169,12 +256,15 @@ class Stepper:
                     "check the contact stiffnesses and friction coefficients"
                 )
             if length > 0.0:
-                yield self._advance(linear, tau + done * self.step, length)
-            done += length
+                yield self._advance(linear, tau + done * self.step, length, path)
+            done = 1.0 if length == 1.0 - done else done + length
             if change:
                 yield self._switch(linear, change[1], tau + done * self.step)
 
-    def _advance(self, linear: LinearPiece, tau: float, length: float) -> Piece:
+    def _advance(self, linear: LinearPiece, tau: float, length: float, path: Array | None) -> Piece:
+        if path is not None:
+            start, self.z = self.z, length ** np.arange(len(path)) @ path
+            return Piece(tau=tau, fraction=length, states=self.states, linear=linear, start=start, path=path)
         uses = int(linear.cache.get("uses", 0)) + 1  # type: ignore[call-overload]
         linear.cache["uses"] = uses
         start = self.z
@@ -192,7 +282,7 @@ class Stepper:
         self.enter(j, after, float(linear.fx[j] @ z))
         return StateChange(
             tau=tau, contact=j, before=before, after=after, z=z, linear=linear, margin=linear.margins[index],
-            states=self.states,
+            rate=self.model.rate(linear, z[None])[0], states=self.states,
         )  # fmt: skip
 
     def enter(self, contact: int, state: State, force: float) -> None:
@@ -230,6 +320,24 @@ def spring_memory(model: PiecewiseLinear, states: Combination, contact: int, z: 
     trial = z.copy()
     trial[e] = 0.0
     return (force - float(linear.fx[contact] @ trial)) / float(linear.fx[contact][e])
+
+
+def _collocation() -> tuple[Array, Array, Array]:
+    """From values at the Gauss nodes of [0, 1]: integrals up to each node, over all, and coefficients of the powers."""
+    nodes = np.polynomial.legendre
+    basis = nodes.legvander(2.0 * _GAUSS - 1.0, _COUNT - 1)
+    integrals = np.zeros((_COUNT, _COUNT))
+    whole = np.zeros(_COUNT)
+    for k in range(_COUNT):
+        antiderivative = nodes.legint([*np.zeros(k), 1.0], lbnd=-1)
+        integrals[:, k] = 0.5 * nodes.legval(2.0 * _GAUSS - 1.0, antiderivative)
+        whole[k] = 0.5 * nodes.legval(1.0, antiderivative)
+    fit = np.linalg.inv(basis)
+    powers = np.linalg.inv(np.vander(_GAUSS, increasing=True))
+    return np.asarray(integrals @ fit), np.asarray(whole @ fit), np.asarray(powers, dtype=float)
+
+
+_INTEGRALS, _WHOLE, _POWERS = _collocation()
 
 
 def _first_root(c: Array, values: Array, length: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,19 +14,23 @@ from slipstick.typing import Array
 
 _SAMPLES = 2048
 _NEARLY = 1e-6
+_MARCHED, _PERIODS, _SAME = 64, 20, 1e-3
+"""Steps a period and periods in which what laws remember becomes periodic along a motion, and how closely."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HarmonicStart:
     """Periodic relative motion of each contact, as a branch point holds it.
 
-    ``tangential`` and ``normal`` are (n_contacts, L), without the rubbing motion; ``normal`` of a contact with constant
-    normal load is not looked at.
+    ``tangential`` and ``normal`` are (n, L), without the rubbing motion; ``normal`` of a contact with constant
+    normal load is not looked at. Both have a row for every friction contact; ``ports`` is the motion at the ports of
+    contacts of other laws, (n, L) in the order of ``LawsInTime``.
     """
 
     harmonics: Harmonics
     tangential: Array
     normal: Array
+    ports: Array | None = None
 
 
 def start_at_rest(stepper: Stepper) -> tuple[Array, Combination]:
@@ -44,7 +49,8 @@ def start_from_motion(stepper: Stepper, start: HarmonicStart) -> tuple[Array, Co
     y_g, fx, fy = sampled_forces(system, start)
     z = np.zeros(system.size)
     z[system.n_dynamic :] = system.forcing(0.0)
-    z[: system.n], z[system.n : 2 * system.n] = _answer(system, fx, fy)
+    others, z[system.memory] = law_forces(system, start)
+    z[: system.n], z[system.n : 2 * system.n] = _answer(system, fx, fy, others)
     limit = system.mu * fy[:, 0]
     states: list[State] = []
     for j in range(system.n_contacts):
@@ -102,10 +108,61 @@ def sampled_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array,
     return y_g, march(first)[:, :-1], fy
 
 
-def _answer(system: FrictionSystem, fx: Array, fy: Array) -> tuple[Array, Array]:
+def law_forces(system: FrictionSystem, start: HarmonicStart) -> tuple[Array, Array]:
+    """Forces (n_ports, samples) of contacts of other laws over one period, and what they remember at its start."""
+    if not system.laws or start.ports is None:
+        return np.zeros((system.laws.n_ports, _SAMPLES)), np.zeros(system.laws.n_memory)
+    own, moved = start.harmonics, Harmonics((0, *system.orders))
+    parts = ((own, start.ports), (moved, system.law_motion))
+
+    def motion(tau: Array) -> tuple[Array, Array]:
+        q = np.sum([h.H_minus(tau) @ X.T for h, X in parts], axis=0)
+        rate = np.sum([h.H_minus(tau) @ h.derivative(X).T for h, X in parts], axis=0)
+        return q, system.omega * rate + system.law_velocity
+
+    tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
+    known = periodic_memory(system, motion)
+    at = 2 * np.pi * np.arange(len(known)) / len(known)
+    memory = np.array([np.interp(tau, at, row, period=2 * np.pi) for row in known.T]).reshape(-1, _SAMPLES).T
+    return system.laws.rate(*motion(tau), memory)[0].T, known[0]
+
+
+def periodic_memory(system: FrictionSystem, motion: Callable[[Array], tuple[Array, Array]]) -> Array:
+    """What contacts of other laws remember along a periodic motion, at equidistant phases, (k, m): a start.
+
+    ``motion`` gives motion and velocity (j, P) at phases (j,). Integrated from nothing until a period leaves it nearly
+    as it was.
+    """
+    from scipy.integrate import solve_ivp
+
+    laws = system.laws
+    memory = np.zeros((_MARCHED, laws.n_memory))
+    if not laws.n_memory:
+        return memory
+    at = 2 * np.pi * np.arange(_MARCHED + 1) / _MARCHED
+
+    def rate(tau: float, w: Array) -> Array:
+        return laws.rate(*motion(np.array([tau])), w[None])[1][0] / system.omega
+
+    w = memory[0]
+    for _ in range(_PERIODS):
+        found = solve_ivp(rate, (0.0, at[-1]), w, method="LSODA", t_eval=at, rtol=1e-4, atol=1e-8 * _size(memory))
+        if not found.success:
+            break
+        first, w, memory = w, found.y[:, -1], found.y[:, :-1].T
+        if np.abs(w - first).max() <= _SAME * _size(memory):
+            break
+    return memory
+
+
+def _size(memory: Array) -> float:
+    return float(np.abs(memory).max(initial=0.0)) or 1e-6
+
+
+def _answer(system: FrictionSystem, fx: Array, fy: Array, others: Array) -> tuple[Array, Array]:
     """q and dq/dtau at tau = 0 of the linear structure under the sampled contact forces and the loads."""
     equations, orders = system.equations, np.arange(_SAMPLES // 2 + 1)
-    contact = np.fft.rfft(np.vstack([fx, fy[system.has_normal]])) * 2 / _SAMPLES
+    contact = np.fft.rfft(np.vstack([fx, fy[system.has_normal], others])) * 2 / _SAMPLES
     contact[:, 0] /= 2
     force = np.zeros((equations.columns.shape[1], len(orders)), dtype=complex)
     force[: len(contact)] = -contact

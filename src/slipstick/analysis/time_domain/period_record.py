@@ -24,10 +24,13 @@ class PeriodRecord:
         system = stepper.model.system
         self._stepper, self._harmonics, self._nc = stepper, harmonics, system.n_contacts
         self._n_motions = len(system.equations.rows)
+        self._law_ports = system.laws.n_ports
         self._integral = np.zeros((harmonics.size, self._n_motions + 2 * self._nc))
         self._time_in_state = np.zeros((self._nc, len(State)))
         self.work = np.zeros(self._nc)
-        """Energy a period / (2 pi) of each contact."""
+        """Energy a period / (2 pi) of each friction contact."""
+        self.law_work = np.zeros(system.laws.n_ports)
+        """The same along each port of other laws."""
         self.tau: list[float] = []
         self.changes: list[StateChange] = []
         self._values: list[Array] = []
@@ -41,7 +44,7 @@ class PeriodRecord:
             return
         linear, step = item.linear, self._stepper.step
         rows = np.vstack([linear.motion, linear.fx, linear.fy])
-        powers = self._stepper.powers(linear, item.start)
+        powers = self._stepper.path(item)
         z = np.vander(item.fraction * _NODES, len(powers), increasing=True) @ powers
         values = z @ rows.T
         width = item.fraction * step
@@ -49,6 +52,11 @@ class PeriodRecord:
         self._integral += H.T @ values
         fx = values[:, self._n_motions : self._n_motions + self._nc]
         self.work += (_WEIGHTS * width / (2 * np.pi)) @ (fx * (z @ linear.rate.T))
+        if self._law_ports:
+            model = self._stepper.model
+            q, velocity, memory = model.law_motion(z)
+            forces = model.system.laws.rate(q, velocity, memory)[0]
+            self.law_work += (_WEIGHTS * width / (2 * np.pi)) @ (forces * velocity) / model.system.omega
         for j, state in enumerate(item.states):
             self._time_in_state[j, state] += width / (2 * np.pi)
         ends = np.array([item.start, item.fraction ** np.arange(len(powers)) @ powers])

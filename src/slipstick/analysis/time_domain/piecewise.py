@@ -6,7 +6,9 @@ rows times ``z``. ``e`` (one entry a contact) is what a stuck friction spring re
 ``de/dtau = kt v`` (THEORY.md (12.1), (12.2)). A massless feedthrough (static residual) makes the motion depend on the
 forces at once: both are solved for together, exactly, in each combination.
 
-This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against.
+This module shares no code with ``slipstick.contact``: it is what the harmonic solutions are checked against. Contacts
+of other laws enter by their ``rate``, which adds to ``dz/dtau``: then a combination of friction states has a smooth
+system instead of a linear one. What they remember stands in z after ``e``.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from slipstick.analysis.time_domain.law_in_time import LawsInTime
 from slipstick.errors import InputError
 from slipstick.structure.protocol import TimeEquations
 from slipstick.typing import Array
@@ -42,8 +45,9 @@ class State(IntEnum):
 class FrictionSystem:
     """Structure, contacts and forcing at one frequency.
 
-    Rows of ``equations`` are: tangential motion of each contact, normal motion of the contacts that have one, outputs.
-    Columns are: tangential forces, normal forces, loads. Coefficients are ordered (0, c, s, c, s, ...) over ``orders``.
+    Rows of ``equations`` are: tangential motion of each friction contact, normal motion of those that have one, ports
+    of other laws, outputs. Columns are: tangential forces, normal forces, those of other laws, loads. Coefficients are
+    ordered (0, c, s, c, s, ...) over ``orders``.
 
     Parameters
     ----------
@@ -63,6 +67,10 @@ class FrictionSystem:
         Periodic rubbing motion, (n_contacts, 1 + 2 len(orders)).
     loads
         Loads, (n_loads, 1 + 2 len(orders)).
+    laws
+        Contacts of other laws.
+    law_motion, law_velocity
+        How the opposing surface moves along their ports: (n, 1 + 2 len(orders)), and its constant velocity (n,).
     """
 
     equations: TimeEquations
@@ -76,6 +84,9 @@ class FrictionSystem:
     orders: tuple[int, ...]
     rubbing: Array
     loads: Array
+    laws: LawsInTime = field(default_factory=lambda: LawsInTime(()))
+    law_motion: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    law_velocity: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def n(self) -> int:
@@ -84,7 +95,7 @@ class FrictionSystem:
 
     @property
     def n_contacts(self) -> int:
-        """Contacts."""
+        """Friction contacts."""
         return len(self.kt)
 
     @property
@@ -94,8 +105,18 @@ class FrictionSystem:
 
     @property
     def n_dynamic(self) -> int:
-        """Entries of z that are unknown: q, dq/dtau, e."""
-        return 2 * self.n + self.n_contacts
+        """Entries of z that are unknown: q, dq/dtau, e, memory of other laws."""
+        return 2 * self.n + self.n_contacts + self.laws.n_memory
+
+    @property
+    def memory(self) -> slice:
+        """Where z holds what other laws remember."""
+        return slice(2 * self.n + self.n_contacts, self.n_dynamic)
+
+    @property
+    def n_forces(self) -> int:
+        """Forces of friction contacts, tangential and normal."""
+        return self.n_contacts + int(self.has_normal.sum())
 
     @property
     def size(self) -> int:
@@ -160,6 +181,54 @@ class PiecewiseLinear:
         n = system.n
         self._K, self._C, self._columns = np.split(solved, [n, 2 * n], axis=1)
         self._normal_of = np.cumsum(system.has_normal) - 1
+        if system.laws:
+            self._place_laws()
+
+    def _place_laws(self) -> None:
+        """Rows that give motion and velocity at the ports of other laws, columns by which their forces act."""
+        s = self.system
+        first, one, P = s.n_forces, s.n_dynamic, s.laws.n_ports
+        at = slice(first, first + P)
+        through = s.equations.feedthrough
+        if np.any(through[:, at]) or np.any(through[at]):
+            raise InputError(
+                "time integration: the structure answers a force at once (a static residual), and that is known with "
+                "friction contacts alone; give the structure more modes and no residual"
+            )
+        self.law_rows, self.law_speed = np.zeros((2, P, s.size))
+        self.law_rows[:, : s.n] = s.equations.rows[at]
+        self.law_speed[:, s.n : 2 * s.n] = s.omega * s.equations.rows[at]
+        self.law_rows[:, one:] = s.law_motion
+        self.law_speed[:, one] = s.law_velocity
+        m, moved = np.asarray(s.orders, dtype=float), s.law_motion
+        self.law_speed[:, one + 1 :: 2], self.law_speed[:, one + 2 :: 2] = (
+            s.omega * m * moved[:, 2::2], -s.omega * m * moved[:, 1::2]
+        )  # fmt: skip
+        self.law_columns = np.zeros((s.size, P))
+        self.law_columns[s.n : 2 * s.n] = -self._columns[:, at] / s.omega**2
+
+    def law_motion(self, z: Array) -> tuple[Array, Array, Array]:
+        """Motion, velocity (k, P) and memory (k, m) of the contacts of other laws at states (k, size)."""
+        return z @ self.law_rows.T, z @ self.law_speed.T, z[:, self.system.memory]
+
+    def rate(self, linear: LinearPiece, z: Array) -> Array:
+        """``dz/dtau`` at states (k, size)."""
+        out = np.asarray(z @ linear.A.T, dtype=float)
+        if self.system.laws:
+            forces, rates = self.system.laws.rate(*self.law_motion(z))
+            out += forces @ self.law_columns.T
+            out[:, self.system.memory] += rates / self.system.omega
+        return out
+
+    def rate_slopes(self, linear: LinearPiece, z: Array) -> Array:
+        """Its derivatives by z, (k, size, size)."""
+        s, P = self.system, self.system.laws.n_ports
+        slopes = s.laws.slopes(*self.law_motion(z))
+        remembered = np.eye(s.size)[s.memory]
+        by_state = slopes @ np.concatenate([self.law_rows, self.law_speed, remembered])
+        out = linear.A + self.law_columns @ by_state[:, :P]
+        out[:, s.memory] += by_state[:, P:] / s.omega
+        return np.asarray(out, dtype=float)
 
     def __call__(self, states: Combination) -> LinearPiece:
         """The linear system of a combination."""
@@ -194,13 +263,13 @@ class PiecewiseLinear:
         s = self.system
         n, nc, one = s.n, s.n_contacts, s.n_dynamic
         S, T = self._laws(states)
-        n_forces = len(S)
+        n_forces, loaded = len(S), len(S) + s.laws.n_ports
         load = np.zeros((len(s.loads), s.size))
         load[:, one:] = s.loads
         D = s.equations.feedthrough
         free = np.zeros((len(s.equations.rows), s.size))
         free[:, :n] = s.equations.rows
-        free += D[:, n_forces:] @ load
+        free += D[:, loaded:] @ load
         coupled = np.eye(n_forces) + S @ D[:n_forces, :n_forces]
         forces = np.asarray(np.linalg.solve(coupled, S @ free[:n_forces] + T), dtype=float)
         motion = free - D[:, :n_forces] @ forces
@@ -209,7 +278,8 @@ class PiecewiseLinear:
         A[:n, n : 2 * n] = np.eye(n)
         A[n : 2 * n, :n] = -self._K / s.omega**2
         A[n : 2 * n, n : 2 * n] = -self._C / s.omega
-        A[n : 2 * n] += self._columns @ np.vstack([-forces, load]) / s.omega**2
+        A[n : 2 * n] += self._columns[:, :n_forces] @ -forces / s.omega**2
+        A[n : 2 * n] += self._columns[:, loaded:] @ load / s.omega**2
         for j in range(nc):
             if states[j] is State.STICK:
                 A[2 * n + j, one] = s.kt[j] * s.velocity[j] / s.omega
@@ -279,6 +349,7 @@ class PiecewiseLinear:
         radius = 1.0
         for state in (State.SEPARATION, State.STICK):
             states = tuple(state if s.varies[j] or state else State.SLIP_PLUS for j in range(s.n_contacts))
-            A = self._build(states).A[: 2 * s.n, : 2 * s.n]
-            radius = max(radius, float(np.abs(np.linalg.eigvals(A)).max(initial=0.0)))
+            linear, free = self._build(states), slice(0, 2 * s.n)
+            A = self.rate_slopes(linear, np.zeros((1, s.size)))[0] if s.laws else linear.A
+            radius = max(radius, float(np.abs(np.linalg.eigvals(A[free, free])).max(initial=0.0)))
         return max(radius, *s.orders, 1)

@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.time_domain.law_in_time import LawInTime, LawsInTime
 from slipstick.analysis.time_domain.piecewise import FrictionSystem
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault
 from slipstick.faults import Gathering, numbers, shown, wrong
 from slipstick.structure.protocol import TimeEquations
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array
+from slipstick.typing import Array, IntArray
 
 if TYPE_CHECKING:
+    from slipstick.balance.batches import Batch
     from slipstick.balance.problem import Problem
 
 
@@ -34,10 +36,17 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
         If a name in ``held`` is unknown, or contacts carry a state and the parameters that follow it are not held.
     """
     held = _held(problem, held)
-    tangential = [pair.direction("tangential", k) or {} for pair in problem.contacts for k in range(len(pair))]
-    normal = [pair.direction("normal", k) for pair in problem.contacts for k in range(len(pair))]
+    frictional = friction_elements(problem)
+    members = [(pair, k) for pair in problem.contacts for k in range(len(pair))]
+    friction = [members[e] for e in frictional]
+    tangential = [pair.direction("tangential", k) or {} for pair, k in friction]
+    normal = [pair.direction("normal", k) for pair, k in friction]
     has_normal = np.array([direction is not None for direction in normal], dtype=bool)
-    contact = problem.direction_matrix([*tangential, *(direction for direction in normal if direction is not None)])
+    others = [(b, g) for b, g in zip(problem.batches, problem.inputs.batches, strict=True) if not is_friction(b.law)]
+    ports = [
+        problem.contacts[p].direction(port, k) or {} for b, _ in others for port in b.law.ports for p, k in b.members
+    ]
+    contact = problem.direction_matrix([*tangential, *(d for d in normal if d is not None), *ports])
     driven = problem.load_columns
     outputs = problem.direction_matrix({name: 1.0} for name in problem.outputs or ())
     equations = problem.structure.time_equations(
@@ -45,44 +54,62 @@ def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | 
     )
     h = problem.harmonics
     loads = driven.forces(problem.load_coefficients(), h.orders[1:], omega)
-    batches, inputs = problem.batches, problem.inputs.batches
-    rubbing, approach = np.zeros((2, len(tangential), h.size))
-    velocity = np.zeros(len(tangential))
-    for batch, given in zip(batches, inputs, strict=True):
-        rubbing[batch.elements], approach[batch.elements] = given.motion
-        velocity[batch.elements] = given.speed(omega)[0]
+    rubbing, approach = np.zeros((2, len(members), h.size))
+    velocity = np.zeros(len(members))
+    for batch, given in zip(problem.batches, problem.inputs.batches, strict=True):
+        if is_friction(batch.law):
+            rubbing[batch.elements], approach[batch.elements] = given.motion
+            velocity[batch.elements] = given.speed(omega)[0]
     values = {name: np.asarray(held.get(name, problem.contact_values(name)), dtype=float) for name in HELD_PARAMETERS}
     return system_of(
-        equations, omega, h, velocity=velocity, has_normal=has_normal, rubbing=rubbing, approach=approach,
-        loads=loads, **values,
+        equations, omega, h, velocity=velocity[frictional], has_normal=has_normal, rubbing=rubbing[frictional],
+        approach=approach[frictional], loads=loads, **{name: value[frictional] for name, value in values.items()},
+        laws=LawsInTime([law_in_time(b, g.values) for b, g in others]),
+        law_motion=np.concatenate([np.zeros((0, h.size)), *(g.motion.reshape(-1, h.size) for _, g in others)]),
+        law_velocity=np.concatenate([np.zeros(0), *(g.speed(omega).reshape(-1) for _, g in others)]),
     )  # fmt: skip
+
+
+def friction_elements(problem: Problem) -> IntArray:
+    """Numbers of the friction contacts among all contacts."""
+    kinds = [is_friction(pair.contact) for pair in problem.contacts for _ in range(len(pair))]
+    return np.flatnonzero(kinds)
+
+
+def law_in_time(batch: Batch, values: Mapping[str, Array]) -> LawInTime:
+    """Contacts of a batch whose law tells its rate."""
+    numbers = np.arange(max(batch.numbers, default=-1) + 1)
+    columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+    return LawInTime(law=batch.law, values=columns, elements=numbers[batch.elements])
 
 
 def system_of(
     equations: TimeEquations, omega: float, harmonics: Harmonics, *, rubbing: Array, approach: Array, loads: Array,
-    gap: Array, **contacts: Any,
+    gap: Array, law_motion: Array | None = None, **contacts: Any,
 ) -> FrictionSystem:  # fmt: skip
     """The system in the orders that anything moves in; the opposing surfaces' motion and loads are (..., L).
 
-    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu`` and ``kn``, as ``FrictionSystem`` takes them.
+    ``contacts`` are ``velocity``, ``has_normal``, ``kt``, ``mu``, ``kn``, ``laws`` and ``law_velocity``, as
+    ``FrictionSystem`` takes them.
     """
     approach = approach.copy()
     approach[:, 0] -= gap
-    moving = np.abs(np.vstack([rubbing, approach, loads])).max(axis=0, initial=0.0)
+    law_motion = np.zeros((0, harmonics.size)) if law_motion is None else law_motion
+    moving = np.abs(np.vstack([rubbing, approach, loads, law_motion])).max(axis=0, initial=0.0)
     orders = tuple(m for k, m in enumerate(harmonics.orders[1:]) if moving[1 + 2 * k : 3 + 2 * k].any())
     kept = [0, *(i for m in orders for i in (harmonics.index(m, "c"), harmonics.index(m, "s")))]
     return FrictionSystem(
         equations=equations, omega=omega, orders=orders, rubbing=rubbing[:, kept], approach=approach[:, kept],
-        loads=loads[:, kept], **contacts,
+        loads=loads[:, kept], law_motion=law_motion[:, kept], **contacts,
     )  # fmt: skip
 
 
 def integration_faults(problem: Problem) -> Iterator[Fault]:
-    """Contacts whose law is not integrated in time."""
+    """Contacts whose law is not told in time."""
     for pair in problem.contacts:
-        if not is_friction(pair.contact):
-            what = f"contact '{pair.name}' follows a law of another kind"
-            yield Fault("time integration", what, expected="friction contacts alone: it knows no other law in time")
+        if not (is_friction(pair.contact) or pair.contact.in_time):
+            what = f"contact '{pair.name}' follows a law that does not tell its rate in time"
+            yield Fault("time integration", what, remedy="give the law the method rate (slipstick.contact.law.Law)")
 
 
 def _held(problem: Problem, given: Mapping[str, Any] | None) -> dict[str, Array]:

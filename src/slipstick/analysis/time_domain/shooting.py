@@ -39,7 +39,7 @@ def saltation(stepper: Stepper, item: StateChange, Phi: Array) -> Array:
         law = after.fx[item.contact]
         row = (item.linear.fx[item.contact] - law) / law[e]
         row[e] = item.linear.fx[item.contact][e] / law[e]
-    rate = item.linear.A @ item.z
+    rate = item.rate
     z_after = item.z.copy()
     z_after[e] = row @ item.z
     jump = np.zeros(len(item.z))
@@ -58,10 +58,7 @@ def one_period(stepper: Stepper, z: Array, states: Combination, derivative: bool
     for item in stepper.period(z, states, tau):
         if Phi is None:
             continue
-        if isinstance(item, StateChange):
-            Phi = saltation(stepper, item, Phi)
-        else:
-            Phi = stepper.propagate(item.linear, Phi, item.fraction)
+        Phi = saltation(stepper, item, Phi) if isinstance(item, StateChange) else stepper.carried(item, Phi)
     return Phi
 
 
@@ -72,7 +69,9 @@ def relative_change(stepper: Stepper, before: Array, after: Array, states: Combi
     motion = np.abs(after - before)[: 2 * n].max() / max(np.abs(after[: 2 * n]).max(), 1e-300)
     force = np.abs(linear.fx @ (after - before)) / np.maximum(np.abs(system.mu * (linear.fy @ after)), 1e-300)
     stuck = [state is State.STICK for state in states]
-    return float(max(motion, force[stuck].max(initial=0.0)))
+    kept = np.abs(after - before)[system.memory].max(initial=0.0)
+    kept /= np.abs(after[system.memory]).max(initial=1e-300)
+    return float(max(motion, kept, force[stuck].max(initial=0.0)))
 
 
 def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) -> Iterator[PeriodEnd]:
@@ -102,7 +101,7 @@ def periods(stepper: Stepper, z: Array, states: Combination, *, shooting: bool) 
 def _newton_start(stepper: Stepper, z: Array, states: Combination, Phi: Array) -> Array:
     system = stepper.model.system
     stuck = [2 * system.n + j for j, state in enumerate(states) if state is State.STICK]
-    keep = np.r_[np.arange(2 * system.n), np.array(stuck, dtype=int)]
+    keep = np.r_[np.arange(2 * system.n), np.array(stuck, dtype=int), np.arange(system.n_dynamic)[system.memory]]
     matrix = np.eye(len(keep)) - Phi[np.ix_(keep, keep)]
     # a contact stuck all period keeps any residual traction: least squares changes it least
     step = np.linalg.lstsq(matrix, (stepper.z - z)[keep], rcond=1e-13)[0]

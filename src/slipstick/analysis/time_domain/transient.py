@@ -7,7 +7,7 @@ point of a branch is the truncation of the harmonic series.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,7 +17,7 @@ from slipstick.analysis.time_domain.event_integrator import StateChange, Stepper
 from slipstick.analysis.time_domain.initial_state import HarmonicStart, start_at_rest, start_from_motion
 from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
-from slipstick.analysis.time_domain.piecewise_model import friction_system
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
@@ -43,7 +43,8 @@ class TransientResult:
     """The last periods of a time integration.
 
     Time series are given at every step and every change of state; coefficients, amplitude, mean, power and fractions
-    belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2).
+    belong to the last period. Forces act on the structure's left-hand side (THEORY.md section 2). Contacts of laws
+    other than friction have no friction force, normal force and fractions, which are nan; their power is known.
     """
 
     omega: float
@@ -157,8 +158,9 @@ def transient(
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
     return integrate(
-        system, problem.harmonics, outputs=outputs, contacts=contacts, periods=periods, tolerance=tolerance,
-        method=method, initial=initial, record_periods=record_periods, steps=steps,
+        system, problem.harmonics, outputs=outputs, contacts=contacts, friction=friction_elements(problem).tolist(),
+        periods=periods, tolerance=tolerance, method=method, initial=initial, record_periods=record_periods,
+        steps=steps,
     )  # fmt: skip
 
 
@@ -168,6 +170,7 @@ def integrate(
     *,
     outputs: tuple[str, ...],
     contacts: tuple[str, ...],
+    friction: Sequence[int] | None = None,
     periods: int = 200,
     tolerance: float = 1e-10,
     method: Literal["shooting", "march"] = "shooting",
@@ -175,7 +178,7 @@ def integrate(
     record_periods: int = 1,
     steps: int | None = None,
 ) -> TransientResult:
-    """As :func:`transient`, of a system that is already assembled."""
+    """As :func:`transient`, of a system that is already assembled; ``friction``: numbers of the friction contacts."""
     stepper = Stepper(PiecewiseLinear(system), steps)
     if record_periods * stepper.steps > MOST_ITEMS:
         raise InputError(
@@ -199,33 +202,49 @@ def integrate(
             record.add(item)
         z, states = stepper.z, stepper.states
         records.append(record)
-    return _result(system, harmonics, outputs, contacts, records, end.period, end.change, end.change < tolerance)
+    return _result(
+        system, harmonics, outputs, contacts, range(len(contacts)) if friction is None else friction, records,
+        end.period, end.change, end.change < tolerance,
+    )  # fmt: skip
 
 
 def _result(
     system: FrictionSystem, harmonics: Harmonics, outputs: tuple[str, ...], contacts: tuple[str, ...],
-    records: list[PeriodRecord], periods: int, change: float, converged: bool,
+    friction: Sequence[int], records: list[PeriodRecord], periods: int, change: float, converged: bool,
 ) -> TransientResult:  # fmt: skip
     series = [record.series() for record in records]
-    first = len(system.equations.rows) - len(outputs)
+    first, frictional, count = len(system.equations.rows) - len(outputs), list(friction), len(contacts)
     time = np.concatenate([tau + 2 * np.pi * k for k, (tau, *_) in enumerate(series)]) / system.omega
     motion, fx, fy = (np.concatenate([part[k] for part in series]) for k in (1, 2, 3))
     last = records[-1]
     X, Fx, Fy = last.coefficients
     low, high = last.extremes()
     mean = X[first:, 0]
+
+    def of_all(values: Array, axis: int = 0) -> Array:
+        """Values of friction contacts among those of all contacts."""
+        out = np.full([count if i == axis else n for i, n in enumerate(values.shape)], np.nan)
+        out[(slice(None),) * axis + (frictional,)] = values
+        return out
+
+    work = of_all(last.work)
+    for own, rows, _ in system.laws.each:
+        work[own.elements] = last.law_work[rows].reshape(-1, len(own.elements)).sum(axis=0)
     return TransientResult(
         omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
-        time=time, displacement=motion[:, first:], friction_force=fx, normal_force=fy,
-        coefficients=X[first:], friction_coefficients=Fx, normal_coefficients=Fy,
+        time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
+        coefficients=X[first:], friction_coefficients=of_all(Fx), normal_coefficients=of_all(Fy),
         amplitude=np.maximum(high[first:] - mean, mean - low[first:]), mean=mean,
-        power=system.omega * last.work, fractions=last.fractions,
-        changes=tuple(_named(c, k, system.omega, contacts) for k, r in enumerate(records) for c in r.changes),
+        power=system.omega * work, fractions=of_all(last.fractions),
+        changes=tuple(
+            _named(c, k, system.omega, [contacts[e] for e in frictional])
+            for k, r in enumerate(records) for c in r.changes
+        ),
         periods=periods, change=change, converged=converged,
     )  # fmt: skip
 
 
-def _named(change: StateChange, period: int, omega: float, contacts: tuple[str, ...]) -> ContactChange:
+def _named(change: StateChange, period: int, omega: float, contacts: Sequence[str]) -> ContactChange:
     return ContactChange(
         time=(change.tau + 2 * np.pi * period) / omega, contact=contacts[change.contact],
         before=change.before.text, after=change.after.text,

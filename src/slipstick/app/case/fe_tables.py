@@ -10,7 +10,7 @@ from pydantic import Field, PlainValidator
 from slipstick.app.case.rotation import RotationTable, rotation_faults
 from slipstick.app.case.rotor import WORDS, AxisTable, RotorTable, rotor_faults, vector
 from slipstick.app.case.sentences import toml, unexpected
-from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, Table, is_number
+from slipstick.app.case.tables import ContactTable, Cosines, Frequency, NotNegative, StopTable, Table, is_number
 from slipstick.errors import Fault, InputError
 
 MOST_CONTACTS = 1000
@@ -254,4 +254,7 @@ def contact_table(raw: Mapping[str, Any]) -> type[Table]:
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
     )
-    return SurfaceContactTable if on_surface else ContactTable
+    if on_surface:
+        return SurfaceContactTable
+    stop = "normal" in raw and "tangential" not in raw and not raw.get("kt") and not raw.get("mu")
+    return StopTable if stop else ContactTable

@@ -255,6 +255,15 @@ class ContactTable(Table):
         return faults
 
 
+class StopTable(ContactTable):
+    """``[[contact]]`` without friction and without a tangential direction."""
+
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
+    kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+    mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+
+
 def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
     """Whether a contact, or its opposing surface, is said to move along the normal."""
     rubbing = contact.get("rubbing")

@@ -15,8 +15,7 @@ from slipstick.app.terminal.answers import Answer, case_answer
 from slipstick.app.terminal.guard import DONE, complain, say, warnings_said
 from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
-from slipstick.contact import traits
-from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import VELOCITIES
 
 if TYPE_CHECKING:
@@ -129,7 +128,7 @@ def _contacts(problem: Problem) -> None:
             along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
             law, units = pair.contact, problem.units
             numbers = [
-                f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(traits.units(law, quantity))}"
+                f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
                 for quantity in _told(pair, k)
             ]
             say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
@@ -170,7 +169,7 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
     """
     alike: dict[tuple[str, bool, bool], list[tuple[str, str, str]]] = {}
     for pair in problem.contacts:
-        held = traits.kind(pair.contact) == FrictionLaw.kind
+        held = is_friction(pair.contact)
         for k, name in enumerate(pair.elements):
             periodic = _some(m for m in _orders(pair, k, "cos", "sin") if m > 0)
             velocity, swept = (float(pair.values(v)[k]) for v in VELOCITIES)
@@ -180,7 +179,7 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
             sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
             speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
             how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
-            direction = pair.direction(pair.contact.ports[0], k) or {}
+            direction = pair.direction(pair.contact.surface_ports.get("tangential", ""), k) or {}
             ways = _towards(direction, sign), _towards(direction, -sign)
             alike.setdefault((how, turns, held), []).append((name, *ways))
     for (how, turns, held), found in alike.items():

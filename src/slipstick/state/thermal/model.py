@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipstick.contact import traits
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.law import Law, Motion
 from slipstick.errors import Fault, InputError, Outcome
@@ -281,9 +280,9 @@ class HeatedContacts(ContactState):
 
     def faults(self, law: Law, ports: Sequence[Container[str]]) -> Iterator[Fault]:
         """A stiffness along the normal that follows the temperature where nothing moves along it."""
-        normal = {law.ports[i] for i, name in traits.stiffness_names(law).items() if name == "kn"}
+        normal = {law.ports[i] for i, name in law.stiffness_names.items() if name == "kn"}
         for e, (name, own) in enumerate(zip(self.names, ports, strict=True)):
-            if self.follows("kn", [e]) and any(p not in own for p in normal & set(traits.optional_ports(law))):
+            if self.follows("kn", [e]) and any(p not in own for p in normal & set(law.optional_ports)):
                 yield Fault(
                     ("contact", name),
                     "kn depends on temperature but the contact has no normal direction, so its normal load is constant",
