@@ -16,9 +16,9 @@ import pytest
 from helpers.cases import oscillator
 
 import slipstick as ss
-from slipstick.app.verbs.examples import example
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.run import run_case
+from slipstick.cli.verbs.examples import example
+from slipstick.cli.verbs.manner import Manner
+from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape

@@ -47,7 +47,7 @@ _PUBLIC = {
     "track_peak": "slipstick.analysis.peaks.tracking",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
-    "resume": "slipstick.app.verbs.resume",
+    "resume": "slipstick.cli.verbs.resume",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
@@ -72,10 +72,10 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.time_domain.transient import transient as transient
     from slipstick.app.case.case import Case as Case
     from slipstick.app.case.case import load_case as load_case
-    from slipstick.app.verbs.resume import resume as resume
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
+    from slipstick.cli.verbs.resume import resume as resume
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces

@@ -21,9 +21,9 @@ import xarray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers.cases import oscillator
 
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.resume import resume_run
-from slipstick.app.verbs.run import run_case
+from slipstick.cli.verbs.manner import Manner
+from slipstick.cli.verbs.resume import resume_run
+from slipstick.cli.verbs.run import run_case
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 

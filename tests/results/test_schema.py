@@ -10,8 +10,8 @@ import xarray
 
 import slipstick as ss
 from slipstick.app.case.case import Case
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.run import run_case
+from slipstick.cli.verbs.manner import Manner
+from slipstick.cli.verbs.run import run_case
 from slipstick.results.schema import POINT_KINDS, VARIABLES
 
 CASE = """
