@@ -129,7 +129,7 @@ def test_one_version_everywhere() -> None:
 
 
 def test_every_example_is_in_the_gallery() -> None:
-    from slipstick.cli.verbs.examples import examples
+    from slipstick.cli.examples import examples
 
     gallery = "".join(text(DOCS / name) for name in ("examples.md", "blade.md"))
     for name, example in examples().items():

@@ -12,7 +12,7 @@ from slipstick.balance.kinds import KINDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
-from slipstick.cli.verbs.examples import example
+from slipstick.cli.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.structure.modal import LoadShape

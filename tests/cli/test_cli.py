@@ -17,8 +17,8 @@ from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
 from slipstick.balance.kernel.compilation import compile_all
+from slipstick.cli.examples import examples
 from slipstick.cli.main import app
-from slipstick.cli.verbs.examples import examples
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
@@ -553,7 +553,7 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
-    from slipstick.cli.verbs.prepare import prepare_kernel
+    from slipstick.cli.terminal.prepare import prepare_kernel
 
     monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
     monkeypatch.setattr("slipstick.balance.kernel.compilation.compile_all", lambda: 12.3)

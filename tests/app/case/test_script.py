@@ -15,7 +15,7 @@ import slipstick as ss
 from slipstick.app.case.script import python_script
 from slipstick.app.case.script_text import GivenText, literal, quantity_text
 from slipstick.app.case.tables import LoadTable
-from slipstick.cli.verbs.examples import examples
+from slipstick.cli.examples import examples
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -13,9 +13,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from slipstick.cli.examples import example
 from slipstick.cli.main import app
 from slipstick.cli.terminal.answers import answering
-from slipstick.cli.verbs.examples import example
 
 OSCILLATOR = example("oscillator").path.read_text(encoding="utf-8")
 

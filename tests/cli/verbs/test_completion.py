@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from slipstick.cli.main import app
-from slipstick.cli.verbs.completion import case_files, example_names, results_files
+from slipstick.cli.options import case_files, example_names, results_files
 
 
 def completed(words: str, shell: str = "bash") -> list[str]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import slipstick
-from slipstick.cli.verbs import examples as module
-from slipstick.cli.verbs.examples import example, examples, folder
+from slipstick.cli import examples as module
+from slipstick.cli.examples import example, examples, folder
 from slipstick.errors import InputError
 
 ROOT = Path(__file__).parents[3]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slipstick.cli.verbs.full_model import _vector, frequencies
+from slipstick.cli.full_model import _vector, frequencies
 
 
 @pytest.mark.parametrize(

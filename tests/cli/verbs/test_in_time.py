@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import slipstick as ss
+from slipstick.cli.examples import example
 from slipstick.cli.main import app
-from slipstick.cli.verbs.examples import example
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 

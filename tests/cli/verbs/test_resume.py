@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 import slipstick as ss
 from slipstick.cli.main import app
-from slipstick.cli.verbs.manner import UNFINISHED
+from slipstick.cli.run_options import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore

@@ -1,24 +1,22 @@
-"""The ``check`` command: what a case describes, what is suspicious, and what the linear limits are."""
+"""The verb ``check``: what a case describes, what is suspicious, and what the linear limits are."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from math import copysign, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
+import typer
 
-from slipstick.analysis.curve.linear import linear_references
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import cases_text
+from slipstick.cli.options import CasePath
 from slipstick.cli.terminal.answers import Answer, case_answer
 from slipstick.cli.terminal.guard import DONE, complain, say, warnings_said
-from slipstick.cli.verbs.full_model import show_full_model
-from slipstick.cli.verbs.prepare import prepare_kernel
-from slipstick.contact.friction_law import is_friction
-from slipstick.contact.rubbing import VELOCITIES
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.verb import verb
 
 if TYPE_CHECKING:
+    from slipstick.app.case.case import Case
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
     from slipstick.units import Units
@@ -28,12 +26,26 @@ _WAYS = 4
 """Directions that are written out of contacts that are dragged alike."""
 
 
-def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
-    """Read a case with the code that ``run`` uses and print what it means; raises InputError with all faults.
+@verb
+def check(
+    answer: Answer,
+    case: CasePath,
+    in_time: Annotated[
+        bool,
+        typer.Option("--in-time", help="Follow the curve too, and check its highest peaks by time integration."),
+    ] = False,
+) -> int:
+    """Everything run would refuse or warn of, and the modes of the structure."""
+    from slipstick.app.case.case import Case
 
-    With ``in_time`` the curve is followed, and its highest peaks are held against integration in time.
-    """
-    case = Case.from_file(path, say)
+    return _described(Case.from_file(case, say), case, answer, in_time)
+
+
+def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
+    """Print what a case means, read with the code that ``run`` uses."""
+    from slipstick.app.case.studying import cases_text
+    from slipstick.cli.full_model import show_full_model
+
     problem = case.problem()
     answer |= case_answer(case)
     answer["warnings"] = print_warnings(case)
@@ -60,7 +72,7 @@ def check_case(path: Path, answer: Answer, *, in_time: bool = False) -> int:
 
 
 def _in_time(case: Case, answer: Answer) -> int:
-    from slipstick.cli.verbs.in_time import AGREES, check_curve
+    from slipstick.cli.in_time import AGREES, check_curve
 
     say(f"following {case.request} for the check in time ...")
     prepare_kernel(say)
@@ -81,6 +93,8 @@ def _complained(sentences: Sequence[str]) -> list[str]:
 
 
 def _structure(case: Case, problem: Problem) -> None:
+    import numpy as np
+
     structure = problem.structure
     shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
     say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
@@ -101,7 +115,7 @@ def _reduction(case: Case, problem: Problem) -> None:
     limit = problem.structure.valid_to  # type: ignore[attr-defined]
     say(
         f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
-        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if np.isfinite(limit) else "")
+        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if isfinite(limit) else "")
     )
 
 
@@ -143,6 +157,8 @@ def _stiffness(problem: Problem) -> None:
 
 def _motion(pair: ContactPair, k: int, units: Units) -> str:
     """The rubbing motion of the k-th contact in a few words."""
+    from slipstick.contact.rubbing import VELOCITIES
+
     along, across = _orders(pair, k, "cos", "sin"), _orders(pair, k, "normal_cos", "normal_sin")
     velocity, swept = (float(pair.values(name)[k]) for name in VELOCITIES)
     words = [f"rubbing at {_speed(velocity, swept, units)}" if velocity or swept or along else "no rubbing"]
@@ -167,13 +183,16 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
 
     ``omega`` is the range of frequencies: a velocity that sweeps with them may turn round within it.
     """
+    from slipstick.contact.friction_law import is_friction
+    from slipstick.contact.rubbing import VELOCITIES
+
     alike: dict[tuple[str, bool, bool], list[tuple[str, str, str]]] = {}
     for pair in problem.contacts:
         held = is_friction(pair.contact)
         for k, name in enumerate(pair.elements):
             periodic = _some(m for m in _orders(pair, k, "cos", "sin") if m > 0)
             velocity, swept = (float(pair.values(v)[k]) for v in VELOCITIES)
-            signs = {float(np.sign(velocity + swept * w)) for w in omega} - {0.0}
+            signs = {copysign(1.0, v) for v in (velocity + swept * w for w in omega) if v}
             if not signs and not periodic:
                 continue
             sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
@@ -210,11 +229,13 @@ def _told(pair: ContactPair, k: int) -> list[str]:
 
 def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
+    from slipstick.analysis.curve.linear import linear_references
+
     found = []
     for label, limit in linear_references(case.balance, case.omega):
         grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
         for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
-            at = int(np.argmax(values))
+            at = int(values.argmax())
             size = f"{values[at]:.4g}{problem.units.after('length')}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
             found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})

@@ -3,42 +3,46 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from slipstick.app.case.case import Case
+import typer
+
+from slipstick.cli.one_table import case_with, folder_of, quietly, written
+from slipstick.cli.options import CasePath, Force, folder_option
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
-from slipstick.cli.verbs.one_table import case_with, folder_of, quietly, written
+from slipstick.cli.verb import verb
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.app.case.case import Case
     from slipstick.results.branch import Branch
 
 
-def cycles_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:
-    """Follow the limit cycles of ``[cycles]`` into a folder, by default ``CASE-cycles``; the exit code.
-
-    Raises
-    ------
-    InputError
-        If the case has faults or no ``[cycles]``, something in it varies in time by itself, or the folder holds
-        results.
-    """
+@verb
+def cycles(
+    answer: Answer,
+    case: CasePath,
+    output: Annotated[Path | None, folder_option("CASE-cycles")] = None,
+    force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+) -> int:
+    """Follow self-excited vibration, such as squeal, over the parameter of the table "cycles"."""
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles
 
-    case, table = case_with(path, "cycles", 'parameter = "pad.mu", from = 0.3, to = 0.8')
-    with folder_of(case, output, "cycles", force) as folder:
-        branch = quietly(limit_cycles, case.problem(), table.parameter, (table.start, table.stop), requested=table.at)
+    read, table = case_with(case, "cycles", 'parameter = "pad.mu", from = 0.3, to = 0.8')
+    with folder_of(read, output, "cycles", force) as folder:
+        branch = quietly(limit_cycles, read.problem(), table.parameter, (table.start, table.stop), requested=table.at)
         unit = after_number(str(branch.table["parameter"].attrs.get("units", "")))
         answer["marked"] = []
         for found in branch.bifurcations():
-            say(f"{found.kind}: {table.parameter} = {found.value:.6g}{unit}, {case.frequency_text(found.omega)}")
+            say(f"{found.kind}: {table.parameter} = {found.value:.6g}{unit}, {read.frequency_text(found.omega)}")
             marked = {"kind": found.kind, "parameter": found.value, "omega": found.omega}
             answer["marked"].append({**marked, "before": found.before, "after": found.after})
-        answer["cycles"] = _asked_for(case, branch, table, unit)
+        answer["cycles"] = _asked_for(read, branch, table, unit)
         of = table.dof
         drawn = {"response": lambda b: b.plot.response(of), "stability": lambda b: b.plot.stability()}
-        return written(case, branch, folder, answer, figures=drawn if figures and len(branch) else {})
+        return written(read, branch, folder, answer, figures=drawn if figures and len(branch) else {})
 
 
 def _asked_for(case: Case, branch: Branch, table: Any, unit: str) -> list[Answer]:

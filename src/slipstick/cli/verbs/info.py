@@ -1,4 +1,4 @@
-"""The ``info`` verb."""
+"""The verb ``info``: what a bug report needs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
+from slipstick.cli.verb import verb
 
 _PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic", "typer", "rich", "matplotlib")
 
@@ -25,8 +26,9 @@ def all_versions() -> dict[str, str]:
     return found
 
 
-def show_info(answer: Answer) -> None:
-    """Print what a bug report needs."""
+@verb
+def info(answer: Answer) -> None:
+    """Versions, platform, threads, and whether the contact kernel is compiled."""
     from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
     from slipstick.trig.compile_cache import cache_folder
 

@@ -1,4 +1,4 @@
-"""The ``init`` command: the examples, written where a user wants them."""
+"""The verb ``init``: the examples, written where a user wants them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,33 @@ import shutil
 import textwrap
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from slipstick.cli.examples import Example, example, examples
+from slipstick.cli.options import example_names
 from slipstick.cli.terminal.guard import say
-from slipstick.cli.verbs.examples import Example, example, examples
+from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+
+
+@verb
+def init(
+    example: Annotated[
+        str | None, typer.Argument(help="Name of an example; without it they are listed.", autocompletion=example_names)
+    ] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Where to write it; here by default.")] = None,
+    python: Annotated[
+        bool, typer.Option("--python", help="Write the Python script instead; EXAMPLE may be a case file of your own.")
+    ] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the examples.")] = False,
+) -> None:
+    """Write a commented example case, or the same as a Python script."""
+    if example is None or listed:
+        list_examples()
+    else:
+        write_example(example, folder, python=python)
 
 
 def list_examples() -> None:

@@ -1,21 +1,49 @@
-"""The ``report`` command: one page of results files."""
+"""The verb ``report``: one page of results files."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from slipstick.cli.options import results_files
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.output import REPORT, RESULTS, results_in
 from slipstick.errors import InputError
-from slipstick.studies.folder import STUDY_FILE
 
 if TYPE_CHECKING:
     from slipstick.results.branch import Branch
 
 _PAGES = (".html", ".htm")
+
+
+@verb
+def report(
+    answer: Answer,
+    results: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULTS.nc...",
+            help="Results files or folders, overlaid; or a study, its study.nc or folder.",
+            autocompletion=results_files,
+        ),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The page; by default report.html beside the first file.")
+    ] = None,
+    title: Annotated[str, typer.Option(help="Title of the page; by default that of the first results.")] = "",
+    contacts: Annotated[int, typer.Option(help="How many contacts: those that dissipate most.")] = 12,
+    dofs: Annotated[int, typer.Option(help="How many dofs: those that move most.")] = 12,
+    case: Annotated[
+        int | None, typer.Option(min=0, metavar="N", help="Case N of a study, computed again: its loops and states.")
+    ] = None,
+) -> None:
+    """Write one self-contained page of results, for any browser: curves, loops, states, provenance."""
+    answer |= report_results(results, output, title=title, contacts=contacts, dofs=dofs, case=case)
 
 
 def report_results(
@@ -38,6 +66,7 @@ def report_results(
     """
     from slipstick.io.loading import load
     from slipstick.report.writing import write_report
+    from slipstick.studies.folder import STUDY_FILE
 
     paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
@@ -66,7 +95,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
     """Write the report of a study from its file ``study.nc`` and the curves beside it; the path."""
     from slipstick.io.loading import load_dataset
     from slipstick.report.writing import write_study_report
-    from slipstick.studies.folder import CURVES_FILE
+    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
 
     if path.name == CURVES_FILE and (path.parent / STUDY_FILE).is_file():
         raise InputError(f"{path}: holds the curves of a study; give its {STUDY_FILE}, or its folder")
@@ -78,8 +107,8 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
     from slipstick.app.case.case import Case
-    from slipstick.cli.verbs.one_table import quietly
-    from slipstick.cli.verbs.prepare import prepare_kernel
+    from slipstick.cli.one_table import quietly
+    from slipstick.cli.terminal.prepare import prepare_kernel
     from slipstick.io.loading import load_dataset
 
     told = load_dataset(path).attrs

@@ -1,4 +1,4 @@
-"""The ``resume`` command: go on with a run or a study that ended before it was done."""
+"""The verb ``resume``: go on with a run or a study that ended before it was done."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from slipstick.app.case.case import Case
+import typer
+
 from slipstick.app.case.source import read_text
-from slipstick.cli.terminal.answers import files_in, results_answer
+from slipstick.cli.options import Figures, Formats, NoFigures, Quiet, Report, TimeLimit
+from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
+from slipstick.cli.terminal.answers import Answer, files_in, results_answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.cli.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.cli.verbs.output import RESULTS, FolderOfRun, work_of
 from slipstick.cli.verbs.run import Begun, Run
 from slipstick.cli.verbs.study import Spread, Study, holds_study
@@ -24,12 +27,13 @@ from slipstick.faults import path as path_of
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.app.case.case import Case
     from slipstick.io.journal import Recorded
     from slipstick.results.branch import Branch
     from slipstick.results.schema import Layout
 
 
-def resume(folder: str | Path) -> Branch | xarray.Dataset:
+def resume_in_python(folder: str | Path) -> Branch | xarray.Dataset:
     """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
 
     Parameters
@@ -52,13 +56,34 @@ def resume(folder: str | Path) -> Branch | xarray.Dataset:
 
     place = path_of("resume, folder", folder, "the folder of a run or a study")
     with redirect_stdout(StringIO()):
-        resume_run(place, Manner(figures=False, report=False, quiet=True))
+        resume_run(place, RunOptions(figures=False, report=False, quiet=True))
     if holds_study(place):
         return load_dataset(place / STUDY_FILE)
     return load(work_of(place) / RESULTS)
 
 
-def resume_run(folder: Path, manner: Manner = PLAIN, workers: int | None = None) -> int:
+@verb
+def resume(
+    answer: Answer,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the run or study.", show_default=False)],
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Of a study: processes; by default one a processor.")
+    ] = None,
+    figures: Figures = None,
+    formats: Formats = None,
+    no_figures: NoFigures = False,
+    report: Report = True,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
+) -> int:
+    """Go on with a run that was killed, interrupted or out of time: the same points as without the interruption."""
+    options = run_options(
+        time_limit, (figures, formats), figures=not no_figures, report=report, quiet=quiet, answer=answer
+    )
+    return resume_run(folder, options, workers)
+
+
+def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = None) -> int:
     """Go on with the run in a folder from its last point, or with the study in it; the exit code.
 
     ``workers`` are processes for the cases of a study.
@@ -69,19 +94,19 @@ def resume_run(folder: Path, manner: Manner = PLAIN, workers: int | None = None)
         If there is no run in it, its case has changed, or it was begun by another version.
     """
     if folder.is_dir() and holds_study(folder):
-        return _resume_study(folder, manner, workers)
+        return _resume_study(folder, options, workers)
     place = FolderOfRun(folder)
     if workers is not None:
         place.release()
         raise InputError(f"--workers: {folder} holds a run, which is one process; leave it out (a study has workers)")
     try:
-        ended = _ended(place, manner)
-        return ended if ended is not None else _go_on(place, manner)
+        ended = _ended(place, options)
+        return ended if ended is not None else _go_on(place, options)
     finally:
         place.release()
 
 
-def _resume_study(folder: Path, manner: Manner, workers: int | None) -> int:
+def _resume_study(folder: Path, options: RunOptions, workers: int | None) -> int:
     """Compute the cases that are not in the folder of a study, and bring its shares together."""
     from slipstick.io.loading import load_dataset
     from slipstick.studies.folder import JOURNALS, STUDY_FILE, WHOLE
@@ -94,9 +119,9 @@ def _resume_study(folder: Path, manner: Manner, workers: int | None) -> int:
                 f"{folder}: the study in it did not end, and {WHOLE.name}.journal, to go on from, is missing; "
                 "compute it anew into another folder with -o"
             )
-        if manner.answer is not None:
+        if options.answer is not None:
             said = {"outcome": str(ended["outcome"]), "message": str(ended["outcome_text"])}
-            manner.answer.update({**said, **files_in(folder)})
+            options.answer.update({**said, **files_in(folder)})
         say(str(ended["outcome_text"]))
         say(f"nothing is left to do: the study in {folder} is complete")
         return DONE
@@ -108,10 +133,12 @@ def _resume_study(folder: Path, manner: Manner, workers: int | None) -> int:
     _same_versions(attributes, journals[0])
     path = Path(str(about.get("case_path") or "case.toml"))
     _same_text(text, [path])
-    return Study(Case.from_text(text, path, manner.tell), folder, Spread(workers=workers), manner).whole()
+    from slipstick.app.case.case import Case
+
+    return Study(Case.from_text(text, path, options.tell), folder, Spread(workers=workers), options).whole()
 
 
-def _ended(place: FolderOfRun, manner: Manner) -> int | None:
+def _ended(place: FolderOfRun, options: RunOptions) -> int | None:
     """The exit code of a run that has nothing left to do; None of one to go on with."""
     from slipstick.io.journal import journal_of
     from slipstick.io.loading import load_table
@@ -138,9 +165,9 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
     journal.unlink(missing_ok=True)
     if outcome.ok:
         place.complete()
-    if manner.answer is not None:
+    if options.answer is not None:
         said = {"outcome": outcome.name, "message": str(attributes.get("outcome_text") or outcome.text)}
-        manner.answer.update({**said, **results_answer(load_table(place.results)), **files_in(place.work)})
+        options.answer.update({**said, **results_answer(load_table(place.results)), **files_in(place.work)})
     if outcome.ok:
         say(f"nothing is left to do: the run in {place.folder} is complete")
         return DONE
@@ -149,8 +176,9 @@ def _ended(place: FolderOfRun, manner: Manner) -> int | None:
     return STOPPED
 
 
-def _go_on(place: FolderOfRun, manner: Manner) -> int:
+def _go_on(place: FolderOfRun, options: RunOptions) -> int:
     from slipstick.analysis.curve.resume import Checkpoint, resumable
+    from slipstick.app.case.case import Case
     from slipstick.io.journal import journal_of
     from slipstick.io.notes import unpacked
 
@@ -160,7 +188,7 @@ def _go_on(place: FolderOfRun, manner: Manner) -> int:
     _same_versions(attributes, journal)
     text, path = str(attributes.get("case", "")), Path(str(about.get("case_path") or "case.toml"))
     _same_text(text, [path, place.work / path.name])
-    case = Case.from_text(text, path, manner.tell)
+    case = Case.from_text(text, path, options.tell)
     told = print_warnings(case)
     size = case.balance.size
     try:
@@ -169,9 +197,9 @@ def _go_on(place: FolderOfRun, manner: Manner) -> int:
         raise InputError(f"{journal}: {error}") from None
     _same_problem(case, recorded.layout, str(about.get("problem")), journal)
     kept = checkpoints[: resumable(checkpoints)]
-    manner.tell(f"going on after {len(kept)} points in {place.work}")
+    options.tell(f"going on after {len(kept)} points in {place.work}")
     place.keep_case(path.name, text)
-    return Run(case, place, manner, told, Begun(recorded, kept)).whole()
+    return Run(case, place, options, told, Begun(recorded, kept)).whole()
 
 
 def _recorded(journal: Path) -> Recorded:

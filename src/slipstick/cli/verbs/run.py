@@ -1,4 +1,4 @@
-"""The ``run`` command: compute a case with everything kept as it is found."""
+"""The verb ``run``: compute a case with everything kept as it is found."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from slipstick.app.case.case import Case
+from slipstick.cli.options import CasePath, Figures, Force, Formats, NoFigures, Quiet, Report, TimeLimit, folder_option
+from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
 from slipstick.cli.terminal.answers import Answer, case_answer, files_in, results_answer
 from slipstick.cli.terminal.guard import (
     BAD_INPUT,
@@ -24,23 +25,43 @@ from slipstick.cli.terminal.guard import (
     say,
     termination_as_interrupt,
 )
-from slipstick.cli.terminal.progress import Progress, progress
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.cli.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.cli.verbs.output import REPORT, OutputFolder
-from slipstick.cli.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome, SlipstickWarning
-from slipstick.progress import duration
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.resume import Checkpoint
+    from slipstick.app.case.case import Case
+    from slipstick.cli.terminal.progress import Progress
     from slipstick.io.journal import Recorded
     from slipstick.results.schema import Layout
     from slipstick.results.table import ResultTable
 
 
-def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Manner = PLAIN) -> int:
+@verb
+def run(
+    answer: Answer,
+    case: CasePath,
+    output: Annotated[Path | None, folder_option("CASE-results")] = None,
+    force: Force = False,
+    figures: Figures = None,
+    formats: Formats = None,
+    no_figures: NoFigures = False,
+    report: Report = True,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
+) -> int:
+    """Compute a case: results.nc, written point by point, and report.html."""
+    options = run_options(
+        time_limit, (figures, formats), figures=not no_figures, report=report, quiet=quiet, answer=answer
+    )
+    return run_case(case, output, force=force, options=options)
+
+
+def run_case(path: Path, output: Path | None, *, force: bool = False, options: RunOptions = PLAIN) -> int:
     """Compute a case into a folder; the exit code.
 
     Raises
@@ -48,7 +69,9 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Ma
     InputError
         If the case has faults or its results cannot be written, before anything is computed.
     """
-    case = Case.from_file(path, manner.tell)
+    from slipstick.app.case.case import Case
+
+    case = Case.from_file(path, options.tell)
     told = print_warnings(case)
     folder = OutputFolder(
         output if output is not None else Path(f"{case.name}-results"),
@@ -57,7 +80,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, manner: Ma
         force=force,
     )
     try:
-        return Run(case, folder, manner, told).whole()
+        return Run(case, folder, options, told).whole()
     except BaseException:
         folder.abandon()
         raise
@@ -79,7 +102,7 @@ class Run:
 
     case: Case
     folder: OutputFolder
-    manner: Manner
+    options: RunOptions
     told: Sequence[str] = ()
     begun: Begun | None = None
     doubts: Sequence[str] = ()
@@ -99,30 +122,31 @@ class Run:
         """From its first point to its summary; the exit code."""
         self.compute()
         code = self.finish()
-        if self.manner.answer is not None:
-            self.manner.answer.update(self.answer)
+        if self.options.answer is not None:
+            self.options.answer.update(self.answer)
         return code
 
     def compute(self) -> None:
         """Follow the branch; every point goes to the store at once."""
+        from slipstick.cli.terminal.progress import progress
         from slipstick.results.record import Recorder
 
-        self.manner.tell(f"{self.case.title}: {self.case.request}")
+        self.options.tell(f"{self.case.title}: {self.case.request}")
         if self.case.plan is not None:
-            self.manner.tell("[study] is for 'slipstick study'; this computes the case itself")
+            self.options.tell("[study] is for 'slipstick study'; this computes the case itself")
         for name in self.case.further:
-            self.manner.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
+            self.options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
         begin = time.monotonic()
-        prepare_kernel(self.manner.tell)
+        prepare_kernel(self.options.tell)
         recorder = Recorder(
             self.case.balance, parameter=self.case.parameter or "", stability=bool(self.case.response.judged)
         )
         self._open(replace(recorder.layout, attributes=self._attributes()))
         factor, unit = self.case.shown_in
         start, stop = (value / factor for value in self.case.span)
-        with termination_as_interrupt(), progress(start, stop, unit, quiet=self.manner.quiet) as shown:
-            if self.manner.time_limit is not None:
-                self.until = begin + self.manner.time_limit
+        with termination_as_interrupt(), progress(start, stop, unit, quiet=self.options.quiet) as shown:
+            if self.options.time_limit is not None:
+                self.until = begin + self.options.time_limit
             self._follow(shown)
         self._close()
 
@@ -219,9 +243,9 @@ class Run:
     def finish(self) -> int:
         """Figures, report and summary; the exit code."""
         found = len(self.store)
-        if self.manner.figures and self.manner.wanted.names and found > 1 and not self.failures:
+        if self.options.figures and self.options.wanted.names and found > 1 and not self.failures:
             self._draw()
-        if self.manner.report and found:
+        if self.options.report and found:
             self._report()
         if self.case.response.follow is not None and self.complete and found:
             self._follow_doubled()
@@ -235,10 +259,10 @@ class Run:
         return BAD_INPUT if self.failures and not found else STOPPED
 
     def _draw(self) -> None:
-        from slipstick.cli.verbs.figures import draw_figures
+        from slipstick.cli.figures import draw_figures
 
         try:
-            for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.manner.wanted):
+            for name in draw_figures(self._data.to_dataset(), self.case, self.folder.work, self.options.wanted):
                 complain(f"warning: figures: there is nothing in these results to draw of '{name}'")
         except Exception as error:
             self.failures.append(f"figures: {fault_sentence(error)}")
@@ -264,16 +288,18 @@ class Run:
             complain(f"warning: report: {fault_sentence(error)}")
 
     def _summary(self, found: int) -> None:
+        from slipstick.progress import duration
+
         if found:
             data = self._data
             iterations = int(data["newton_iterations"].to_numpy().sum())
             for line in peak_lines(data):
-                self.manner.tell(line)
+                self.options.tell(line)
             if "coordinates_of_motion" in data.attrs:
-                self.manner.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
+                self.options.tell(f"all motion is {data.attrs['coordinates_of_motion']}")
             for sentence in self.doubts:
                 complain(f"warning: {sentence}")
-            self.manner.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
+            self.options.tell(f"{found} points, {iterations} Newton iterations, {duration(self.seconds)}")
         if not self.failures:
             say(self.text)
         say(f"results in {self.folder.work}{'/' if found else ': no point was found'}")

@@ -1,4 +1,4 @@
-"""The ``study`` command: many cases of one case file, on this machine, on a cluster, or a share of them."""
+"""The verb ``study``: many cases of one case file, on this machine, on a cluster, or a share of them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import cases_text
-from slipstick.cli.terminal.answers import files_in
-from slipstick.cli.terminal.cases_progress import cases_progress
+import typer
+
+from slipstick.cli.options import CasePath, Quiet, Report, TimeLimit, folder_option
+from slipstick.cli.run_options import PLAIN, RunOptions, run_options
+from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
     DONE,
     STOPPED,
@@ -23,19 +24,45 @@ from slipstick.cli.terminal.guard import (
     say,
     termination_as_interrupt,
 )
-from slipstick.cli.verbs.manner import PLAIN, Manner
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.verb import verb
 from slipstick.cli.verbs.output import REPORT
-from slipstick.cli.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, Outcome
-from slipstick.studies.folder import CURVES_FILE, JOURNALS, STUDY_FILE, WHOLE, Share, StudyFolder
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.app.case.case import Case
+    from slipstick.studies.folder import Share, StudyFolder
     from slipstick.studies.solving import CaseSolved
 
 _LISTED = 5
+
+
+@verb
+def study(
+    answer: Answer,
+    case: CasePath,
+    output: Annotated[Path | None, folder_option("CASE-study")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, max=1024, help="Processes on this machine; by default one a processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster instead, such as tcp://host:8786.")
+    ] = None,
+    index: Annotated[int | None, typer.Option(min=0, help="Compute share I of N alone, as one of N jobs.")] = None,
+    of: Annotated[int | None, typer.Option(min=1, metavar="N", help="How many shares there are.")] = None,
+    missing: Annotated[bool, typer.Option("--missing", help="Also cases once more that did not complete.")] = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figures.")] = True,
+    report: Report = True,
+    quiet: Quiet = False,
+    time_limit: TimeLimit = None,
+) -> int:
+    """Compute a case for all values that its table "study" names: study.nc, curves.nc, figures, report.html."""
+    spread = Spread(workers=workers, scheduler=scheduler, share=share_of(index, of))
+    options = run_options(time_limit, figures=figures, report=report, quiet=quiet, answer=answer)
+    return run_study(case, output, spread=spread, missing=missing, options=options)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,25 +71,27 @@ class Spread:
 
     workers: int | None = None
     scheduler: str | None = None
-    share: Share = WHOLE
+    share: Share | None = None
 
 
 HERE = Spread()
 
 
-def share_of(index: int | None, of: int | None) -> Share:
+def share_of(index: int | None, of: int | None) -> Share | None:
     """The share that ``--index I --of N`` name; raises InputError where they do not go together."""
     if (index is None) != (of is None):
         raise InputError("--index and --of go together: --index 0 --of 4 is the first of four shares")
     if index is None or of is None:
-        return WHOLE
+        return None
+    from slipstick.studies.folder import Share
+
     if index >= of:
         raise InputError(f"--index: found {index} of {of} shares; expected a number from 0 to {of - 1}")
     return Share(index, of)
 
 
 def run_study(
-    path: Path, output: Path | None, *, spread: Spread = HERE, missing: bool = False, manner: Manner = PLAIN
+    path: Path, output: Path | None, *, spread: Spread = HERE, missing: bool = False, options: RunOptions = PLAIN
 ) -> int:
     """Compute every case of a study into a folder; the exit code.
 
@@ -71,18 +100,22 @@ def run_study(
     InputError
         If the case has faults or no ``[study]``, or the folder holds another study.
     """
-    case = Case.from_file(path, manner.tell)
+    from slipstick.app.case.case import Case
+
+    case = Case.from_file(path, options.tell)
     folder = output if output is not None else Path(f"{case.name}-study")
     if spread.scheduler is not None and spread.workers is not None:
         raise InputError(
             "--workers and --scheduler are both given; the workers of a cluster are its own: keep one of them"
         )
-    if spread.share is WHOLE and not missing:
+    if spread.share is None and not missing:
         _refuse_earlier(folder)
-    return Study(case, folder, spread, manner).whole(missing=missing)
+    return Study(case, folder, spread, options).whole(missing=missing)
 
 
 def _refuse_earlier(folder: Path) -> None:
+    from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, WHOLE
+
     held = [name for name in (STUDY_FILE, CURVES_FILE, f"{WHOLE.name}.journal") if (folder / name).exists()]
     if held:
         raise InputError(
@@ -98,10 +131,12 @@ class Study:
     case: Case
     folder: Path
     spread: Spread
-    manner: Manner
+    options: RunOptions
 
     def whole(self, *, missing: bool = False) -> int:
         """What there is to compute, and the summary; the exit code."""
+        from slipstick.studies.folder import WHOLE, StudyFolder
+
         plan = self.case.plan
         if plan is None:
             raise InputError(
@@ -111,7 +146,7 @@ class Study:
             complain(f"warning: {sentence}")
         path = str(self.case.path.resolve())
         place = StudyFolder(
-            self.folder, self.case.study_job(), plan, about=self.case.names, path=path, share=self.spread.share
+            self.folder, self.case.study_job(), plan, about=self.case.names, path=path, share=self.spread.share or WHOLE
         )
         try:
             return self._computed(place, place.todo(missing=missing))
@@ -122,31 +157,34 @@ class Study:
             place.release()
 
     def _computed(self, place: StudyFolder, todo: list[int]) -> int:
+        from slipstick.app.case.studying import cases_text
+
         assert self.case.plan is not None
-        self.manner.tell(f"{self.case.title}: {cases_text(self.case.plan)}; {len(todo)} to compute")
+        self.options.tell(f"{self.case.title}: {cases_text(self.case.plan)}; {len(todo)} to compute")
         if self.case.response.follow is not None:
-            self.manner.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
+            self.options.tell("follow in [response] is for 'slipstick run'; a study computes the curves alone")
         stop, failure = None, ""
         if todo:
             place.begin()
-            prepare_kernel(self.manner.tell)
+            prepare_kernel(self.options.tell)
         try:
             stop = self._solve(place, todo)
         except OSError as error:
             failure = os_sentence(error)
-        if self.spread.share is not WHOLE and self.spread.share.of > 1:
+        if place.share.of > 1:
             return self._share_summary(place, stop, failure)
         return self._summary(place, place.write(), stop, failure)
 
     def _solve(self, place: StudyFolder, todo: list[int]) -> Outcome | None:
         """Compute; how it ended early, if it did."""
+        from slipstick.cli.terminal.cases_progress import cases_progress
         from slipstick.studies.workers import connected, solutions
 
-        until = None if self.manner.time_limit is None else time.monotonic() + self.manner.time_limit
-        workers = 1 if self.spread.share.of > 1 else self.spread.workers
+        until = None if self.options.time_limit is None else time.monotonic() + self.options.time_limit
+        workers = 1 if place.share.of > 1 else self.spread.workers
         try:
             with termination_as_interrupt(), ExitStack() as stack:
-                shown = stack.enter_context(cases_progress(len(todo), quiet=self.manner.quiet))
+                shown = stack.enter_context(cases_progress(len(todo), quiet=self.options.quiet))
                 client = None
                 if self.spread.scheduler is not None:
                     client = stack.enter_context(connected(self.spread.scheduler))
@@ -181,12 +219,14 @@ class Study:
         return STOPPED if failure or stop or left or not all(s.outcome.ok for s in own.values()) else DONE
 
     def _summary(self, place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, failure: str) -> int:
-        if self.manner.figures and not failure:
+        from slipstick.studies.folder import CURVES_FILE, STUDY_FILE
+
+        if self.options.figures and not failure:
             failure = self._draw(data)
-        if self.manner.report and place.found:
+        if self.options.report and place.found:
             self._report()
         for line in _largest(data):
-            self.manner.tell(line)
+            self.options.tell(line)
         warned = [s for s in str(data.attrs["warnings"]).splitlines() if s not in place.plan.warnings]
         for sentence in warned[:1]:
             more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
@@ -200,13 +240,13 @@ class Study:
         if left:
             say(f"go on with: slipstick resume {self.folder}")
         complete = place.complete and not failure
-        if self.manner.answer is not None:
-            self.manner.answer.update(_answer(place, data, stop, self.folder))
+        if self.options.answer is not None:
+            self.options.answer.update(_answer(place, data, stop, self.folder))
         return DONE if complete else STOPPED
 
     def _draw(self, data: xarray.Dataset) -> str:
         """Draw the figures; what went wrong, if something did."""
-        from slipstick.cli.verbs.figures import draw_study
+        from slipstick.cli.figures import draw_study
 
         try:
             draw_study(data, self.folder)
@@ -217,6 +257,7 @@ class Study:
     def _report(self) -> None:
         """A study whose report cannot be written has its results all the same."""
         from slipstick.cli.verbs.report import report_study
+        from slipstick.studies.folder import STUDY_FILE
 
         try:
             report_study(self.folder / STUDY_FILE, self.folder / REPORT)
@@ -262,4 +303,6 @@ def _answer(place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, fold
 
 def holds_study(folder: Path) -> bool:
     """Whether a folder is that of a study."""
+    from slipstick.studies.folder import JOURNALS, STUDY_FILE
+
     return (folder / STUDY_FILE).exists() or any(folder.glob(JOURNALS))

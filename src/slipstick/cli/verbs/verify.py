@@ -1,20 +1,61 @@
-"""The ``verify`` command: one table of claims, results, tolerances and verdicts."""
+"""The verb ``verify``: one table of claims, results, tolerances and verdicts."""
 
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import typer
+
+from slipstick.cli.options import results_files
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, say
-from slipstick.cli.verbs.prepare import prepare_kernel
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from slipstick.verify.table import Row
+
+
+@verb
+def verify(
+    answer: Answer,
+    results: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RESULTS]", help="A results file, or its folder, to check in time.", autocompletion=results_files
+        ),
+    ] = None,
+    point: Annotated[
+        list[int] | None, typer.Option("--point", help="Number of a point, repeatable; else the highest peaks.")
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", help='Take the point nearest to this value, such as "50 Hz".')
+    ] = None,
+    tolerance: Annotated[float, typer.Option(help="Largest relative difference that agrees.", min=0.0)] = 0.01,
+    only: Annotated[
+        str | None, typer.Option("--only", help="Without RESULTS: only the rows whose name contains this.")
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Without RESULTS: also write the table to this file, as markdown.")
+    ] = None,
+) -> int:
+    """Check this installation against closed forms and reference values, or points of RESULTS by time integration."""
+    if results is None:
+        if point or at:
+            raise InputError("--point, --at: found no RESULTS; give the results file they belong to")
+        return show_verification(only, answer, markdown)
+    if only is not None:
+        raise InputError("--only: chooses rows of the installation's table; give --point or --at with RESULTS")
+    if markdown is not None:
+        raise InputError("--markdown: writes the installation's table; leave it out with RESULTS")
+    from slipstick.cli.in_time import verify_results
+
+    return verify_results(results, point or (), at or (), tolerance, answer)
 
 
 def show_verification(only: str | None, answer: Answer, markdown: Path | None = None) -> int:

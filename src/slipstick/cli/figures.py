@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick import plots
-from slipstick.cli.verbs.manner import Wanted
+from slipstick.cli.run_options import Wanted
 from slipstick.plots import style as plots_style
 
 if TYPE_CHECKING:

@@ -1,13 +1,16 @@
-"""The ``import`` command: files of another finite element code become one model.h5."""
+"""The verb ``import``: files of another finite element code become one model.h5."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -15,6 +18,57 @@ if TYPE_CHECKING:
 
 _ROLES = ("K", "M", "C")
 _SUFFIXES = (".h5", ".hdf5")
+
+
+@verb
+def import_(
+    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Matrices, maps and meshes of one model.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The model to write, such as model.h5.")],
+    mass: Annotated[Path | None, typer.Option(help="The mass matrix, where its name does not show it.")] = None,
+    damping: Annotated[Path | None, typer.Option(help="The damping matrix.")] = None,
+    dof_map: Annotated[Path | None, typer.Option("--map", help="Node and direction of every row.")] = None,
+    nodes: Annotated[Path | None, typer.Option(help="Positions: bulk data or a mesh.")] = None,
+    name: Annotated[list[str] | None, typer.Option(help="Name of a matrix in a Nastran file: K=KGG.")] = None,
+    spc: Annotated[int | None, typer.Option(help="Number of the Nastran SPC set in force.")] = None,
+    young: Annotated[float | None, typer.Option(help="Material of a mesh: Young's modulus.")] = None,
+    poisson: Annotated[float | None, typer.Option(help="Poisson's ratio.")] = None,
+    density: Annotated[float | None, typer.Option(help="Density.")] = None,
+    conductivity: Annotated[float | None, typer.Option(help="Thermal conductivity.")] = None,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(help="Node set, surface, node (n12) or dof (n12y) to constrain; may be repeated."),
+    ] = None,
+    quadratic: Annotated[bool, typer.Option(help="Put a node in the middle of every edge of a linear mesh.")] = False,
+    units: Annotated[str | None, typer.Option(help='Units of the numbers, kept with them: "N, mm, t, s".')] = None,
+    scale: Annotated[
+        list[str] | None, typer.Option(help="Multiply the numbers of the files: length=25.4e-3; mass, force, time too.")
+    ] = None,
+    to: Annotated[str | None, typer.Option(help='Convert from --units to these: SI, or "N, mm, t, s".')] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
+) -> None:
+    """Bring a finite element model of another code into one file, model.h5."""
+    import_files(
+        ImportRequest(
+            files=files,
+            output=output,
+            mass=mass,
+            damping=damping,
+            dof_map=dof_map,
+            nodes=nodes,
+            names=name or (),
+            constraints=spc,
+            young=young,
+            poisson=poisson,
+            density=density,
+            conductivity=conductivity,
+            fixed=fix or (),
+            quadratic=quadratic,
+            units=units,
+            scale=scale or (),
+            to=to,
+            force=force,
+        )
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,14 +8,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verbs.output import REPORT, OutputFolder
-from slipstick.cli.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.units import after_number
 
 if TYPE_CHECKING:
+    from slipstick.app.case.case import Case
     from slipstick.results.branch import Branch
 
 
@@ -28,6 +29,8 @@ def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
 
 def case_with(path: Path, name: str, example: str) -> tuple[Case, Any]:
     """A case and its table of that name, without which it is refused; the kernel is ready then."""
+    from slipstick.app.case.case import Case
+
     case = Case.from_file(path)
     if name not in case.further:
         raise InputError(f"{path}: [{name}] is missing; give it, such as {example}")
@@ -67,3 +70,14 @@ def written(case: Case, branch: Branch, folder: OutputFolder, answer: Answer, *,
     if folder.replaces:
         complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
     return DONE if branch.outcome.ok else STOPPED
+
+
+def range_of(case: Case, table: Any) -> tuple[float, float]:
+    """Frequencies between which the peak is sought."""
+    return case.span if table.omega is None else table.omega
+
+
+def peak_text(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
+    """How high a peak is, and where."""
+    unit = after_number(str(branch.table["amplitude"].attrs.get("units", "")))
+    return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"

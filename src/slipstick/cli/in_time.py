@@ -10,8 +10,8 @@ import numpy as np
 
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, warnings_said
+from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verbs.output import RESULTS, results_in
-from slipstick.cli.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError
 from slipstick.quantities import read_frequency
 from slipstick.studies.folder import STUDY_FILE

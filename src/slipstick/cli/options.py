@@ -1,15 +1,18 @@
-"""What a shell offers for an argument: names of examples, case files, results files. Nothing heavy is imported."""
+"""Options and arguments that several verbs have, and what a shell offers for them. Nothing heavy is imported."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
 from textwrap import shorten
+from typing import Annotated, Any
+
+import typer
 
 
 def example_names(incomplete: str) -> list[tuple[str, str]]:
     """Examples whose name begins so, with what they show."""
-    from slipstick.cli.verbs.examples import examples
+    from slipstick.cli.examples import examples
 
     found = (one for one in examples().values() if one.name.startswith(incomplete))
     return [(one.name, shorten(one.about, 50, placeholder=" ...")) for one in found]
@@ -40,3 +43,30 @@ def files(incomplete: str, endings: Iterable[str]) -> list[str]:
         for path in shown
         if path.is_dir() or path.suffix in tuple(endings)
     ]
+
+
+CasePath = Annotated[
+    Path, typer.Argument(metavar="CASE.toml", help="The case file.", show_default=False, autocompletion=case_files)
+]
+
+
+def folder_option(by_default: str) -> Any:
+    """The option that names the folder of the results."""
+    return typer.Option("-o", "--output", help=f"Folder of the results; by default {by_default}, here.")
+
+
+Force = Annotated[bool, typer.Option("--force", help="Replace earlier results, once the new ones are complete.")]
+Figures = Annotated[
+    str | None,
+    typer.Option("--figures", help='Draw these too: "all", or names such as "response,loop".', metavar="NAMES"),
+]
+Formats = Annotated[
+    str | None, typer.Option("--format", help="Of the figures: png (the default), svg, pdf.", metavar="FORMATS")
+]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="Draw none, also of a study.")]
+Report = Annotated[bool, typer.Option(help="Write report.html.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No progress.")]
+TimeLimit = Annotated[
+    str | None,
+    typer.Option("--time-limit", help='End after this time, such as "90 s" or "2 h"; resume goes on.', metavar="TIME"),
+]

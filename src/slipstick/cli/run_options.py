@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from slipstick.app.case.body import silent
 from slipstick.cli.terminal.answers import Answer
@@ -47,8 +48,8 @@ def _chosen(option: str, given: str | None, known: Sequence[str], more: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Manner:
-    """How a run goes: what is drawn and shown, and after how many seconds it ends."""
+class RunOptions:
+    """Options of a run: what is drawn and shown, and after how many seconds it ends."""
 
     figures: bool = True
     """Whether any are drawn: those of a study, and of a run those that are wanted."""
@@ -65,4 +66,19 @@ class Manner:
         return silent if self.quiet else say
 
 
-PLAIN = Manner()
+PLAIN = RunOptions()
+
+
+def run_options(
+    time_limit: str | None, wanted: tuple[str | None, str | None] = (None, None), **others: Any
+) -> RunOptions:
+    """Options as the command line gives them; raises InputError for what is not known or does not go together."""
+    from slipstick.quantities import read_duration
+
+    if wanted[0] is not None and not others["figures"]:
+        raise InputError("--no-figures: --figures is given too; leave one of them out")
+    try:
+        seconds = None if time_limit is None else read_duration(time_limit)
+    except ValueError as error:
+        raise InputError(f"--time-limit: found '{time_limit}'; {error}") from None
+    return RunOptions(time_limit=seconds, wanted=wanted_figures(*wanted), **others)
