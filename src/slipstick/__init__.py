@@ -35,7 +35,7 @@ _PUBLIC = {
     "load_case": "slipstick.app.case.case",
     "FrictionCurve": "slipstick.state.thermal.friction_curve",
     "ThermalModel": "slipstick.state.thermal.model",
-    "Branch": "slipstick.results.branch",
+    "Branch": "slipstick.branch",
     "load": "slipstick.io.loading",
     "forced_response": "slipstick.analysis.curve.response",
     "parameter_response": "slipstick.analysis.curve.response",
@@ -76,6 +76,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
+    from slipstick.branch import Branch as Branch
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
@@ -93,7 +94,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
-    from slipstick.results.branch import Branch as Branch
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure

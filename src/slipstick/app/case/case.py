@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.structure.protocol import Structure
     from slipstick.studies.plan import StudyPlan
     from slipstick.studies.solving import Job

@@ -12,7 +12,7 @@ from slipstick.app.verbs.one_table import case_with, folder_of, quietly, written
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def cycles_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:

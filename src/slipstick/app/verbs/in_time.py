@@ -18,8 +18,8 @@ from slipstick.studies.folder import STUDY_FILE
 from slipstick.units import Units
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
-    from slipstick.results.verbs import TimeCheck
+    from slipstick.analysis.time_domain.check import TimeCheck
+    from slipstick.branch import Branch
 
 AGREES = 0.01
 """Relative difference up to which a point agrees."""

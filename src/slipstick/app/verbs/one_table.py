@@ -16,7 +16,7 @@ from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.errors import InputError, SlipstickWarning
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:

@@ -14,7 +14,7 @@ from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.peaks.optimum import Optimum
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def track_case(path: Path, output: Path | None, answer: Answer, *, force: bool = False, figures: bool = True) -> int:

@@ -13,7 +13,7 @@ from slipstick.errors import InputError
 from slipstick.studies.folder import STUDY_FILE
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 _PAGES = (".html", ".htm")
 

@@ -24,8 +24,8 @@ from slipstick.faults import path as path_of
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.branch import Branch
     from slipstick.io.journal import Recorded
-    from slipstick.results.branch import Branch
     from slipstick.results.schema import Layout
 
 

@@ -253,8 +253,8 @@ class Run:
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""
+        from slipstick.branch import Branch
         from slipstick.report.writing import write_report
-        from slipstick.results.branch import Branch
 
         try:
             write_report(Branch.from_dataset(self._data, self.case.problem()), self.folder.work / REPORT)

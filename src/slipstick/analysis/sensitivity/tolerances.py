@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number, shown, wrong
 from slipstick.results.sensitivities import parameter_names
-from slipstick.results.verbs import sensitivity
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 DEFAULT = 0.1
 """Share of its value that a parameter varies by where nothing else is said."""
@@ -66,7 +66,7 @@ def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
 def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
     """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
     shares = _shares(branch, tolerances)
-    found = sensitivity(branch, list(shares), dof, together=False)
+    found = sensitivity_of(branch, list(shares), dof, together=False)
     size = np.abs(found["value"].to_numpy()) * np.array(list(shares.values()))
     spread = np.nan_to_num(np.abs(found["amplitude"].to_numpy())).T @ size
     amplitude = branch.table["amplitude"].to_numpy()[:, branch.dof_index(dof)]
@@ -79,7 +79,7 @@ def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) ->
     if tolerances is None:
         tolerances = {name: DEFAULT for name in parameter_names(problem) if problem.parameter(name) != 0.0}
     shares = _shares(branch, tolerances)
-    found = sensitivity(branch, list(shares), dof, together=False)
+    found = sensitivity_of(branch, list(shares), dof, together=False)
     slopes = found["amplitude"].to_numpy()[:, point] * found["value"].to_numpy()
     made = [Bar(name, share, float(s) * share) for (name, share), s in zip(shares.items(), slopes, strict=True)]
     return sorted((bar for bar in made if np.isfinite(bar.change)), key=lambda bar: -abs(bar.change))

@@ -1,4 +1,8 @@
-"""A branch of solutions: one labelled dataset, and what can be asked of it."""
+"""A branch of solutions: one labelled dataset, and what can be asked of it.
+
+What users hold in their hands: analyses make it, and its methods reach files, figures, reports and further analyses. It
+is the one file that looks both ways, and to its right only inside its methods.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +25,15 @@ from slipstick.results.notebook import branch_html
 from slipstick.results.table import ResultTable
 from slipstick.state.thermal.model import HeatedContacts
 from slipstick.trig.harmonics import Harmonics
-from slipstick.typing import Array, Frequency, Names
+from slipstick.typing import Array, DrawnAxes, Frequency, Names
 from slipstick.units import Units
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
 
+    from slipstick.analysis.time_domain.check import TimeCheck
     from slipstick.balance.problem import Problem
-    from slipstick.results.verbs import BranchPlots, TimeCheck
 
 
 _ROUNDING = 1e-9
@@ -167,9 +172,9 @@ class Branch:
 
         Raises InputError where the period does not double there, the problem is not known, or no such motion is found.
         """
-        from slipstick.results.verbs import subharmonic
+        from slipstick.analysis.stability.subharmonics import subharmonic_response
 
-        return subharmonic(self, point, **options)
+        return subharmonic_response(self, point, **options)
 
     def at(self, value: Frequency) -> int:
         """Number of the first point at a requested frequency or parameter, else of the nearest one.
@@ -252,8 +257,6 @@ class Branch:
     @property
     def plot(self) -> BranchPlots:
         """Figures of this branch; each returns matplotlib Axes."""
-        from slipstick.results.verbs import BranchPlots
-
         return BranchPlots(self)
 
     def save(self, path: str | Path) -> Path:
@@ -269,9 +272,9 @@ class Branch:
         SlipstickWarning
             Where the problem cannot be stored with the numbers: a law that is a function, a structure of your own.
         """
-        from slipstick.results.verbs import save
+        from slipstick.io.store import save_branch
 
-        return save(self, path)
+        return save_branch(self, path)
 
     def report(
         self,
@@ -293,9 +296,9 @@ class Branch:
         InputError
             If the file cannot be written, or there is one that is no report.
         """
-        from slipstick.results.verbs import report
+        from slipstick.report.writing import write_report
 
-        return report(self, path, title=title, contacts=contacts, dofs=dofs, tolerances=tolerances)
+        return write_report(self, path, title=title, contacts=contacts, dofs=dofs, tolerances=tolerances)
 
     def save_shape(self, path: str | Path, point: int, *, frames: int = 36) -> Path:
         """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
@@ -306,9 +309,9 @@ class Branch:
             If the file cannot be written, there is no such point, or the structure has no surface: reduced models with
             a mesh have one.
         """
-        from slipstick.results.verbs import save_shape
+        from slipstick.io.xdmf import write_shape
 
-        return save_shape(self, path, point, frames=frames)
+        return write_shape(self, path, point, frames=frames)
 
     def sensitivity(self, parameters: Names = None, dof: str | None = None) -> xarray.Dataset:
         """Exact derivatives by named parameters at every point, and of peaks: where they are and how high.
@@ -351,9 +354,9 @@ class Branch:
         >>> slopes["peak_amplitude"].values.round(5).tolist(), slopes["peak_omega"].values.round(5).tolist()
         ([[6.25539], [-0.03195]], [[5.53996], [0.03389]])
         """
-        from slipstick.results.verbs import sensitivity
+        from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 
-        return sensitivity(self, parameters, dof)
+        return sensitivity_of(self, parameters, dof)
 
     def check_in_time(self, point: int, **options: Any) -> TimeCheck:
         """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
@@ -363,7 +366,7 @@ class Branch:
         have at this point. ``options`` are those of ``slipstick.transient``.
         Raises InputError where the problem is not known.
         """
-        from slipstick.results.verbs import check_in_time
+        from slipstick.analysis.time_domain.check import check_in_time
 
         return check_in_time(self, point, **options)
 
@@ -414,3 +417,81 @@ def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
     a = size[order]
     least = _ROUNDING * np.max(a, initial=0.0)
     return order[1:-1][(a[1:-1] > a[:-2] + least) & (a[1:-1] >= a[2:])]
+
+
+class BranchPlots:
+    """Figures of one branch, as ``branch.plot.response("x")``; each returns its Axes.
+
+    Options are those of ``slipstick.plots``.
+    """
+
+    def __init__(self, branch: Branch) -> None:
+        self._branch = branch
+
+    def response(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Amplitude over the followed quantity."""
+        return _plots().response(self._branch, dof, **options)
+
+    def stability(self, **options: Any) -> DrawnAxes:
+        """Largest magnitude of a Floquet multiplier, where stability was asked for."""
+        return _plots().stability(self._branch, **options)
+
+    def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> DrawnAxes:
+        """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
+        return _plots().tolerance_band(self._branch, tolerances, dof, **options)
+
+    def tornado(
+        self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any
+    ) -> DrawnAxes:
+        """Which parameters matter most at a point, by default at the highest peak."""
+        return _plots().tornado(self._branch, tolerances, dof, **options)
+
+    def phase(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Phase of a harmonic."""
+        return _plots().phase(self._branch, dof, **options)
+
+    def mean(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Mean of the motion (harmonic 0)."""
+        return _plots().mean(self._branch, dof, **options)
+
+    def power(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Dissipated power, of contacts or all together."""
+        return _plots().power(self._branch, contact, **options)
+
+    def friction(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Friction coefficient."""
+        return _plots().friction(self._branch, contact, **options)
+
+    def temperature(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Contact temperature, where friction heats the contacts."""
+        return _plots().temperature(self._branch, contact, **options)
+
+    def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
+        """Fractions of the period in stick, slip and separation."""
+        return _plots().fractions(self._branch, contact, **options)
+
+    def loop(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Hysteresis loop of a contact at a point: friction force over its vibration, or over="sliding"."""
+        return _plots().loop(self._branch, point, contact, **options)
+
+    def loops(self, point: int, contact: Names = None, **options: Any) -> tuple[Axes, Axes]:
+        """The loop over the vibration and that over the sliding motion, side by side."""
+        return _plots().loops(self._branch, point, contact, **options)
+
+    def states(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
+        """States of contacts over a period."""
+        return _plots().states(self._branch, point, contact, **options)
+
+    def history(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Motion of dofs over a period, or the friction force of ``contact=``."""
+        return _plots().history(self._branch, point, dof, **options)
+
+    def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
+        return _plots().spectrum(self._branch, point, dof, **options)
+
+
+def _plots() -> Any:
+    from slipstick import plots
+
+    return plots

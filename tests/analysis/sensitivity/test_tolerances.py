@@ -5,7 +5,7 @@ import pytest
 from helpers.figures import branch
 
 import slipstick as ss
-from slipstick.results.tolerances import amplitude_band, checked_tolerances, ranked_bars
+from slipstick.analysis.sensitivity.tolerances import amplitude_band, checked_tolerances, ranked_bars
 
 
 def test_a_band_holds_what_small_tolerances_do():
