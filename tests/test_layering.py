@@ -26,6 +26,7 @@ ORDER = (
     ("importers", "report"),
     ("studies",),
     ("verify",),
+    ("case",),
     ("app",),
     ("__main__",),
 )

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app.case import fe_tables, peak_tables, response_table, tables
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import STUDY_KEYS
+from slipstick.case import fe_tables, peak_tables, response_table, tables
+from slipstick.case.case import Case
+from slipstick.case.studying import STUDY_KEYS
 from slipstick.studies.plan import METHODS
 from slipstick.studies.ranges import KEYS, SPACINGS
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.case.parts import load_of
-from slipstick.app.case.tables import LoadTable
-from slipstick.app.case.validation import ReadTable
 from slipstick.balance.checks import range_faults
 from slipstick.balance.preflight import problem_warnings
+from slipstick.case.parts import load_of
+from slipstick.case.tables import LoadTable
+from slipstick.case.validation import ReadTable
 
 
 def problem(**changes: Any) -> ss.Problem:
