@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import slipstick as ss
 from slipstick.app.cli import app
 from slipstick.case.case import Case
-from slipstick.case.reducing import CACHE
+from slipstick.case.structure import CACHE
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel

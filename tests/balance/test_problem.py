@@ -11,8 +11,7 @@ import pytest
 import slipstick as ss
 from slipstick.balance.checks import range_faults
 from slipstick.balance.preflight import problem_warnings
-from slipstick.case.parts import load_of
-from slipstick.case.tables import LoadTable
+from slipstick.case.load import LoadTable, load_of
 from slipstick.case.validation import ReadTable
 
 

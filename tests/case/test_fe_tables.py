@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from slipstick.case.fe_tables import MOST_CONTACTS, _contacts
+from slipstick.case.fe import MOST_CONTACTS, _contacts
 from slipstick.errors import InputError
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from slipstick.case.parts import in_block
+from slipstick.case.contact import in_block
 from slipstick.errors import Fault
 
 PLACED: Any = [SimpleNamespace(name=f"c{i}", row=SimpleNamespace(where=("contact", 1 + i // 2))) for i in range(4)]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.case.paths import inside
+from slipstick.case.source import inside
 
 
 def test_files_inside(tmp_path: Path) -> None:

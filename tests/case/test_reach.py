@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from slipstick.case.reach import reaching
+from slipstick.case.fe import reaching
 
 CASE: dict[str, Any] = {"structure": {"kind": "blade"}, "response": {"from": 100.0, "to": 190.0}}
 

@@ -1,36 +1,34 @@
-"""``axis`` and ``rotor`` of contacts on a surface: directions, rubbing velocity and casing of what turns."""
+"""What turns: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator
 
-from slipstick.case.sentences import unexpected
-from slipstick.case.tables import Frequency, Harmonic, Periodic, Table, is_number
-from slipstick.errors import IS_MISSING, Fault
+from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.source import inside
+from slipstick.case.structure import CACHE, Tell, reduction_folder
+from slipstick.case.table import Frequency, Harmonic, Periodic, Table, Vector, is_number, unexpected
+from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
-from slipstick.quantities import harmonic_orders
+from slipstick.quantities import harmonic_orders, read_frequency
 
 if TYPE_CHECKING:
     from slipstick.contact.rubbing import RubbingMotion
+    from slipstick.fem.imported import ImportedModel
     from slipstick.typing import Array
 
 WORDS = ("radial", "circumferential", "axial")
 """Directions about an axis."""
+ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
 
 
 def _place(value: Any) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value))):
         raise unexpected("three numbers such as [0, 0, 0]")
-    return tuple(map(float, value))
-
-
-def vector(value: Any) -> tuple[float, ...]:
-    """Three numbers, not all zero."""
-    if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value)) and any(value)):
-        raise unexpected("three numbers such as [0, 1, 0], not all 0")
     return tuple(map(float, value))
 
 
@@ -47,9 +45,6 @@ def _profile(value: Any) -> Any:
     return value
 
 
-Vector = Annotated[tuple[float, float, float], PlainValidator(vector)]
-
-
 class AxisTable(Table):
     """``axis = { point = [0, 0, 0], direction = [0, 0, 1] }``."""
 
@@ -58,6 +53,11 @@ class AxisTable(Table):
     )
     direction: Vector = Field(description="the direction of the axis such as [0, 0, 1]")
     zero: Vector | None = Field(default=None, description="the direction in which the angle is 0, such as [1, 0, 0]")
+
+
+def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
+    """The axis as ``ss.surface_contacts`` takes it."""
+    return None if table is None else {key: getattr(table, key) for key in table.model_fields_set}
 
 
 class SeriesTable(Table):
@@ -99,11 +99,6 @@ def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
     return faults
 
 
-def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
-    """The axis as ``ss.surface_contacts`` takes it."""
-    return None if table is None else {key: getattr(table, key) for key in table.model_fields_set}
-
-
 def motion_arguments(table: RotorTable) -> dict[str, Any]:
     """Arguments of ``ss.casing_motion`` but radius and angles."""
     profile = table.profile
@@ -130,3 +125,78 @@ def rotor_motion(table: RotorTable) -> Callable[[Array, Array], RubbingMotion]:
         return made
 
     return motion
+
+
+def _by_speed(value: Any) -> dict[float, str]:
+    """Speeds as keys: ``{ "3000 rpm" = "model_3000.h5" }``."""
+    files = isinstance(value, dict) and value and all(isinstance(name, str) and name for name in value.values())
+    if not files:
+        raise unexpected('a table of model files by speed, such as { "3000 rpm" = "model_3000.h5" }')
+    speeds = {read_frequency(_as_number(key)): name for key, name in value.items()}
+    if min(speeds) <= 0.0 or len(speeds) < len(value):
+        raise unexpected("speeds > 0, each once")
+    return speeds
+
+
+def _as_number(key: str) -> Any:
+    """A key of digits is a number, rad/s."""
+    try:
+        return float(key)
+    except ValueError:
+        return key
+
+
+class RotationTable(Table):
+    """``rotation = { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }``."""
+
+    speed: Frequency = Field(description='a speed > 0 such as "3000 rpm", fixed for the run')
+    axis: AxisTable | None = Field(
+        default=None, description="a table such as { point = [0, 0, 0], direction = [0, 0, 1] }"
+    )
+    models: Annotated[dict[float, str], PlainValidator(_by_speed)] | None = Field(
+        default=None, description='a table of model files by speed, such as { "3000 rpm" = "model_3000.h5" }'
+    )
+
+
+def rotation_faults(raw: Mapping[str, Any]) -> list[Fault]:
+    """Either the axis is given, or matrices that hold it."""
+    given = raw.get("rotation")
+    if not isinstance(given, dict):
+        return []
+    if "models" in given and "axis" in given:
+        return [Fault(("rotation", "axis"), "is given together with models", remedy="they hold it: leave it out")]
+    if not {"models", "axis"} & set(given):
+        remedy = "give axis = { point = [0, 0, 0], direction = [0, 0, 1] }, or models by speed"
+        return [Fault(("rotation", "axis"), IS_MISSING, remedy=remedy)]
+    return []
+
+
+def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
+    """The model at the speed of its ``rotation`` table; what is suspicious is in its warnings."""
+    from slipstick.fem.rotation import turned_model
+    from slipstick.io.model_file import load_model
+
+    if table is None:
+        return model
+    tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
+    try:
+        if table.models is None:
+            return turned_model(model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder))
+        others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
+        return turned_model(model, table.speed, others=others)
+    except InputError as error:
+        raise InputError([fault.inside("rotation") for fault in error.faults]) from None
+
+
+def rotation_script(given: GivenText) -> list[str]:
+    """The model at the speed of its ``rotation``."""
+    table = given.take("rotation")
+    if table is None:
+        return []
+    raw = given.raw["rotation"]
+    axis = axis_arguments(table.axis)
+    arguments = {} if axis is None else {"axis": literal(axis)}
+    if table.models is not None:
+        models = (f"{literal(s)}: {call('ss.import_model', here(name))}" for s, name in table.models.items())
+        arguments["others"] = f"{{{', '.join(models)}}}"
+    return [f"model = {call('ss.at_speed', 'model', quantity_text(raw['speed']), **arguments)}"]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slipstick.case.tables import Table
+from slipstick.case.table import Table
 from slipstick.errors import InputError
 from slipstick.quantities import frequency_unit
 
@@ -20,10 +20,10 @@ class GivenText:
     """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
 
     def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
-        table = model.model_validate(raw)
         self.raw = raw
+        self.table: Any = model.model_validate(raw)
         self.values = {
-            name: getattr(table, name) for name in type(table).model_fields if name in table.model_fields_set
+            name: getattr(self.table, name) for name in model.model_fields if name in self.table.model_fields_set
         }
 
     def take(self, name: str) -> Any:

@@ -1,28 +1,83 @@
-"""The sections of a case: the right ones of their tables, and every fault within one table."""
+"""The sections of a case: which there are, what of their tables is right, and every fault within one table."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from slipstick.case.fe_tables import contact_table
-from slipstick.case.peak_tables import PEAK_TABLES
-from slipstick.case.response_table import ResponseTable
-from slipstick.case.sentences import CASE_SECTIONS, toml
-from slipstick.case.tables import LoadTable, OutputTable, Table, ThermalTable, TopTable
+from slipstick.case.blade import BLADE
+from slipstick.case.contact import contact_table
+from slipstick.case.fe import FE
+from slipstick.case.load import LoadTable
+from slipstick.case.matrices import MATRICES, MODAL, MODEL
+from slipstick.case.output import OutputTable
+from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
+from slipstick.case.response import ResponseTable
+from slipstick.case.structure import Described, StructureKind, Tell, silent
+from slipstick.case.table import Table, toml
+from slipstick.case.thermal import ThermalTable
+from slipstick.case.top import TopTable
 from slipstick.case.validation import ReadTable, close_key, key_suggestion, read_table
-from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, Where
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.faults import Gathering, suggestion
+
+STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE}
+"""Kinds of ``[structure]``."""
+
+REQUESTS: Mapping[str, type[RequestTable]] = {
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable
+}  # fmt: skip
+"""Tables that a verb of its own computes."""
+
+REPEATED_SECTIONS = ("load", "contact")
+CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *REQUESTS)
 
 MOST_TABLES = 10_000
-
 _MISSING = {
     "structure": "describe the structure by its matrices or its modes",
     "contact": "give at least one contact, without any the response is linear",
     "response": "give it with the keys from and to",
 }
 """Sections that every case has, and what to do where one has not."""
+
+
+def in_case(fault: Fault) -> str:
+    """The sentence for a fault of a case.
+
+    >>> in_case(Fault(("contact", "damper", "rubbing", "velocity"), found="inf", expected="a finite number"))
+    "[[contact]] 'damper' rubbing.velocity: found inf; expected a finite number"
+    >>> in_case(Fault(("structure", "stifness"), UNKNOWN_KEY, remedy="did you mean 'stiffness'?"))
+    "unknown key 'stifness' in [structure]; did you mean 'stiffness'?"
+    """
+    if fault.statement != UNKNOWN_KEY:
+        return fault.said(place)
+    around = place(fault.where[:-1]) or "the case file"
+    return f"{UNKNOWN_KEY} '{fault.where[-1]}' in {around}; {fault.remedy}"
+
+
+def place(where: Where) -> str:
+    """A path as it stands in the file.
+
+    >>> place(("load", 0, "dof")), place(("response", "at", 2)), place(("units", "time"))
+    ('[[load]] number 1 dof', '[response] at, number 3', 'units.time')
+    """
+    section, rest = where[:1], where[1:]
+    if section and section[0] in REPEATED_SECTIONS:
+        words = [f"[[{section[0]}]]", *(_which(name) for name in rest[:1])]
+        rest = rest[1:]
+    elif section and section[0] in CASE_SECTIONS:
+        words = [f"[{section[0]}]"]
+    else:
+        words, rest = [], where
+    key = "".join(f", number {part + 1}" if isinstance(part, int) else f".{part}" for part in rest)
+    return " ".join([*words, key.lstrip(".")]).strip().replace(" ,", ",")
+
+
+def _which(name: str | int) -> str:
+    return f"number {name + 1}" if isinstance(name, int) else f"'{name}'"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +121,7 @@ def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
     absent = [key for key in (*keys, *CASE_SECTIONS) if key not in raw]
     unknown = [key for key in raw if key not in (*keys, *CASE_SECTIONS)]
     close = {key: close_key(key, absent) for key in unknown}
-    elsewhere = {"study", *PEAK_TABLES}  # read by themselves, before
+    elsewhere = {"study", *REQUESTS}  # read by themselves, before
     remedies = {key: key_suggestion(key, absent, () if close[key] else elsewhere) for key in unknown}
     faults = [Fault(key, UNKNOWN_KEY, remedy=remedy) for key, remedy in remedies.items()]
     row, own = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
@@ -118,3 +173,49 @@ class _Reader:
 def _place(section: str, number: int, name: Any, names: Mapping[str, int]) -> Where:
     """By its name where that is its own, else by its number."""
     return (section, name if isinstance(name, str) and name and names[name] == 1 else number)
+
+
+def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
+    """The kind that a ``[structure]`` table is of; None where there is no such kind."""
+    kind = raw.get("kind")
+    if kind == "matrices" and "file" in raw:
+        return MODEL
+    return STRUCTURES.get(kind) if isinstance(kind, str) else None
+
+
+def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
+    """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
+    found = Gathering()
+    described = found.take(_described, raw, folder, tell, found)
+    return described or Described(), [fault.inside("structure") for fault in found.faults]
+
+
+def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Described:
+    if not isinstance(raw, Mapping):
+        raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
+    chosen, given = structure_kind(raw), raw.get("kind")
+    kinds = ", ".join(f'"{kind}"' for kind in STRUCTURES)
+    if given is None:
+        raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {kinds}"))
+    if chosen is None:
+        guess = suggestion(given, STRUCTURES)
+        known = f"this version knows {kinds}"
+        raise InputError(Fault("kind", known, found=toml(given), remedy=guess if guess.startswith("did") else ""))
+    row, faults = read_table(chosen.table, raw, ())
+    found.faults += faults
+    return chosen.build(row, folder, tell, found)
+
+
+def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
+    """Take the tables of :data:`REQUESTS` out of a case; what is right of them, and every fault within one."""
+    found: dict[str, RequestTable] = {}
+    faults: list[Fault] = []
+    for name, model in REQUESTS.items():
+        given = raw.pop(name, None)
+        if isinstance(given, Mapping):
+            row, wrong = read_table(model, given, (name,))
+            found[name] = row.table
+            faults += wrong
+        elif given is not None:
+            faults.append(Fault(name, found=toml(given), expected=f"one table [{name}]"))
+    return found, faults

@@ -1,21 +1,21 @@
-"""The text of a case, read and made tables: perhaps a stranger's, so its bounds are looked at before it is parsed."""
+"""The text of a case and the files it names: perhaps a stranger's, so bounds are looked at before anything is read."""
 
 from __future__ import annotations
 
 import re
 import tomllib
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from slipstick.errors import InputError
+from slipstick.case.table import toml
+from slipstick.errors import Fault, InputError
 
 LARGEST_FILE = 6 * 1024**2
 DEEPEST = 50
 """Brackets within brackets, and parts of a dotted key."""
 LONGEST_NUMBER = 400
 _LARGEST_INTEGER = 2**63
-
 _STRING = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)|'
     r"'''(?:[^']|'(?!''))*+(?:'''|\Z)|"
@@ -26,6 +26,10 @@ _STRING = re.compile(
 )
 _DOTTED = re.compile(rf"(?<![\w\-.])(?:[\w\-]++[ \t]*+\.[ \t]*+){{{DEEPEST},}}+")
 _NUMBER = re.compile(rf"(?<![\w\-])[+\-]?(?:0[xob])?\d[\w.]{{{LONGEST_NUMBER},}}+")
+_COPY = "copy the file beside the case and name it relatively"
+_TWICE = re.compile(r"Cannot declare \((.*)\) twice")
+_PART = r"'([^']*)'"
+_SHOWN = 60
 
 
 def read_text(path: Path) -> str:
@@ -50,6 +54,26 @@ def read_text(path: Path) -> str:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file; expected a case in TOML (UTF-8)") from None
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The file ``name`` in ``folder``; raises InputError where it leaves the folder or is no file."""
+    pure = PurePosixPath(name.replace("\\", "/"))
+    if "\0" in name or not name.strip():
+        raise InputError(Fault(found=toml(name), expected="the name of a file in the folder of the case"))
+    if pure.is_absolute() or PureWindowsPath(name).drive or ".." in pure.parts:
+        raise _refused(name, "the path leaves the folder of the case", _COPY)
+    path = folder / pure
+    real, home = path.resolve(), folder.resolve()
+    if not real.is_relative_to(home):
+        raise _refused(name, "the link leads out of the folder of the case", "copy the file itself beside the case")
+    if not real.is_file():
+        raise _refused(name, f"there is no such file in {home}", "check its name")
+    return path
+
+
+def _refused(name: str, why: str, remedy: str) -> InputError:
+    return InputError(Fault(found=toml(name), statement=why, remedy=remedy))
 
 
 def parse(text: str, name: str) -> dict[str, Any]:
@@ -84,11 +108,6 @@ def _reason(said: str, text: str) -> str:
     shown = "".join(c if c.isprintable() else " " for c in line[0]).strip() if line else ""
     shown = f": {shown[:_SHOWN]}" + "..." * (len(shown) > _SHOWN) if shown else ""
     return f"{said}; correct that line{shown}"
-
-
-_TWICE = re.compile(r"Cannot declare \((.*)\) twice")
-_PART = r"'([^']*)'"
-_SHOWN = 60
 
 
 def _bounds_fault(text: str) -> str | None:

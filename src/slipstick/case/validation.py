@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from slipstick.case.sentences import toml
-from slipstick.case.tables import Table, TopTable
+from slipstick.case.table import Table, toml
+from slipstick.case.top import TopTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 
 

@@ -14,7 +14,7 @@ from slipstick.app.terminal.guard import DONE, complain, say, warnings_said
 from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.case.case import Case
-from slipstick.case.studying import cases_text
+from slipstick.case.study import cases_text
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import VELOCITIES
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.app.terminal.guard import say
-from slipstick.case.body import Body
+from slipstick.case.structure import Body
 from slipstick.progress import duration
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say
 from slipstick.app.verbs.output import FIGURES, FORMATS
-from slipstick.case.body import silent
+from slipstick.case.structure import silent
 from slipstick.errors import InputError, Outcome
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)

@@ -25,7 +25,7 @@ from slipstick.app.verbs.manner import PLAIN, Manner
 from slipstick.app.verbs.output import REPORT
 from slipstick.app.verbs.prepare import prepare_kernel
 from slipstick.case.case import Case
-from slipstick.case.studying import cases_text
+from slipstick.case.study import cases_text
 from slipstick.errors import InputError, Outcome
 from slipstick.studies.folder import CURVES_FILE, JOURNALS, STUDY_FILE, WHOLE, Share, StudyFolder
 from slipstick.units import after_number

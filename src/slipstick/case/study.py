@@ -1,11 +1,11 @@
-"""The ``[study]`` table of a case: parameters and their values, and how these make cases."""
+"""``[study]``: parameters and their values, and how these make cases."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.sentences import in_case, toml
+from slipstick.case.table import toml
 from slipstick.errors import Fault, InputError
 
 if TYPE_CHECKING:
@@ -21,10 +21,7 @@ def study_plan(section: Any, problem: Problem) -> StudyPlan:
     from slipstick.studies.plan import make_plan
 
     given, options = _read(section)
-    try:
-        return make_plan(problem, given, **options)
-    except InputError as error:
-        raise InputError(error.faults, in_case) from None
+    return make_plan(problem, given, **options)
 
 
 def check_study(section: Any) -> None:
@@ -33,14 +30,14 @@ def check_study(section: Any) -> None:
 
     given, options = _read(section)
     if faults := study_faults(given, **options):
-        raise InputError(faults, in_case)
+        raise InputError(faults)
 
 
 def _read(section: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Parameters with their values, and the other keys."""
     if not isinstance(section, Mapping):
         expected = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
-        raise InputError(Fault("study", found=toml(section), expected=expected), in_case)
+        raise InputError(Fault("study", found=toml(section), expected=expected))
     options = {key: section[key] for key in STUDY_KEYS if key in section}
     return dict(_flat({key: value for key, value in section.items() if key not in options}, "")), options
 
