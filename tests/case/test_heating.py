@@ -123,6 +123,7 @@ BAD = {
     "negative resistance": ([contact("a", thermal=THERMAL.replace("8.0", "-8.0"))], "a number >= 0"),
     "misspelt": ([contact("a", thermal=THERMAL.replace("resistance", "resistence"))], "did you mean 'resistance'?"),
     "falling temperatures": ([contact("a", mu="{ table = [[25, 0.5], [20, 0.4]] }")], "temperature 20 follows 25"),
+    "no table": ([contact("a", mu='{ interpolation = "natural" }')], "mu.table is missing; give rows of temperature"),
     "text in the table": ([contact("a", mu='{ table = [["a", "b"]] }')], "expected a table of finite numbers"),
     "wrong key of a table": (
         [contact("a", mu="{ tabel = [[25, 0.5], [200, 0.4]] }")],

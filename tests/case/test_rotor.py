@@ -81,6 +81,13 @@ def test_the_velocity_of_the_results_follows_the_frequency(folder: Path) -> None
         np.testing.assert_array_equal(theirs[name].values, ours[name].values, err_msg=str(name))
 
 
+def test_the_script_says_the_axis_in_the_order_of_the_keys(folder: Path) -> None:
+    """The same text every time: the keys that were given are a set, whose order changes from run to run."""
+    names = ("point", "direction", "zero")
+    code = python_script(text(), "sweep.toml", folder)
+    assert sorted(names, key=lambda name: code.index(f'"{name}": (')) == list(names)
+
+
 def test_a_fixed_speed_backwards(folder: Path) -> None:
     fixed = CONTACT.replace("rotor = { engine_order = 2,", 'rotor = { speed = "6000 rpm", backward = true,')
     (pair, *_) = ss.Case.from_text(text(fixed), path=folder / "case.toml").problem().contacts

@@ -8,10 +8,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import SurfaceContactTable, in_block, placed_contacts
+from slipstick.case.contact import SurfaceContactTable, build_contacts, in_block
 from slipstick.case.cross_checks import heating_faults, parameter_faults, request_faults, table_faults, unit_faults
 from slipstick.case.fe import reaching
-from slipstick.case.load import load_of
+from slipstick.case.load import build_load
 from slipstick.case.response import (
     STEP_KEYS,
     ResponseTable,
@@ -64,7 +64,7 @@ def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Read
     """
     sections, faults = read_sections(raw)
     described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
-    parts = _Parts(sections, described, folder)
+    parts = _Builder(sections, described, folder)
     faults += [*wrong, *parts.faults]
     units = (sections.top.get("units") or UnitsTable()).units
     if sections.top.right("units"):
@@ -94,18 +94,18 @@ def _phases(sections: Sections, loads: Sequence[Load]) -> Iterator[str]:
         yield from phase_warnings(load.target, row.table.phase)
 
 
-class _Parts:
+class _Builder:
     """Loads, contacts and heat of a case, made as far as they are right; ``faults`` of all of them."""
 
     def __init__(self, sections: Sections, described: Described, folder: Path) -> None:
         self._sections, self._described = sections, described
         found = Gathering()
-        made = [load_of(row) for row in sections.loads]
+        made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
         found.faults += [fault for _, faults in made for fault in faults]
         reduced = described.body.reduced if described.body is not None else None
         known = described.body is not None or described.made
-        self.placed, faults = placed_contacts(sections.contacts, sections.thermal, reduced, known)
+        self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
         found.faults += [*faults, *table_faults(sections, described, self.placed)]
         on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
         named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]

@@ -174,7 +174,7 @@ def contact_table(raw: Mapping[str, Any]) -> type[ContactTable]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placed:
+class CaseContact:
     """One contact of a case.
 
     Parameters
@@ -197,16 +197,16 @@ class Placed:
         return self.pair.name
 
 
-def placed_contacts(
+def build_contacts(
     rows: Sequence[ReadTable], thermal: ReadTable | None, body: ReducedBody | None, known: bool
-) -> tuple[list[Placed], list[Fault]]:
+) -> tuple[list[CaseContact], list[Fault]]:
     """Single contacts and those on a surface, the latter where it is ``known`` whether there is one."""
-    found, placed = Gathering(), list[Placed]()
+    found, placed = Gathering(), list[CaseContact]()
     for row in rows:
         if not row.right("name"):
             continue
         if not isinstance(row.table, SurfaceContactTable):
-            placed += [Placed(row=row, pair=_single(row, thermal, found))]
+            placed += [CaseContact(row=row, pair=_single(row, thermal, found))]
         elif known:
             new = found.inside(row.where, _on_surface, row, thermal, body, found) or []
             taken = {c.point for c in placed}
@@ -225,7 +225,9 @@ def _single(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> Cont
     return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, **directions)
 
 
-def _on_surface(row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, found: Gathering) -> list[Placed]:
+def _on_surface(
+    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, found: Gathering
+) -> list[CaseContact]:
     """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
 
     Raises
@@ -256,7 +258,8 @@ def _on_surface(row: ReadTable, thermal: ReadTable | None, body: ReducedBody | N
     if not row.right("points"):
         return []
     return [
-        Placed(row=row, pair=pair, point=point) for point, pair in zip(body.points.chosen(points), pairs, strict=True)
+        CaseContact(row=row, pair=pair, point=point)
+        for point, pair in zip(body.points.chosen(points), pairs, strict=True)
     ]
 
 
@@ -298,11 +301,11 @@ def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
     from slipstick.contact.rubbing import RubbingMotion
 
     rub = row.table.rubbing
-    given = {} if rub is None else {key: getattr(rub, key) for key in rub.model_fields_set}
+    given = {} if rub is None else rub.given
     return found.inside(row.where, lambda: RubbingMotion(**given)) or RubbingMotion()
 
 
-def in_block(fault: Fault, placed: Sequence[Placed]) -> Fault:
+def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
     """A fault of a contact on a surface at the block that the contact comes from."""
     if fault.where[:1] != ("contact",):
         return fault
@@ -310,25 +313,8 @@ def in_block(fault: Fault, placed: Sequence[Placed]) -> Fault:
     return replace(fault, where=(*rows.get(fault.where[1], fault.where[:2]), *fault.where[2:]))
 
 
-_TAKEN = {
-    *(
-        "at",
-        "body",
-        "contacts",
-        "C",
-        "curve",
-        "friction",
-        "heated",
-        "i",
-        "K",
-        "loads",
-        "M",
-        "model",
-        "names",
-        "np",
-        "own",
-    ),
-    *("p", "pair", "Path", "points", "resistance", "ss", "structure", "thermal", *dir(builtins)),
+_TAKEN = {*dir(builtins), "C", "K", "M", "Path", "at", "body", "contacts", "curve", "friction", "heated", "i"} | {
+    *("loads", "model", "names", "np", "own", "p", "pair", "points", "resistance", "ss", "structure", "thermal")
 }
 """Names that a script uses itself."""
 
@@ -403,8 +389,7 @@ def _rubbing_text(given: GivenText) -> dict[str, str]:
     rub = given.take("rubbing")
     if rub is None:
         return {}
-    own = {key: literal(getattr(rub, key)) for key in type(rub).model_fields if key in rub.model_fields_set}
-    return {"rubbing": call("ss.RubbingMotion", **own)}
+    return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.given.items()})}
 
 
 def _variable(name: str, taken: list[str]) -> str:

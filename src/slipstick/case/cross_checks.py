@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from slipstick.case.contact import Placed, SurfaceContactTable
+from slipstick.case.contact import CaseContact, SurfaceContactTable
 from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
@@ -30,7 +30,7 @@ _TEMPERATURE = "give the temperature without friction"
 _SI = {"length": "m", "force": "N", "time": "s"}
 
 
-def table_faults(sections: Sections, described: Described, placed: Sequence[Placed]) -> Iterator[Fault]:
+def table_faults(sections: Sections, described: Described, placed: Sequence[CaseContact]) -> Iterator[Fault]:
     """Faults between sections; where one of them is not right, nothing is held against it."""
     from slipstick.balance.checks import Known
 
@@ -106,7 +106,7 @@ def _dofs(sections: Sections, known: Known) -> Iterator[Fault]:
         )
 
 
-def _sizes(sections: Sections, known: Known, placed: Sequence[Placed]) -> Iterator[Fault]:
+def _sizes(sections: Sections, known: Known, placed: Sequence[CaseContact]) -> Iterator[Fault]:
     """One ratio of periods, and no more unknowns than can be computed."""
     from slipstick.balance.kinds import MOST_UNKNOWNS, size_fault
     from slipstick.structure.matrices import MatrixStructure
@@ -122,7 +122,7 @@ def _sizes(sections: Sections, known: Known, placed: Sequence[Placed]) -> Iterat
         yield size_fault(unknowns, kind)
 
 
-def heating_faults(contacts: Sequence[Placed], top: ReadTable | None, named: Sequence[str] | None) -> list[Fault]:
+def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named: Sequence[str] | None) -> list[Fault]:
     """What is missing or said twice about heat; ``named`` are the contacts there are, if all are known."""
     listed = heated_names(contacts, top)
     faults = [
@@ -136,7 +136,7 @@ def heating_faults(contacts: Sequence[Placed], top: ReadTable | None, named: Seq
     return faults
 
 
-def _by_row(contacts: Sequence[Placed]) -> list[tuple[ReadTable, list[str]]]:
+def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]]:
     rows: dict[Any, tuple[ReadTable, list[str]]] = {}
     for contact in contacts:
         rows.setdefault(contact.row.where, (contact.row, []))[1].append(contact.name)
@@ -183,7 +183,7 @@ class _Named:
 
 
 def parameter_faults(
-    sections: Sections, loads: Sequence[Load], placed: Sequence[Placed], described: Described
+    sections: Sections, loads: Sequence[Load], placed: Sequence[CaseContact], described: Described
 ) -> list[Fault]:
     """A name that nothing has, or an end of the range that what it names cannot take."""
     from slipstick.balance.parameters import changed, parameter_target
@@ -207,7 +207,7 @@ def parameter_faults(
     return found
 
 
-def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, placed: Sequence[Placed]) -> bool:
+def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, placed: Sequence[CaseContact]) -> bool:
     """Whether a name could belong to a part that could not be read."""
     missing = {row.where for row in sections.contacts} - {contact.row.where for contact in placed}
     if name.startswith("load."):

@@ -54,7 +54,7 @@ class LoadTable(Table):
         return faults
 
 
-def load_of(row: ReadTable) -> tuple[Load | None, list[Fault]]:
+def build_load(row: ReadTable) -> tuple[Load | None, list[Fault]]:
     """The load of a ``[[load]]`` table: amplitude cos(m tau + phase) becomes its cosine and sine parts.
 
     A table with faults makes a load by what is right in it; None where it cannot be told what that acts on.

@@ -57,7 +57,7 @@ class AxisTable(Table):
 
 def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
     """The axis as ``ss.surface_contacts`` takes it."""
-    return None if table is None else {key: getattr(table, key) for key in table.model_fields_set}
+    return None if table is None else table.given
 
 
 class SeriesTable(Table):
@@ -101,9 +101,7 @@ def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
 
 def motion_arguments(table: RotorTable) -> dict[str, Any]:
     """Arguments of ``ss.casing_motion`` but radius and angles."""
-    profile = table.profile
-    if isinstance(profile, SeriesTable):
-        profile = {key: getattr(profile, key) for key in profile.model_fields_set}
+    profile = table.profile.given if isinstance(table.profile, SeriesTable) else table.profile
     given: dict[str, Any] = {"profile": {} if profile is None else profile}
     if table.speed is not None:
         given["speed"] = -table.speed if table.backward else table.speed

@@ -22,9 +22,7 @@ class GivenText:
     def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
         self.raw = raw
         self.table: Any = model.model_validate(raw)
-        self.values = {
-            name: getattr(self.table, name) for name in model.model_fields if name in self.table.model_fields_set
-        }
+        self.values = self.table.given
 
     def take(self, name: str) -> Any:
         """A value, or None."""

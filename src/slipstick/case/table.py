@@ -55,6 +55,11 @@ class Table(BaseModel):
         """Faults between keys, found on the raw table so that they are told together with wrong values."""
         return []
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """The keys that the file gives, by the names of their fields and in the order of these."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
+
 
 def is_number(value: Any) -> bool:
     """Whether it is a finite number."""

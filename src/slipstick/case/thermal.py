@@ -17,7 +17,7 @@ from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError
 from slipstick.faults import suggestion
 
 if TYPE_CHECKING:
-    from slipstick.case.contact import ContactTable, Placed
+    from slipstick.case.contact import CaseContact, ContactTable
     from slipstick.fem.contact_points import ContactPoints
     from slipstick.state.thermal.friction_curve import FrictionCurve
     from slipstick.state.thermal.model import ThermalModel
@@ -41,7 +41,8 @@ def _number_or_table(value: Any) -> Any:
 
     known = ("table", "interpolation")
     faults = [Fault(key, UNKNOWN_KEY, remedy=suggestion(key, known)) for key in value if key not in known]
-    if "table" not in value and not any(get_close_matches(key, known) for key in value):
+    meant = [key for key in value if key not in known and "table" in get_close_matches(key, known)]
+    if "table" not in value and not meant:
         faults.append(Fault("table", IS_MISSING, remedy="give rows of temperature and value"))
     elif "table" in value:
         try:
@@ -105,7 +106,7 @@ def _own_resistance(contact: ContactTable) -> float:
     return contact.thermal.resistance or 0.0 if contact.thermal is not None else 0.0
 
 
-def heated_names(contacts: Sequence[Placed], top: ReadTable | None) -> list[str] | None:
+def heated_names(contacts: Sequence[CaseContact], top: ReadTable | None) -> list[str] | None:
     """The contacts that share ``[thermal]``; None where that is not known."""
     if top is None:
         return []
@@ -118,7 +119,7 @@ def heated_names(contacts: Sequence[Placed], top: ReadTable | None) -> list[str]
 
 
 def shared_influence(
-    top: ReadTable, contacts: Sequence[Placed], points: ContactPoints | None, folder: Path
+    top: ReadTable, contacts: Sequence[CaseContact], points: ContactPoints | None, folder: Path
 ) -> tuple[list[str], Array]:
     """The names of the contacts that ``[thermal]`` holds, and temperature per power among them.
 
@@ -145,7 +146,7 @@ def shared_influence(
     return order, matrix
 
 
-def _own_influence(contacts: Sequence[Placed], order: Sequence[str], points: ContactPoints | None) -> Array:
+def _own_influence(contacts: Sequence[CaseContact], order: Sequence[str], points: ContactPoints | None) -> Array:
     """The matrix of the structure among the points of some contacts, with their own resistances on its diagonal."""
     if points is None or points.influence is None:
         remedy = 'give [structure] films or cold and a conductivity (kind = "fe"), or use kind = "blade"'
@@ -188,7 +189,7 @@ def _read(name: str, folder: Path) -> Array:
 
 
 def thermal_model(
-    contacts: Sequence[Placed], top: ReadTable | None, shared: tuple[list[str], Array] | None
+    contacts: Sequence[CaseContact], top: ReadTable | None, shared: tuple[list[str], Array] | None
 ) -> ThermalModel | None:
     """The thermal model of a case without faults; ``shared`` is its influence matrix. None where nothing is heated."""
     import numpy as np
