@@ -1,4 +1,8 @@
-"""The sections of a case: which there are, what of their tables is right, and every fault within one table."""
+"""The sections of a case: which there are, what of their tables is right, and every fault within one table.
+
+A new kind of structure is a file such as ``blade.py`` and its name in :data:`STRUCTURES`; a new table that a verb of
+its own computes is a class such as those in ``requests.py`` and its name in :data:`REQUESTS`.
+"""
 
 from __future__ import annotations
 
