@@ -27,6 +27,7 @@ ORDER = (
     ("importers", "report"),
     ("studies",),
     ("verify",),
+    ("case",),
     ("app",),
     ("__main__",),
 )

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import slipstick as ss
-from slipstick.app.case.reading import read_case
+from slipstick.case.case import read_case
 
 CASE: dict[str, Any] = {
     "format": 1,

@@ -7,20 +7,26 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.app.case import fe_tables, peak_tables, response_table, tables
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import STUDY_KEYS
+from slipstick.case.case import Case
+from slipstick.case.study import STUDY_KEYS
+from slipstick.case.table import Table
 from slipstick.studies.plan import METHODS
 from slipstick.studies.ranges import KEYS, SPACINGS
 
 PAGE = Path(__file__).parents[2] / "docs" / "case-file.md"
 
-FOUND = {**vars(tables), **vars(response_table), **vars(peak_tables), **vars(fe_tables)}.values()
-MODELS = list({m: m for m in FOUND if isinstance(m, type) and issubclass(m, tables.Table)})
+
+def tables(base: type[Table] = Table) -> list[type[Table]]:
+    """Every table that a case file may have."""
+    named = [model for model in base.__subclasses__() if model.__module__.startswith("slipstick.case.")]
+    return [*named, *(inner for model in named for inner in tables(model))]
+
+
+MODELS = [model for model in tables() if model.model_fields]
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda m: m.__name__)
-def test_every_key_is_explained(model: type[tables.Table]) -> None:
+def test_every_key_is_explained(model: type[Table]) -> None:
     text = PAGE.read_text(encoding="utf-8")
     for name, field in model.model_fields.items():
         key = field.alias or name

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
-from slipstick.app.case.reducing import CACHE
 from slipstick.app.cli import app
+from slipstick.case.case import Case
+from slipstick.case.structure import CACHE
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.fem.imported import ImportedModel

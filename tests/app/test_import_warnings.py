@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from slipstick.app.case.case import Case
 from slipstick.app.cli import app
+from slipstick.case.case import Case
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material

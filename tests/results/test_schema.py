@@ -9,9 +9,9 @@ import pytest
 import xarray
 
 import slipstick as ss
-from slipstick.app.case.case import Case
 from slipstick.app.verbs.manner import Manner
 from slipstick.app.verbs.run import run_case
+from slipstick.case.case import Case
 from slipstick.results.schema import POINT_KINDS, VARIABLES
 
 CASE = """

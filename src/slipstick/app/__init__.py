@@ -1,1 +1,1 @@
-"""The application: case files, the command line and its progress display."""
+"""The application: the command line and its progress display."""

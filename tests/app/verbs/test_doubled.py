@@ -10,8 +10,8 @@ from helpers.stability import stops
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
 from slipstick.app.cli import app
+from slipstick.case.case import Case
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
 

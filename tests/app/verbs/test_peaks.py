@@ -9,8 +9,8 @@ from helpers.cases import oscillator
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
 from slipstick.app.cli import app
+from slipstick.case.case import Case
 from slipstick.io.lock import FolderLock
 
 CASE = oscillator(

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipstick.analysis.curve.linear import linear_references
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.answers import Answer, case_answer
 from slipstick.app.terminal.guard import DONE, complain, say, warnings_said
 from slipstick.app.verbs.full_model import show_full_model
 from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.case.case import Case
+from slipstick.case.study import cases_text
 from slipstick.contact.friction_law import is_friction
 from slipstick.contact.rubbing import VELOCITIES
 

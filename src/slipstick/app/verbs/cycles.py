@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say
 from slipstick.app.verbs.one_table import case_with, folder_of, quietly, written
+from slipstick.case.case import Case
 from slipstick.units import after_number
 
 if TYPE_CHECKING:

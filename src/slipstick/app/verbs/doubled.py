@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say, termination_as_interrupt, warnings_said
 from slipstick.app.verbs.output import SUBHARMONICS
 from slipstick.app.verbs.stored import Clock
+from slipstick.case.case import Case
 from slipstick.io.loading import load
 from slipstick.results.stability import PERIOD_DOUBLING
 

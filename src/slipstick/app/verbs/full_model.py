@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.app.case.body import Body
 from slipstick.app.terminal.guard import say
+from slipstick.case.structure import Body
 from slipstick.progress import duration
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from slipstick.app.case.body import silent
 from slipstick.app.terminal.answers import Answer
 from slipstick.app.terminal.guard import say
 from slipstick.app.verbs.output import FIGURES, FORMATS
+from slipstick.case.structure import silent
 from slipstick.errors import InputError, Outcome
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer, files_in
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.case.case import Case
 from slipstick.errors import InputError, SlipstickWarning
 
 if TYPE_CHECKING:

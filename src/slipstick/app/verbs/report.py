@@ -77,9 +77,9 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
 
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
-    from slipstick.app.case.case import Case
     from slipstick.app.verbs.one_table import quietly
     from slipstick.app.verbs.prepare import prepare_kernel
+    from slipstick.case.case import Case
     from slipstick.io.loading import load_dataset
 
     told = load_dataset(path).attrs

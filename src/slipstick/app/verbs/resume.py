@@ -9,8 +9,6 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
-from slipstick.app.case.source import read_text
 from slipstick.app.terminal.answers import files_in, results_answer
 from slipstick.app.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.app.verbs.check import print_warnings
@@ -18,6 +16,8 @@ from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import RESULTS, FolderOfRun, work_of
 from slipstick.app.verbs.run import Begun, Run
 from slipstick.app.verbs.study import Spread, Study, holds_study
+from slipstick.case.case import Case
+from slipstick.case.source import read_text
 from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.faults import path as path_of
 

@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
 from slipstick.app.terminal.answers import Answer, case_answer, files_in, results_answer
 from slipstick.app.terminal.guard import (
     BAD_INPUT,
@@ -29,6 +28,7 @@ from slipstick.app.verbs.check import print_warnings
 from slipstick.app.verbs.manner import PLAIN, UNFINISHED, Manner
 from slipstick.app.verbs.output import REPORT, OutputFolder
 from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.case.case import Case
 from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.progress import duration
 from slipstick.units import Units, after_number

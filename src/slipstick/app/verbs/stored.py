@@ -10,8 +10,8 @@ import numpy as np
 
 from slipstick.analysis.curve.record import Run, Sink
 from slipstick.analysis.events import Listener, PointFound, Started, StrategyTried
-from slipstick.app.case.case import Case
 from slipstick.app.terminal.progress import Progress
+from slipstick.case.case import Case
 from slipstick.errors import TimeIsUp
 from slipstick.io.store import ResultStore
 from slipstick.results.record import Point

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.app.case.case import Case
-from slipstick.app.case.studying import cases_text
 from slipstick.app.terminal.answers import files_in
 from slipstick.app.terminal.cases_progress import cases_progress
 from slipstick.app.terminal.guard import (
@@ -26,6 +24,8 @@ from slipstick.app.terminal.guard import (
 from slipstick.app.verbs.manner import PLAIN, Manner
 from slipstick.app.verbs.output import REPORT
 from slipstick.app.verbs.prepare import prepare_kernel
+from slipstick.case.case import Case
+from slipstick.case.study import cases_text
 from slipstick.errors import InputError, Outcome
 from slipstick.studies.folder import CURVES_FILE, JOURNALS, STUDY_FILE, WHOLE, Share, StudyFolder
 from slipstick.units import after_number
