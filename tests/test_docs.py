@@ -133,7 +133,7 @@ class Session:
 
     def toml(self, text: str) -> None:
         """A case, sections of one, or keys of a contact: every key and value is one that a case may have."""
-        from slipstick.app.case.sections import read_sections
+        from slipstick.case.sections import read_sections
 
         given = tomllib.loads(text)
         case = tomllib.loads((ROOT / "examples/oscillator/oscillator.toml").read_text(encoding="utf-8"))

@@ -229,7 +229,7 @@ def test_study_writes_table_curves_and_figures(curves, cache, tmp_path, monkeypa
 
 def test_case_files_give_the_same_curves(curves, tmp_path):
     """The command line's way to the same blade: a hot curve to rounding."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     paths = case_files.write(curves.blade, tmp_path)
     assert len(paths) == len(study.curves()) == 32

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
+from slipstick.case.case import Case
 from slipstick.cli.main import app
 from slipstick.cli.verbs.run import peak_lines
 from slipstick.units import Units, after_number

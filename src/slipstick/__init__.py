@@ -31,11 +31,11 @@ _PUBLIC = {
     "reduced_blade": "slipstick.models.blade",
     "surface_contacts": "slipstick.models.surface_contacts",
     "Material": "slipstick.fem.materials",
-    "Case": "slipstick.app.case.case",
-    "load_case": "slipstick.app.case.case",
+    "Case": "slipstick.case.case",
+    "load_case": "slipstick.case.case",
     "FrictionCurve": "slipstick.state.thermal.friction_curve",
     "ThermalModel": "slipstick.state.thermal.model",
-    "Branch": "slipstick.results.branch",
+    "Branch": "slipstick.branch",
     "load": "slipstick.io.loading",
     "forced_response": "slipstick.analysis.curve.response",
     "parameter_response": "slipstick.analysis.curve.response",
@@ -47,7 +47,7 @@ _PUBLIC = {
     "track_peak": "slipstick.analysis.peaks.tracking",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
-    "resume": "slipstick.cli.verbs.resume",
+    "resume": "slipstick.cli.resume",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
@@ -70,12 +70,13 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.peaks.tracking import track_peak as track_peak
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles as limit_cycles
     from slipstick.analysis.time_domain.transient import transient as transient
-    from slipstick.app.case.case import Case as Case
-    from slipstick.app.case.case import load_case as load_case
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
-    from slipstick.cli.verbs.resume import resume as resume
+    from slipstick.branch import Branch as Branch
+    from slipstick.case.case import Case as Case
+    from slipstick.case.case import load_case as load_case
+    from slipstick.cli.resume import resume as resume
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces
@@ -93,7 +94,6 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.reduced_body import reduced_body as reduced_body
     from slipstick.models.surface_contacts import surface_contacts as surface_contacts
     from slipstick.progress import Progress as Progress
-    from slipstick.results.branch import Branch as Branch
     from slipstick.state.thermal.friction_curve import FrictionCurve as FrictionCurve
     from slipstick.state.thermal.model import ThermalModel as ThermalModel
     from slipstick.structure.matrices import MatrixStructure as MatrixStructure

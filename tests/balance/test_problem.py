@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.case.parts import load_of
-from slipstick.app.case.tables import LoadTable
-from slipstick.app.case.validation import ReadTable
 from slipstick.balance.checks import range_faults
 from slipstick.balance.preflight import problem_warnings
+from slipstick.case.load import LoadTable, build_load
+from slipstick.case.validation import ReadTable
 
 
 def problem(**changes: Any) -> ss.Problem:
@@ -142,7 +141,7 @@ def test_default_outputs_hold_every_loaded_and_contact_dof() -> None:
 
 def test_loads_by_amplitude_and_phase_as_in_a_case_file() -> None:
     table = LoadTable(dof="x", amplitude=3.0, phase="-90 deg")
-    assert ss.Load(dof="x", amplitude=3.0, phase=-np.pi / 2) == load_of(ReadTable((), table, frozenset()))[0]
+    assert ss.Load(dof="x", amplitude=3.0, phase=-np.pi / 2) == build_load(ReadTable((), table, frozenset()))[0]
     by_size = ss.Load(dof="x", amplitude=3.0, phase=0.7)
     tau = np.linspace(0.0, 6.0, 13)
     np.testing.assert_allclose(by_size.cos * np.cos(tau) + by_size.sin * np.sin(tau), 3.0 * np.cos(tau + 0.7))

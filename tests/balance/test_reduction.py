@@ -13,9 +13,9 @@ from scipy import sparse
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.reduction import harmonic_weights, reduction_faults, reduction_warnings, worst_error
+from slipstick.case.case import Case
 from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.structure.modal import ModalStructure

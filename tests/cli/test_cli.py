@@ -131,7 +131,7 @@ def test_run_writes_results_and_the_case(tmp_path: Path) -> None:
 
 
 def test_what_run_stores_is_what_python_computes(tmp_path: Path) -> None:
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     path = case(tmp_path)
     assert slipstick("run", path, "-o", tmp_path / "out", "--no-figures", "-q").exit_code == 0
@@ -241,7 +241,7 @@ def test_unwritable_output_is_told_before_computing(tmp_path: Path, monkeypatch:
     def never(*_: object, **__: object) -> None:
         raise AssertionError("computed although the results cannot be written")
 
-    monkeypatch.setattr("slipstick.app.case.case.Case.run", never)
+    monkeypatch.setattr("slipstick.case.case.Case.run", never)
     places = [tmp_path / "file", tmp_path / "file" / "below", Path("/proc/none")]
     if os.name == "posix" and os.geteuid() != 0:
         (tmp_path / "locked").mkdir(mode=0o500)
@@ -313,7 +313,7 @@ def test_a_fault_of_the_program_is_a_sentence_and_a_log(tmp_path: Path, monkeypa
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr("slipstick.app.case.case.Case.curve", broken)
+    monkeypatch.setattr("slipstick.case.case.Case.curve", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = slipstick("run", case(tmp_path), "-o", tmp_path / "out")
     assert result.exit_code == 2
@@ -565,6 +565,6 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_states_are_averaged_over_the_contacts() -> None:
     record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
-    from slipstick.cli.verbs.stored import states_text
+    from slipstick.cli.stored import states_text
 
     assert states_text(record) == "stick 25 % slip 50 % separation 25 %"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from slipstick.app.case.case import Case
+from slipstick.case.case import Case
 from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box

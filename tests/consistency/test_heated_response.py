@@ -140,7 +140,7 @@ def test_all_equilibria_of_a_point() -> None:
 
 def test_case_file_of_the_hot_blade() -> None:
     """The example with mu over temperature: heat balances, and the hottest contact is far above the background."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     case = Case.from_file(DATA.with_name("blade_reduced_hot_rub.toml"))
     branch = case.run()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.case.case import Case, load_case
+from slipstick.case.case import Case, load_case
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
-from slipstick.app.case.script import python_script
+from slipstick.case.script import python_script
 
 KN, GAP, LOAD = 20.0, 0.05, 1.0
 

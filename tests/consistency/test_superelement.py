@@ -8,7 +8,7 @@ from helpers.superelement import Frame, craig_bampton, write_delivery
 from scipy.linalg import eigh
 
 import slipstick as ss
-from slipstick.app.case.case import Case
+from slipstick.case.case import Case
 from slipstick.errors import SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.model import ElasticModel, elastic_model

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 import slipstick as ss
 from slipstick.analysis.curve.response import parameter_response
+from slipstick.branch import Branch
 from slipstick.errors import Outcome
-from slipstick.results.branch import Branch
 from slipstick.state.thermal.friction_curve import FrictionCurve
 from slipstick.state.thermal.model import ThermalModel
 

@@ -110,7 +110,7 @@ def test_complex_matrices_in_files(tmp_path: Path, name: str) -> None:
 )
 def test_modal_arrays(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     """The same words for arrays, for a file read in Python and for a file that a case names."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     with pytest.raises(InputError, match=words):
         modal(**change)

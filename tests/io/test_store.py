@@ -15,13 +15,13 @@ import pytest
 import xarray
 from helpers.results import LAYOUT, opened, point
 
+from slipstick.branch import Branch
 from slipstick.errors import InputError, Outcome
 from slipstick.io import journal as journal_module
 from slipstick.io import store as store_module
 from slipstick.io.journal import journal_of, read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore, save_dataset
-from slipstick.results.branch import Branch
 
 
 def test_points_are_read_back_exactly_with_units(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ import pytest
 import slipstick as ss
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem
+from slipstick.branch import Branch
 from slipstick.io.loading import load
-from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder
 from slipstick.results.truncation import truncation_sentence, with_further
 from slipstick.solve.newton import newton

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.case.case import load_case
+from slipstick.case.case import load_case
 from slipstick.errors import InputError
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import LoadShape, ModalStructure, first_modes, modal_number_faults, residual_faults

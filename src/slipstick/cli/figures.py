@@ -15,7 +15,7 @@ from slipstick.plots import style as plots_style
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
 Drawings = dict[str, Callable[[], Any]]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipstick.app.case.body import Body
+from slipstick.case.structure import Body
 from slipstick.cli.terminal.guard import say
 from slipstick.progress import duration
 

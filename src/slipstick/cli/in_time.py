@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.cli.output import RESULTS, results_in
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say, warnings_said
 from slipstick.cli.terminal.prepare import prepare_kernel
-from slipstick.cli.verbs.output import RESULTS, results_in
 from slipstick.errors import InputError
 from slipstick.quantities import read_frequency
 from slipstick.studies.folder import STUDY_FILE
 from slipstick.units import Units
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
-    from slipstick.results.verbs import TimeCheck
+    from slipstick.analysis.time_domain.check import TimeCheck
+    from slipstick.branch import Branch
 
 AGREES = 0.01
 """Relative difference up to which a point agrees."""

@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipstick.cli.output import REPORT, OutputFolder
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.cli.terminal.prepare import prepare_kernel
-from slipstick.cli.verbs.output import REPORT, OutputFolder
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    from slipstick.app.case.case import Case
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
 
 
 def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
@@ -29,7 +29,7 @@ def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
 
 def case_with(path: Path, name: str, example: str) -> tuple[Case, Any]:
     """A case and its table of that name, without which it is refused; the kernel is ready then."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     case = Case.from_file(path)
     if name not in case.further:

@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from slipstick.app.case.body import silent
+from slipstick.cli.output import FIGURES, FORMATS
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import say
-from slipstick.cli.verbs.output import FIGURES, FORMATS
 from slipstick.errors import InputError, Outcome
 
 UNFINISHED = (Outcome.INTERRUPTED, Outcome.TIME_LIMIT)
@@ -63,7 +62,7 @@ class RunOptions:
     @property
     def tell(self) -> Callable[[str], None]:
         """What is said on the way."""
-        return silent if self.quiet else say
+        return (lambda _: None) if self.quiet else say
 
 
 PLAIN = RunOptions()

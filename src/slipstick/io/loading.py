@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def load_dataset(path: str | Path) -> xarray.Dataset:
@@ -175,8 +175,8 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
         Where the stored problem cannot be read.
     """
     from slipstick.balance.problem import Problem
+    from slipstick.branch import Branch
     from slipstick.io.problem import misfit, read_problem
-    from slipstick.results.branch import Branch
 
     path, without = path_of("results", path, "the path of a results file"), ""
     if problem is not None:

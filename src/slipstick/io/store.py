@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray
 
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 _SHARE = 10.0
 _RETRY = 0.1

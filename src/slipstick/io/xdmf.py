@@ -16,7 +16,7 @@ from slipstick.replacing import replacing
 from slipstick.typing import AnyArray
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 MOST_FRAMES = 1000
 _FIRST = '<xi:include xpointer="xpointer(/Xdmf/Domain/Grid/Grid[1]/*[self::Topology or self::Geometry])"/>'

@@ -18,7 +18,7 @@ from slipstick.typing import Array, DrawnAxes, Names
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sliding motion x + u")}
 """What a loop is drawn over: its key in ``Branch.loop`` and its name."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import whole
 from slipstick.plots.quantities import NO_POINTS, abscissa, dataset_of, title_of
 from slipstick.plots.style import titled
-from slipstick.results.branch import Branch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipstick.analysis.sensitivity.tolerances import amplitude_band, ranked_bars
+from slipstick.branch import Branch
 from slipstick.errors import InputError
 from slipstick.faults import one, whole
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import abscissa_text, parted, quantity
 from slipstick.plots.style import COLOURS, GREY, legend, short, styled, titled
-from slipstick.results.branch import Branch
-from slipstick.results.tolerances import amplitude_band, ranked_bars
 from slipstick.typing import DrawnAxes
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}

@@ -16,7 +16,7 @@ from slipstick.typing import Array
 from slipstick.units import after_number, power_unit
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
 
 _ROUNDING = 1e-11

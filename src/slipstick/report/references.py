@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from slipstick.report.encoding import Indices, packed
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 _MOST_PORTS = 100
 """Beyond, a limit is a large system at every frequency, and takes longer than the page is worth."""

@@ -10,7 +10,7 @@ from slipstick.report.encoding import fixed, packed
 from slipstick.results.deflection import deflection_of
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 UNSEEN = 1e-3
 """Relative to the largest motion: less is not seen."""

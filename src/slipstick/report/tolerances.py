@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.sensitivity.tolerances import amplitude_band, ranked_bars
 from slipstick.report.encoding import Indices, packed
-from slipstick.results.tolerances import amplitude_band, ranked_bars
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:

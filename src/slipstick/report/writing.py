@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from slipstick import __version__
+from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one, text, whole
 from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
-from slipstick.results.branch import Branch
 
 MARK = '<meta name="generator" content="slipstick report">'
 """By it a report is known again: any other file is not replaced."""

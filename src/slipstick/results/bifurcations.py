@@ -20,7 +20,7 @@ from slipstick.results.stability import (
 )
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.typing import Array
 
 FOLD, TRUNCATED_FOLD = "fold", "turning point of the truncated balance"

@@ -22,8 +22,8 @@ from slipstick.trig.harmonics import Harmonics
 from slipstick.typing import Array, BoolArray, IntArray
 
 if TYPE_CHECKING:
+    from slipstick.branch import Branch
     from slipstick.contact.law import Law
-    from slipstick.results.branch import Branch
 
 FRICTION_VARIABLES = {
     "kt": "tangential_stiffness",

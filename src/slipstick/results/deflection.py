@@ -16,7 +16,7 @@ from slipstick.typing import Array
 
 if TYPE_CHECKING:
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
 
 LEFT_OUT = 1e-4

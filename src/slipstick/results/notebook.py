@@ -9,7 +9,7 @@ from slipstick.html import MOST_SHOWN, html_table
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def branch_html(branch: Branch) -> str:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 def parameter_names(problem: Problem, given: Any = None) -> tuple[str, ...]:

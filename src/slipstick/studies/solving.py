@@ -20,7 +20,7 @@ from slipstick.typing import Array
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
     from slipstick.balance.problem import Problem
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
 
 CURVE = (

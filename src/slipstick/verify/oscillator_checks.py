@@ -14,7 +14,7 @@ from slipstick.verify.cases import DAMPING, EXACT_OSCILLATOR, LOAD, MASS, SLIP_O
 from slipstick.verify.table import Check, ExpectedFound
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 RANGE = (2.0, 15.0)

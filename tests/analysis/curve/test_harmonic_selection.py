@@ -178,7 +178,7 @@ def test_sets_rise_and_hold_what_is_driven() -> None:
 
 
 def test_by_the_case_file(tmp_path) -> None:
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     text = oscillator_case(
         head='harmonics = "0..15"\n', rubbing="velocity = 10.0", response="from = 2\nto = 15\nadapt_harmonics = 1e-3\n"

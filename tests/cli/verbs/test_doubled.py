@@ -10,7 +10,7 @@ from helpers.stability import stops
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
+from slipstick.case.case import Case
 from slipstick.cli.main import app
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")

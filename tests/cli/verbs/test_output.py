@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from slipstick.cli.verbs.output import OutputFolder
+from slipstick.cli.output import OutputFolder
 from slipstick.errors import InputError
 from slipstick.io.lock import NAME, FolderLock
 

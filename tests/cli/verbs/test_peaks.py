@@ -9,7 +9,7 @@ from helpers.cases import oscillator
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.case.case import Case
+from slipstick.case.case import Case
 from slipstick.cli.main import app
 from slipstick.io.lock import FolderLock
 

@@ -13,9 +13,9 @@ from slipstick.balance.inputs import Inputs
 from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
+from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import Gathering, frequency, in_radians, numbers, one, shown, wrong
-from slipstick.results.branch import Branch
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table

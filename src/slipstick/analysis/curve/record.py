@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from slipstick.analysis.events import Event, EventFunction, Listener, PointFound, Started, Stopped
+from slipstick.branch import Branch
 from slipstick.errors import Outcome, TimeIsUp
 from slipstick.faults import warn
 from slipstick.interrupts import held
-from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.results.schema import attributes_of, make_table, requested_attribute
 from slipstick.solve.continuation.follow import failed

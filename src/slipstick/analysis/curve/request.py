@@ -47,7 +47,7 @@ from slipstick.units import Units
 if TYPE_CHECKING:
     from slipstick.analysis.curve.record import Run
     from slipstick.analysis.stability.floquet import StabilityWatch
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 StabilityRequest = bool | Literal["full"]
 """What users ask for."""

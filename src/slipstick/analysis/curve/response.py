@@ -11,10 +11,10 @@ from slipstick.analysis.curve.linear import linear_response
 from slipstick.analysis.curve.request import StabilityRequest, response_options
 from slipstick.analysis.events import EventFunction
 from slipstick.balance.problem import Problem
+from slipstick.branch import Branch
 from slipstick.errors import Outcome
 from slipstick.faults import warn, wrong
 from slipstick.results.besides import Besides
-from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.typing import Frequency, FrequencyList, FrequencyRange, Real, Reals

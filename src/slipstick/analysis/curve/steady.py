@@ -15,10 +15,10 @@ from slipstick.analysis.events import EventFunction
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
+from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import frequency, numbers, wrong
 from slipstick.interrupts import pass_on
-from slipstick.results.branch import Branch
 from slipstick.results.record import Point, Recorder, contact_states, unknowns
 from slipstick.solve.continuation import ContinuationOptions
 from slipstick.solve.newton import newton

@@ -22,11 +22,11 @@ from slipstick.balance.kinds import Kind
 from slipstick.balance.loads import Load
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
+from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
-from slipstick.results.branch import Branch
 from slipstick.results.modes import mode_layout, mode_values, peak_forces
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import Layout

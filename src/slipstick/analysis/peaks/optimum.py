@@ -16,9 +16,9 @@ from slipstick.analysis.sensitivity.linearization import FREQUENCY, Linearizatio
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
 from slipstick.balance.scaling import scales
+from slipstick.branch import Branch
 from slipstick.errors import Outcome
 from slipstick.interrupts import pass_on
-from slipstick.results.branch import Branch
 from slipstick.results.record import Point
 from slipstick.solve.linear.bordered import Eliminated
 from slipstick.solve.newton import Evaluation, NewtonOptions, NewtonResult, newton

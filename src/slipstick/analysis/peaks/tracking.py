@@ -19,10 +19,10 @@ from slipstick.balance.parameters import parameter_path
 from slipstick.balance.preflight import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.systems import FrequencySystem
+from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import number, shown, suggestion, text
 from slipstick.interrupts import held, pass_on
-from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array, FrequencyRange, Real
 

@@ -21,10 +21,10 @@ from slipstick.balance.ports import Balance
 from slipstick.balance.preflight import parameter_warnings
 from slipstick.balance.problem import Problem
 from slipstick.balance.residual import terms
+from slipstick.branch import Branch
 from slipstick.contact.friction_law import is_friction
 from slipstick.errors import Fault, InputError, Outcome
 from slipstick.interrupts import pass_on
-from slipstick.results.branch import Branch
 from slipstick.results.record import Outputs, Point, Recorder
 from slipstick.results.schema import SELF_EXCITED
 from slipstick.results.stability import HOPF, STATE_CHANGE

@@ -34,7 +34,7 @@ from slipstick.typing import Array, ComplexArray
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 
 class Functional(NamedTuple):

@@ -12,10 +12,10 @@ import numpy as np
 from slipstick.analysis.curve.follow import CurveRequest, Departure, frequency_request, parameter_request
 from slipstick.balance.problem import Problem
 from slipstick.balance.scaling import scales
+from slipstick.branch import Branch
 from slipstick.contact.rubbing import MOTION_PARTS
 from slipstick.errors import InputError
 from slipstick.faults import warn
-from slipstick.results.branch import Branch
 from slipstick.results.schema import is_self_excited
 from slipstick.results.stability import PERIOD_DOUBLING
 from slipstick.solve.continuation.corrector import Corrector

@@ -17,7 +17,7 @@ from slipstick.cli.terminal.guard import DONE, guarded, put
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.results.table import ResultTable
 
 Answer = dict[str, Any]

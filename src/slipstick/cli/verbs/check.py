@@ -16,9 +16,9 @@ from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verb import verb
 
 if TYPE_CHECKING:
-    from slipstick.app.case.case import Case
     from slipstick.balance.contacts import ContactPair
     from slipstick.balance.problem import Problem
+    from slipstick.case.case import Case
     from slipstick.units import Units
 
 _LISTED = 10
@@ -36,14 +36,14 @@ def check(
     ] = False,
 ) -> int:
     """Everything run would refuse or warn of, and the modes of the structure."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     return _described(Case.from_file(case, say), case, answer, in_time)
 
 
 def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
     """Print what a case means, read with the code that ``run`` uses."""
-    from slipstick.app.case.studying import cases_text
+    from slipstick.case.study import cases_text
     from slipstick.cli.full_model import show_full_model
 
     problem = case.problem()

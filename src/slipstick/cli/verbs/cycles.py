@@ -15,8 +15,8 @@ from slipstick.cli.verb import verb
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
-    from slipstick.app.case.case import Case
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
 
 
 @verb

@@ -78,14 +78,14 @@ def write_example(name: str, folder: Path | None, *, python: bool = False) -> li
 
 def _script(path: Path, text: str) -> tuple[str, bytes]:
     """Name and content of the script of a case."""
-    from slipstick.app.case.script import python_script
+    from slipstick.case.script import python_script
 
     return f"{path.stem}.py", python_script(text, path.name, path.parent).encode()
 
 
 def _own_script(path: Path, folder: Path | None) -> list[Path]:
     """The script of a case, which must have no faults, beside the files it names."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     if folder is not None:
         raise InputError(

@@ -17,8 +17,8 @@ from slipstick.units import after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.peaks.optimum import Optimum
-    from slipstick.app.case.case import Case
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
 
 
 @verb

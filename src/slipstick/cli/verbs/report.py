@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.cli.options import results_files
+from slipstick.cli.output import REPORT, RESULTS, results_in
 from slipstick.cli.terminal.answers import Answer
 from slipstick.cli.terminal.guard import complain, say
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.output import REPORT, RESULTS, results_in
 from slipstick.errors import InputError
 
 if TYPE_CHECKING:
-    from slipstick.results.branch import Branch
+    from slipstick.branch import Branch
 
 _PAGES = (".html", ".htm")
 
@@ -106,7 +106,7 @@ def report_study(path: Path, target: Path, *, title: str = "", dofs: int = 12) -
 
 def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.cli.one_table import quietly
     from slipstick.cli.terminal.prepare import prepare_kernel
     from slipstick.io.loading import load_dataset

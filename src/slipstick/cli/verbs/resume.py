@@ -4,62 +4,27 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.app.case.source import read_text
+from slipstick.case.source import read_text
 from slipstick.cli.options import Figures, Formats, NoFigures, Quiet, Report, TimeLimit
+from slipstick.cli.output import FolderOfRun
 from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
 from slipstick.cli.terminal.answers import Answer, files_in, results_answer
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.cli.verbs.output import RESULTS, FolderOfRun, work_of
 from slipstick.cli.verbs.run import Begun, Run
 from slipstick.cli.verbs.study import Spread, Study, holds_study
 from slipstick.errors import InputError, Outcome, SlipstickWarning
-from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
-    import xarray
-
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.io.journal import Recorded
-    from slipstick.results.branch import Branch
     from slipstick.results.schema import Layout
-
-
-def resume_in_python(folder: str | Path) -> Branch | xarray.Dataset:
-    """Go on with a run of ``slipstick run``, or a study, that was killed or interrupted: the command of that name.
-
-    Parameters
-    ----------
-    folder
-        Where it was written. A study that was begun in Python goes on by ``ss.study`` with the same arguments.
-
-    Returns
-    -------
-    Branch or xarray.Dataset
-        The branch of a run, with everything found: look at its ``outcome``. The dataset of a study.
-
-    Raises
-    ------
-    InputError
-        If there is nothing to go on with, its case has changed, or it was begun by another version.
-    """
-    from slipstick.io.loading import load, load_dataset
-    from slipstick.studies.folder import STUDY_FILE
-
-    place = path_of("resume, folder", folder, "the folder of a run or a study")
-    with redirect_stdout(StringIO()):
-        resume_run(place, RunOptions(figures=False, report=False, quiet=True))
-    if holds_study(place):
-        return load_dataset(place / STUDY_FILE)
-    return load(work_of(place) / RESULTS)
 
 
 @verb
@@ -133,7 +98,7 @@ def _resume_study(folder: Path, options: RunOptions, workers: int | None) -> int
     _same_versions(attributes, journals[0])
     path = Path(str(about.get("case_path") or "case.toml"))
     _same_text(text, [path])
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     return Study(Case.from_text(text, path, options.tell), folder, Spread(workers=workers), options).whole()
 
@@ -178,7 +143,7 @@ def _ended(place: FolderOfRun, options: RunOptions) -> int | None:
 
 def _go_on(place: FolderOfRun, options: RunOptions) -> int:
     from slipstick.analysis.curve.resume import Checkpoint, resumable
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.io.journal import journal_of
     from slipstick.io.notes import unpacked
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from slipstick.cli.options import CasePath, Figures, Force, Formats, NoFigures, Quiet, Report, TimeLimit, folder_option
+from slipstick.cli.output import REPORT, OutputFolder
 from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
 from slipstick.cli.terminal.answers import Answer, case_answer, files_in, results_answer
 from slipstick.cli.terminal.guard import (
@@ -28,13 +29,12 @@ from slipstick.cli.terminal.guard import (
 from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verb import verb
 from slipstick.cli.verbs.check import print_warnings
-from slipstick.cli.verbs.output import REPORT, OutputFolder
 from slipstick.errors import InputError, Outcome, SlipstickWarning
 from slipstick.units import Units, after_number
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.resume import Checkpoint
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.cli.terminal.progress import Progress
     from slipstick.io.journal import Recorded
     from slipstick.results.schema import Layout
@@ -69,7 +69,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
     InputError
         If the case has faults or its results cannot be written, before anything is computed.
     """
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     case = Case.from_file(path, options.tell)
     told = print_warnings(case)
@@ -165,7 +165,7 @@ class Run:
 
     def _follow(self, shown: Progress) -> None:
         from slipstick.analysis.curve.record import undisturbed
-        from slipstick.cli.verbs.stored import Clock, Stored
+        from slipstick.cli.stored import Clock, Stored
 
         checkpoints = () if self.begun is None else self.begun.checkpoints
         sink: Stored | None = None
@@ -268,7 +268,7 @@ class Run:
             self.failures.append(f"figures: {fault_sentence(error)}")
 
     def _follow_doubled(self) -> None:
-        from slipstick.cli.verbs.doubled import follow_doubled
+        from slipstick.cli.doubled import follow_doubled
 
         try:
             self.doubled = follow_doubled(self.case, self.folder.results, self.until)
@@ -277,8 +277,8 @@ class Run:
 
     def _report(self) -> None:
         """A run whose report cannot be written has its results all the same."""
+        from slipstick.branch import Branch
         from slipstick.report.writing import write_report
-        from slipstick.results.branch import Branch
 
         try:
             write_report(Branch.from_dataset(self._data, self.case.problem()), self.folder.work / REPORT)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from slipstick.cli.options import CasePath, Quiet, Report, TimeLimit, folder_option
+from slipstick.cli.output import REPORT
 from slipstick.cli.run_options import PLAIN, RunOptions, run_options
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import (
@@ -26,14 +27,13 @@ from slipstick.cli.terminal.guard import (
 )
 from slipstick.cli.terminal.prepare import prepare_kernel
 from slipstick.cli.verb import verb
-from slipstick.cli.verbs.output import REPORT
 from slipstick.errors import InputError, Outcome
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
     import xarray
 
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
     from slipstick.studies.folder import Share, StudyFolder
     from slipstick.studies.solving import CaseSolved
 
@@ -100,7 +100,7 @@ def run_study(
     InputError
         If the case has faults or no ``[study]``, or the folder holds another study.
     """
-    from slipstick.app.case.case import Case
+    from slipstick.case.case import Case
 
     case = Case.from_file(path, options.tell)
     folder = output if output is not None else Path(f"{case.name}-study")
@@ -157,7 +157,7 @@ class Study:
             place.release()
 
     def _computed(self, place: StudyFolder, todo: list[int]) -> int:
-        from slipstick.app.case.studying import cases_text
+        from slipstick.case.study import cases_text
 
         assert self.case.plan is not None
         self.options.tell(f"{self.case.title}: {cases_text(self.case.plan)}; {len(todo)} to compute")

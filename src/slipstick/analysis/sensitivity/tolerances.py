@@ -1,0 +1,91 @@
+"""What tolerances of parameters do to amplitudes, to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, number, shown, wrong
+from slipstick.results.sensitivities import parameter_names
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+    from slipstick.branch import Branch
+
+DEFAULT = 0.1
+"""Share of its value that a parameter varies by where nothing else is said."""
+
+
+class Band(NamedTuple):
+    """Amplitudes (point,) with all tolerances at their worst together."""
+
+    low: Array
+    high: Array
+
+
+class Bar(NamedTuple):
+    """What the tolerance of one parameter does to the amplitude at a point."""
+
+    name: str
+    share: float
+    change: float
+    """Of the amplitude, for ``+ share`` of its value."""
+
+
+def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
+    """Shares by name of parameter, such as ``{"damper.mu": 0.2}`` for 20 % up and down.
+
+    Raises
+    ------
+    InputError
+        For what is no share, an unknown name, and a parameter that is 0, of which there is no share.
+    """
+    if not isinstance(given, Mapping) or not given:
+        raise wrong("tolerances", given, 'shares by name of parameter such as {"damper.mu": 0.2}')
+    parameter_names(problem, list(given))
+    found, shares = Gathering(), {}
+    for name, share in given.items():
+        shares[str(name)] = found.take(number, ("tolerances", name), share, "a share >= 0 such as 0.2", above=0.0)
+        if problem.parameter(name) == 0.0:
+            found.faults.append(
+                Fault(
+                    ("tolerances", name),
+                    f"the parameter is 0, of which {shown(share)} is nothing",
+                    remedy="leave it out",
+                )
+            )
+    found.end()
+    return {name: share for name, share in shares.items() if share is not None}
+
+
+def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
+    """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
+    shares = _shares(branch, tolerances)
+    found = sensitivity_of(branch, list(shares), dof, together=False)
+    size = np.abs(found["value"].to_numpy()) * np.array(list(shares.values()))
+    spread = np.nan_to_num(np.abs(found["amplitude"].to_numpy())).T @ size
+    amplitude = branch.table["amplitude"].to_numpy()[:, branch.dof_index(dof)]
+    return Band(np.maximum(amplitude - spread, 0.0), amplitude + spread)
+
+
+def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) -> list[Bar]:
+    """What each tolerance does at a point, the largest first; without any, a tenth of everything that is not 0."""
+    problem = branch.problem_at(point)
+    if tolerances is None:
+        tolerances = {name: DEFAULT for name in parameter_names(problem) if problem.parameter(name) != 0.0}
+    shares = _shares(branch, tolerances)
+    found = sensitivity_of(branch, list(shares), dof, together=False)
+    slopes = found["amplitude"].to_numpy()[:, point] * found["value"].to_numpy()
+    made = [Bar(name, share, float(s) * share) for (name, share), s in zip(shares.items(), slopes, strict=True)]
+    return sorted((bar for bar in made if np.isfinite(bar.change)), key=lambda bar: -abs(bar.change))
+
+
+def _shares(branch: Branch, tolerances: Any) -> dict[str, float]:
+    if branch.problem is None:
+        raise InputError(f"tolerances need the problem of the branch, which is not known: {branch.without}")
+    return checked_tolerances(branch.problem, tolerances)

@@ -1,0 +1,77 @@
+"""A point of a branch against time integration: an independent check that cuts off no harmonics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipstick.analysis.curve.steady import corrected
+from slipstick.analysis.time_domain.initial_state import HarmonicStart
+from slipstick.analysis.time_domain.piecewise_model import friction_elements, integration_faults
+from slipstick.analysis.time_domain.transient import transient
+from slipstick.balance.reduction import worst_error
+from slipstick.contact.friction_law import FrictionLaw, is_friction
+from slipstick.errors import InputError
+from slipstick.results.contacts import FRICTION_VARIABLES
+from slipstick.results.schema import is_self_excited
+from slipstick.typing import Array
+
+if TYPE_CHECKING:
+    from slipstick.branch import Branch
+
+_FREE_PHASE = 1e-4
+"""Change of the state over a period, of self-excited vibration, that is that of a frequency that is nearly right."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeCheck:
+    """A point of a branch against time integration, by output dof, both (n_outputs,)."""
+
+    omega: float
+    dofs: tuple[str, ...]
+    amplitude: Array
+    amplitude_in_time: Array
+    mean: Array
+    mean_in_time: Array
+    relative_difference: float
+    """Largest difference of amplitudes and means over the largest of all of them."""
+    converged: bool
+    """Whether the time integration became periodic."""
+    reduction_error: float | None = None
+    """Estimated error of the reduced structure here, which both share: the comparison cannot see it. None: unknown."""
+
+
+def check_in_time(branch: Branch, point: int, **options: Any) -> TimeCheck:
+    """As ``Branch.check_in_time``."""
+    found, problem = branch.point(point), branch.problem_at(point)
+    if faults := list(integration_faults(problem)):
+        raise InputError(faults)
+    omega = float(found["omega"])
+    between = "kind" in found and str(found["kind"].to_numpy()) == "interpolated"
+    d = corrected(branch, point) if between else {str(name): own.to_numpy() for name, own in found.data_vars.items()}
+    friction, none = friction_elements(problem), np.zeros((0, problem.harmonics.size))
+    tangential, normal = (d[f"contact_{port}"][friction] if friction.size else none for port in FrictionLaw.ports)
+    others = [b for b in problem.batches if not is_friction(b.law)]
+    ports = np.concatenate([none, *(d[f"contact_{port}"][b.elements] for b in others for port in b.law.ports)])
+    start = HarmonicStart(harmonics=problem.harmonics, tangential=tangential, normal=normal, ports=ports)
+    held = {name: np.nan_to_num(d[variable]) for name, variable in FRICTION_VARIABLES.items()} if friction.size else {}
+    if is_self_excited(branch.table):  # shooting at a given period has no solution that stands alone: the phase is free
+        options = {"method": "march", "tolerance": _FREE_PHASE, **options}
+    result = transient(problem, omega, initial=start, held=held, **options)
+    amplitude, mean = d["amplitude"], d["mean"]
+    pairs = ((amplitude, result.amplitude), (mean, result.mean))
+    worst = worst_error(problem, [omega])
+    size = max(float(np.abs(value).max()) for pair in pairs for value in pair) or 1.0
+    return TimeCheck(
+        omega=omega,
+        dofs=tuple(result.outputs),
+        amplitude=amplitude,
+        amplitude_in_time=result.amplitude,
+        mean=mean,
+        mean_in_time=result.mean,
+        relative_difference=max(float(np.abs(a - b).max()) for a, b in pairs) / size,
+        converged=result.converged,
+        reduction_error=None if worst is None or worst.kind == "unknown" else worst.value,
+    )

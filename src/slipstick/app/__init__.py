@@ -1,1 +1,0 @@
-"""The application: case files, the command line and its progress display."""

@@ -1,0 +1,497 @@
+"""A branch of solutions: one labelled dataset, and what can be asked of it.
+
+What users hold in their hands: analyses make it, and its methods reach files, figures, reports and further analyses. It
+is the one file that looks both ways, and to its right only inside its methods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipstick.contact.forces import ContactForces, element_forces
+from slipstick.contact.friction_law import is_friction
+from slipstick.contact.law import Motion
+from slipstick.errors import InputError, Outcome
+from slipstick.faults import MOST_ITEMS, in_radians, number, one, shown, suggestion, text, warn, whole, wrong
+from slipstick.results.bifurcations import Bifurcation, bifurcations_of
+from slipstick.results.contacts import NO_FRICTION, contacts_at, loop_at, states_at
+from slipstick.results.notebook import branch_html
+from slipstick.results.table import ResultTable
+from slipstick.state.thermal.model import HeatedContacts
+from slipstick.trig.harmonics import Harmonics
+from slipstick.typing import Array, DrawnAxes, Frequency, Names
+from slipstick.units import Units
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+    from slipstick.analysis.time_domain.check import TimeCheck
+    from slipstick.balance.problem import Problem
+
+
+_ROUNDING = 1e-9
+
+
+class Branch:
+    """Points along a branch.
+
+    Parameters
+    ----------
+    dataset
+        Variables over ``point``, ``dof``, ``coefficient``, ``contact``, each with units and long name; or a
+        ``slipstick.results.table.ResultTable``, of which the dataset is made when it is first asked for.
+    outcome
+        How the computation ended.
+    problem
+        The problem, where it is known.
+    message
+        How it ended in words; by default what the dataset says.
+    without
+        Why the problem is not known, in words.
+
+    Attributes
+    ----------
+    subharmonics
+        Branches of twice the period, where they were followed: see ``follow`` of ``ss.forced_response``. They are
+        saved each on its own.
+    """
+
+    def __init__(
+        self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
+    ) -> None:
+        if not hasattr(dataset, "data_vars"):
+            raise wrong("branch, dataset", dataset, "an xarray.Dataset")
+        self.outcome = one("branch, outcome", outcome, Outcome, "an ss.Outcome")
+        message, without = text("branch, message", message), text("branch, without", without)
+        self._source, self.problem, self._message = dataset, problem, message
+        self.subharmonics: tuple[Branch, ...] = ()
+        self.without = "" if problem is not None else without or "it was made from a dataset alone"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**{k: v for k, v in vars(self).items() if k != "dataset"}, "_source": self.dataset}
+
+    @cached_property
+    def dataset(self) -> xarray.Dataset:
+        """All numbers with their labels."""
+        source: Any = self._source
+        return source.to_dataset() if isinstance(source, ResultTable) else source
+
+    @property
+    def table(self) -> ResultTable:
+        """The same numbers, at once; of the dataset where that was made already and may have been changed."""
+        source: Any = vars(self).get("dataset", self._source)
+        return source if isinstance(source, ResultTable) else ResultTable.of(source)
+
+    @property
+    def message(self) -> str:
+        """How it ended: the text of the outcome and, where it stopped early, at which point, contact, temperature."""
+        return self._message or str(self.table.attrs.get("outcome_text", "")) or self.outcome.text
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What could be computed but is suspicious, one sentence each."""
+        return tuple(str(self.table.attrs.get("warnings", "")).splitlines())
+
+    @classmethod
+    def from_dataset(
+        cls, dataset: xarray.Dataset | ResultTable, problem: Problem | None = None, without: str = ""
+    ) -> Branch:
+        """From a stored dataset; the outcome is read from its attributes. ``without``: why there is no problem."""
+        name = str(dataset.attrs.get("outcome", ""))
+        outcome = Outcome[name] if name in Outcome.__members__ else Outcome.INTERRUPTED
+        return cls(dataset, outcome, problem, without=without)
+
+    def __len__(self) -> int:
+        return int(self.table.sizes.get("point", 0))
+
+    def __repr__(self) -> str:
+        return f"Branch({len(self)} points, {self.outcome.words})"
+
+    def _repr_html_(self) -> str:
+        return branch_html(self)
+
+    @property
+    def harmonics(self) -> Harmonics:
+        """The harmonics kept."""
+        labels = [str(label) for label in self.table["coefficient"].to_numpy()]
+        return Harmonics([0, *(int(label[1:]) for label in labels[1::2])])
+
+    @property
+    def followed(self) -> str:
+        """Name of the variable that was followed: ``omega`` or ``parameter``."""
+        return "parameter" if "parameter" in self.table else "omega"
+
+    def sought(self, what: str) -> NDArray[np.bool_]:
+        """Which dofs (n_dofs,) are named by an attribute: "peaks_of", whose peaks were all located, or "largest_of",
+        of which the largest amplitude alone is among the points; none where the results do not say."""
+        names = str(self.table.attrs.get(what, "")).split("\n")
+        return np.array([str(label) in names for label in self.table["dof"].to_numpy()])
+
+    def peaks(self, dof: str | None = None) -> list[tuple[float, float]]:
+        """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
+
+        ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
+        among the frequencies that were given.
+
+        Warns
+        -----
+        SlipstickWarning
+            Where the peaks of the dof were not sought: ``peaks_of`` asks for them.
+        """
+        d = self._index("dof", dof)
+        if "peaks_of" in self.table.attrs and not self.sought("peaks_of")[d]:
+            name = str(self.table["dof"].to_numpy()[d])
+            warn([f"the peaks of '{name}' were not sought; name it in peaks_of to have them located"])
+        where, size = self.table[self.followed].to_numpy(), self.table["amplitude"].to_numpy()[:, d]
+        if "peak_dof" in self.table:
+            at = np.flatnonzero(self.table["peak_dof"].to_numpy() == d)
+        else:
+            at = _largest_nearby(where, size)
+        return [(float(w), float(a)) for w, a in zip(where[at], size[at], strict=True)]
+
+    def bifurcations(self) -> list[Bifurcation]:
+        """Points at which the kind of motion changes, in their order along the branch.
+
+        Raises InputError where stability was not asked for.
+        """
+        return bifurcations_of(self)
+
+    def subharmonic(self, point: int, **options: Any) -> Branch:
+        """Motion of twice the period, from a point where the period doubles, as a branch of its own.
+
+        Its ``omega`` is half of this one's: loads act at harmonic 2 of it, and the odd harmonics are new. It is
+        followed within the range of this branch until the new harmonics vanish. ``options`` are those of
+        ``ss.forced_response``; stability is computed unless ``stability=False``.
+
+        Raises InputError where the period does not double there, the problem is not known, or no such motion is found.
+        """
+        from slipstick.analysis.stability.subharmonics import subharmonic_response
+
+        return subharmonic_response(self, point, **options)
+
+    def at(self, value: Frequency) -> int:
+        """Number of the first point at a requested frequency or parameter, else of the nearest one.
+
+        A frequency is in rad/s, or a text such as "50 Hz".
+        """
+        if self.followed == "omega":
+            value = in_radians("value", value, Units.of_results(self.dataset.attrs))
+        value = number("value", value)
+        if not len(self):
+            raise InputError(f"the branch has no points; its outcome is: {self.message}")
+        return int(np.argmin(np.abs(self.table[self.followed].to_numpy() - value)))
+
+    def contact_forces(self, point: int) -> ContactForces:
+        """Forces of the friction contacts at a point, computed again with states and tangents from the dataset alone.
+
+        Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
+        numbers that are none.
+        """
+        own = next((own for own in contacts_at(self, point) if own.law is not None and is_friction(own.law)), None)
+        if own is None:
+            raise InputError(NO_FRICTION)
+        count, omega = self.table.sizes["contact"], float(np.asarray(own.motion.omega))
+
+        def among_all(values: Array) -> Array:
+            out = np.full((count, *values.shape[1:]), np.nan)
+            out[own.elements] = values
+            return out
+
+        X, Y = map(among_all, own.motion.Q)
+        given = {name: among_all(values) for name, values in own.values.items()}
+        forces = element_forces(self.harmonics, X, Y, v=among_all(own.motion.drift[0]), **given)
+        forces.omega = omega
+        return forces
+
+    def states(self, point: int) -> dict[str, list[tuple[float, float, str]]]:
+        """Intervals (start, end, state) of one period, rad, by contact: as its law gives them.
+
+        The one interval of a contact whose law does not give its states, or is not known, is "unknown". Raises
+        InputError where that is all of them.
+        """
+        return states_at(self, point)
+
+    def loop(
+        self, point: int, contact: str | None = None, *, samples: int = 721, port: str | None = None
+    ) -> dict[str, Array]:
+        """One period of a contact along a port, by default the first: "tau", "motion" (without that of the opposing
+        surface), "total" motion, "force"; of the friction of a friction contact "friction", the same, and "limit".
+
+        Each is (samples,). The force is that of the law at each time, not the truncated series: its area over the
+        total motion is the energy dissipated along the port. ``contact`` is by default the first.
+
+        Raises
+        ------
+        InputError
+            If the law does not give its force in time, or is not known: that of a friction contact always is, others
+            are known with the problem.
+        """
+        c, samples = self._index("contact", contact), whole("samples", samples, 2, MOST_ITEMS)
+        return loop_at(self, point, c, port, np.linspace(0.0, 2.0 * np.pi, samples))
+
+    def thermal_equilibria(self, point: int) -> Any:
+        """All thermal equilibria at the motion of a point, of which the branch holds the one next to its neighbours.
+
+        For each contact its ``ElementEquilibria``, or one ``SurfaceEquilibria`` where contacts heat each other
+        (``slipstick.state.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
+        """
+        d, problem = self.point(point), self.problem_at(point)
+        heated = next((own for own in problem.contact_states if isinstance(own, HeatedContacts)), None)
+        if heated is None:
+            raise InputError("no contact of this branch is heated; give the problem a thermal model")
+        batch, given = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
+        omega = float(d["omega"])
+        Q = tuple(
+            d[f"contact_{port}"].to_numpy()[batch.elements] + given.motion[i] for i, port in enumerate(batch.law.ports)
+        )
+        motion = Motion(self.harmonics, omega, Q, given.drift(omega), given.velocity_per_omega)
+        return heated.all_equilibria(batch.law, motion, given.values)
+
+    @property
+    def plot(self) -> BranchPlots:
+        """Figures of this branch; each returns matplotlib Axes."""
+        return BranchPlots(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write all as netCDF-4, with the problem, and return the path; ``ss.load`` reads it again.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written; one that was there stays as it was.
+
+        Warns
+        -----
+        SlipstickWarning
+            Where the problem cannot be stored with the numbers: a law that is a function, a structure of your own.
+        """
+        from slipstick.io.store import save_branch
+
+        return save_branch(self, path)
+
+    def report(
+        self,
+        path: str | Path,
+        *,
+        title: str = "",
+        contacts: int = 12,
+        dofs: int = 12,
+        tolerances: Mapping[str, float] | None = None,
+    ) -> Path:
+        """Write one self-contained page for any browser and return its path: curves, loops, states, provenance.
+
+        ``contacts`` and ``dofs`` are how many are shown: those that dissipate most, those that move most. The loops
+        in the page are exact. What ``tolerances`` such as ``{"damper.mu": 0.2}`` make of the amplitudes is drawn beside
+        them. Several branches in one page: ``slipstick.report.write_report``.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or there is one that is no report.
+        """
+        from slipstick.report.writing import write_report
+
+        return write_report(self, path, title=title, contacts=contacts, dofs=dofs, tolerances=tolerances)
+
+    def save_shape(self, path: str | Path, point: int, *, frames: int = 36) -> Path:
+        """Write the moving surface of a body at a point as XDMF and return the path: in ParaView, "Warp By Vector".
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, there is no such point, or the structure has no surface: reduced models with
+            a mesh have one.
+        """
+        from slipstick.io.xdmf import write_shape
+
+        return write_shape(self, path, point, frames=frames)
+
+    def sensitivity(self, parameters: Names = None, dof: str | None = None) -> xarray.Dataset:
+        """Exact derivatives by named parameters at every point, and of peaks: where they are and how high.
+
+        Each point takes one factorisation and one adjoint solve, however many parameters there are. Friction heat is
+        in them: temperatures follow.
+
+        Parameters
+        ----------
+        parameters
+            Names such as "damper.mu", ``"*.mu"``, "load.x.amplitude", "loss_factor", "friction"; by default all of
+            every contact pair and load, and the damping of the structure.
+        dof
+            Name of the output; by default the first.
+
+        Returns
+        -------
+        xarray.Dataset
+            Derivatives ``amplitude``, ``mean``, ``dissipated_power`` (of all contacts together) and, where friction
+            heats the contacts, ``temperature`` (of the hottest) over (parameter, point), at a fixed value of what the
+            branch follows; ``peak_amplitude`` and ``peak_omega`` (``peak_parameter``) over (parameter, peak), where
+            ``peak`` numbers the points that are located peaks of the dof. Derivatives are nan where a
+            state is born, those of a peak where it is a corner of the curve, and those by the velocity of an opposing
+            surface at rest where its contact is stuck all period: the mean force jumps.
+
+        Raises
+        ------
+        InputError
+            For an unknown name, a parameter that follows the temperature by its table, and where the problem is not
+            known.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
+        >>> damper = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+        >>> problem = ss.Problem(structure, contacts=ss.ContactPair(name="damper", tangential="x", contact=damper),
+        ...                      loads=ss.Load(dof="x", sin=100.0), harmonics=range(11))
+        >>> slopes = ss.forced_response(problem, omega=(10.0, 12.0)).sensitivity(["damper.mu", "damper.kt"])
+        >>> slopes["peak_amplitude"].values.round(5).tolist(), slopes["peak_omega"].values.round(5).tolist()
+        ([[6.25539], [-0.03195]], [[5.53996], [0.03389]])
+        """
+        from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
+
+        return sensitivity_of(self, parameters, dof)
+
+    def check_in_time(self, point: int, **options: Any) -> TimeCheck:
+        """Integrate in time from this point and compare: an independent check that cuts off no harmonics.
+
+        An interpolated point is solved for first. Both use the same structure, so an error of its reduction to modes
+        stays unseen: ``reduction_error`` of the outcome is its estimate. Heated contacts keep the parameters they
+        have at this point. ``options`` are those of ``slipstick.transient``.
+        Raises InputError where the problem is not known.
+        """
+        from slipstick.analysis.time_domain.check import check_in_time
+
+        return check_in_time(self, point, **options)
+
+    def guess(self, point: int) -> Array:
+        """The unknowns at a point, (n_ports, L), to begin a branch there: ``forced_response(..., guess=...)``.
+
+        Raises InputError where the problem is not known.
+        """
+        from slipstick.results.record import unknowns
+
+        self.point(point)
+        return unknowns(self.table, self.problem_at(point), point)
+
+    def problem_at(self, point: int) -> Problem:
+        """The problem with the followed parameter as it is at a point; InputError where it is not known."""
+        if self.problem is None:
+            raise InputError(f"the problem of this branch is not known: {self.without}")
+        problem, name = self.problem, str(self.table.attrs.get("parameter", ""))
+        if name:
+            problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
+        return problem
+
+    def point(self, point: int) -> xarray.Dataset:
+        """A point with its contacts; InputError where there is none."""
+        if not len(self):
+            raise InputError(f"the branch has no points; its outcome is: {self.message}")
+        point = whole("point", point, -len(self), len(self) - 1)
+        if "contact" not in self.dataset.dims:
+            raise InputError("these results are of a linear response, which holds no contact forces")
+        return self.dataset.isel(point=point)
+
+    def dof_index(self, name: str | None = None) -> int:
+        """Place of a dof among those in the results; the first without a name. InputError where there is none."""
+        return self._index("dof", name)
+
+    def _index(self, dim: str, name: str | None) -> int:
+        known = [str(label) for label in self.table[dim].to_numpy()]
+        if name is None and known:
+            return 0
+        if not isinstance(name, str) or name not in known:
+            raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
+        return known.index(name)
+
+
+def _largest_nearby(where: Array, size: Array) -> NDArray[np.intp]:
+    """Indices of values above those at the neighbouring places, by more than rounding."""
+    order = np.argsort(where, kind="stable")
+    a = size[order]
+    least = _ROUNDING * np.max(a, initial=0.0)
+    return order[1:-1][(a[1:-1] > a[:-2] + least) & (a[1:-1] >= a[2:])]
+
+
+class BranchPlots:
+    """Figures of one branch, as ``branch.plot.response("x")``; each returns its Axes.
+
+    Options are those of ``slipstick.plots``.
+    """
+
+    def __init__(self, branch: Branch) -> None:
+        self._branch = branch
+
+    def response(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Amplitude over the followed quantity."""
+        return _plots().response(self._branch, dof, **options)
+
+    def stability(self, **options: Any) -> DrawnAxes:
+        """Largest magnitude of a Floquet multiplier, where stability was asked for."""
+        return _plots().stability(self._branch, **options)
+
+    def tolerance_band(self, tolerances: Mapping[str, float], dof: str | None = None, **options: Any) -> DrawnAxes:
+        """Amplitude with the band that tolerances of parameters make of it, ``{"damper.mu": 0.2}``."""
+        return _plots().tolerance_band(self._branch, tolerances, dof, **options)
+
+    def tornado(
+        self, tolerances: Mapping[str, float] | None = None, dof: str | None = None, **options: Any
+    ) -> DrawnAxes:
+        """Which parameters matter most at a point, by default at the highest peak."""
+        return _plots().tornado(self._branch, tolerances, dof, **options)
+
+    def phase(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Phase of a harmonic."""
+        return _plots().phase(self._branch, dof, **options)
+
+    def mean(self, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Mean of the motion (harmonic 0)."""
+        return _plots().mean(self._branch, dof, **options)
+
+    def power(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Dissipated power, of contacts or all together."""
+        return _plots().power(self._branch, contact, **options)
+
+    def friction(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Friction coefficient."""
+        return _plots().friction(self._branch, contact, **options)
+
+    def temperature(self, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Contact temperature, where friction heats the contacts."""
+        return _plots().temperature(self._branch, contact, **options)
+
+    def fractions(self, contact: str | None = None, **options: Any) -> DrawnAxes:
+        """Fractions of the period in stick, slip and separation."""
+        return _plots().fractions(self._branch, contact, **options)
+
+    def loop(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
+        """Hysteresis loop of a contact at a point: friction force over its vibration, or over="sliding"."""
+        return _plots().loop(self._branch, point, contact, **options)
+
+    def loops(self, point: int, contact: Names = None, **options: Any) -> tuple[Axes, Axes]:
+        """The loop over the vibration and that over the sliding motion, side by side."""
+        return _plots().loops(self._branch, point, contact, **options)
+
+    def states(self, point: int, contact: Names = None, **options: Any) -> DrawnAxes:
+        """States of contacts over a period."""
+        return _plots().states(self._branch, point, contact, **options)
+
+    def history(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Motion of dofs over a period, or the friction force of ``contact=``."""
+        return _plots().history(self._branch, point, dof, **options)
+
+    def spectrum(self, point: int, dof: Names = None, **options: Any) -> DrawnAxes:
+        """Harmonics of the motion of dofs, or of the friction force of ``contact=``."""
+        return _plots().spectrum(self._branch, point, dof, **options)
+
+
+def _plots() -> Any:
+    from slipstick import plots
+
+    return plots

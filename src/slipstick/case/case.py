@@ -1,0 +1,409 @@
+"""A case file: read, checked as a whole, turned into the public objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.case.contact import SurfaceContactTable, build_contacts, in_block
+from slipstick.case.cross_checks import heating_faults, parameter_faults, request_faults, table_faults, unit_faults
+from slipstick.case.fe import reaching
+from slipstick.case.load import build_load
+from slipstick.case.response import (
+    STEP_KEYS,
+    ResponseTable,
+    Spacing,
+    display_unit,
+    frequencies_met,
+    swept_value,
+)
+from slipstick.case.sections import Sections, in_case, read_sections, read_structure, take_requests
+from slipstick.case.source import parse, read_text
+from slipstick.case.structure import Body, Described, Tell, silent
+from slipstick.case.study import check_study, study_plan
+from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
+from slipstick.case.top import UnitsTable
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering, one, warn, wrong
+from slipstick.faults import path as path_of
+
+if TYPE_CHECKING:
+    from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.balance.loads import Load
+    from slipstick.balance.ports import Balance
+    from slipstick.balance.problem import Problem
+    from slipstick.branch import Branch
+    from slipstick.structure.protocol import Structure
+    from slipstick.studies.plan import StudyPlan
+    from slipstick.studies.solving import Job
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """What a case without faults says."""
+
+    title: str
+    body: Body
+    problem: Problem
+    response: ResponseTable
+    frequency_unit: str
+    warnings: tuple[str, ...]
+    """What looks wrong in the text itself."""
+
+
+def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Reading:
+    """The objects a case describes; files it names lie in ``folder``, ``tell`` hears of stages that take time.
+
+    Raises
+    ------
+    InputError
+        With every fault: each check runs as soon as what it needs is right, whatever else is wrong.
+    """
+    sections, faults = read_sections(raw)
+    described, wrong = read_structure(reaching(raw), folder, tell) if "structure" in raw else (Described(), [])
+    parts = _Builder(sections, described, folder)
+    faults += [*wrong, *parts.faults]
+    units = (sections.top.get("units") or UnitsTable()).units
+    if sections.top.right("units"):
+        faults += unit_faults(raw, units)
+    if not faults:
+        try:
+            problem = parts.problem()
+            faults += parts.reduction_faults(problem)
+        except InputError as error:
+            faults += [in_block(fault, parts.placed) for fault in error.faults]
+    if faults:
+        raise InputError(faults, in_case)
+    assert described.body is not None
+    assert sections.response is not None
+    return Reading(
+        title=sections.top.table.title, body=described.body, problem=problem,
+        response=sections.response.table, frequency_unit=display_unit(raw["response"], units),
+        warnings=tuple(_phases(sections, parts.loads)),
+    )  # fmt: skip
+
+
+def _phases(sections: Sections, loads: Sequence[Load]) -> Iterator[str]:
+    """Phases that look like degrees."""
+    from slipstick.balance.loads import phase_warnings
+
+    for row, load in zip(sections.loads, loads, strict=True):
+        yield from phase_warnings(load.target, row.table.phase)
+
+
+class _Builder:
+    """Loads, contacts and heat of a case, made as far as they are right; ``faults`` of all of them."""
+
+    def __init__(self, sections: Sections, described: Described, folder: Path) -> None:
+        self._sections, self._described = sections, described
+        found = Gathering()
+        made = [build_load(row) for row in sections.loads]
+        self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
+        found.faults += [fault for _, faults in made for fault in faults]
+        reduced = described.body.reduced if described.body is not None else None
+        known = described.body is not None or described.made
+        self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
+        found.faults += [*faults, *table_faults(sections, described, self.placed)]
+        on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
+        named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]
+        unnamed = (on_surface and not known) or not all(row.right("name") for row in sections.contacts)
+        found.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
+        self._points = reduced.points if reduced is not None else None
+        self._influence = None if unnamed else found.take(self._read_influence, folder)
+        found.faults += parameter_faults(sections, self.loads, self.placed, described)
+        self.faults = found.faults
+
+    def _read_influence(self, folder: Path) -> Any:
+        top = self._sections.thermal
+        if top is None or not top.right("influence", "contacts"):
+            return None
+        if top.table.influence == OF_STRUCTURE and self._described.body is None:
+            return None
+        return shared_influence(top, self.placed, self._points, folder)
+
+    def problem(self) -> Problem:
+        """The problem of a case without faults."""
+        from slipstick.balance.problem import Problem
+
+        top, output = self._sections.top.table, self._sections.output
+        assert self._described.structure is not None
+        problem = Problem(
+            self._described.structure,
+            contacts=[c.pair for c in self.placed],
+            loads=self.loads,
+            harmonics=top.harmonics,
+            outputs=None if output is None else output.table.dofs,
+            period_ratio=self._sections.period_ratio or (1, 1),
+            title=top.title,
+            units=top.units.units,
+            thermal=thermal_model(self.placed, self._sections.thermal, self._influence),
+            told=None,
+        )
+        self._follow(problem)
+        return problem
+
+    def _follow(self, problem: Problem) -> None:
+        """The followed parameter takes both ends of its range; InputError where it does not."""
+        response = self._sections.response
+        if response is None or response.table.parameter is None:
+            return
+        try:
+            for end in (response.table.start, response.table.stop):
+                problem.at_parameter(response.table.parameter, float(end))
+        except InputError as error:
+            raise InputError([fault.inside("response", "parameter") for fault in error.faults]) from None
+
+    def reduction_faults(self, problem: Problem) -> list[Fault]:
+        """Whether the structure is reduced too far for what is asked of it."""
+        from slipstick.balance.reduction import reduction_faults
+
+        body, response = self._described.body, self._sections.response
+        if body is None or body.force or response is None:
+            return []
+        count = body.reduced.modes_below if body.reduced is not None else None
+        found = reduction_faults(problem, frequencies_met(response.table), count)
+        return [fault.inside("structure") for fault in found]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A checked case: the objects it describes and what is to be followed.
+
+    Raises nothing itself; :meth:`from_file` and :meth:`from_text` raise InputError with all faults at once.
+    """
+
+    path: Path
+    text: str
+    title: str
+    body: Body = field(repr=False)
+    problem_: Problem = field(repr=False)
+    response: ResponseTable
+    frequency_unit: str = "rad/s"
+    """As the range is written: "Hz", "kHz", "rpm", or rad over the unit of time."""
+    further: Mapping[str, Any] = field(default_factory=dict)
+    """What ``[track]``, ``[optimal]``, ``[modes]`` and ``[cycles]`` ask for, by name."""
+    plan: StudyPlan | None = None
+    """What ``[study]`` asks for."""
+    noticed: tuple[str, ...] = ()
+    """What is approximated or looks wrong in the model and in the text itself, one sentence each."""
+
+    @classmethod
+    def from_file(cls, path: str | Path, tell: Tell = silent) -> Case:
+        """Read a case file; ``tell`` hears of stages that take time.
+
+        Raises
+        ------
+        InputError
+            One sentence for each fault in the file.
+        """
+        path = path_of("case", path, "the path of a case file such as case.toml")
+        return cls.from_text(read_text(path), path, tell)
+
+    @classmethod
+    def from_text(cls, text: str, path: str | Path = "case.toml", tell: Tell = silent) -> Case:
+        """A case from its text; files it names are looked for in the folder of ``path``."""
+        path, text = (
+            path_of("case", path, "the path of a case file such as case.toml"),
+            one("case", text, str, "the text of a case"),
+        )
+        if not callable(tell):
+            raise wrong("tell", tell, "a function of a text")
+        raw = parse(text, path.name)
+        section = raw.pop("study", None)
+        further, faults = take_requests(raw)
+        reading = None
+        try:
+            reading = read_case(raw, path.resolve().parent, tell)
+        except InputError as error:
+            faults = [*error.faults, *faults]
+        if reading is not None and not faults:
+            swept = reading.response.parameter is not None
+            faults = list(request_faults(reading.problem, further, swept=swept))
+        if reading is None or faults:
+            found = Gathering()
+            if section is not None:
+                found.take(check_study, section)
+            raise InputError([*faults, *found.faults], in_case)
+        try:
+            plan = None if section is None else study_plan(section, reading.problem)
+        except InputError as error:
+            raise InputError(error.faults, in_case) from None
+        return cls(
+            path=path,
+            text=text,
+            title=reading.title or path.stem,
+            body=reading.body,
+            problem_=reading.problem,
+            response=reading.response,
+            frequency_unit=reading.frequency_unit,
+            plan=plan,
+            further=further,
+            noticed=(*reading.body.warnings, *reading.warnings),
+        )
+
+    def study_job(self) -> Job:
+        """What a study does for every case."""
+        from slipstick.studies.solving import Job
+
+        return Job(
+            problem=self.problem(), span=self.span, parameter=self.parameter or "", omega=self.omega[0],
+            requested=self.requested, peaks_of=self.response.peaks_of, options=self.options(),
+            stability=self.response.judged,
+        )  # fmt: skip
+
+    @property
+    def structure(self) -> Structure:
+        """The structure the case describes."""
+        return self.body.structure
+
+    def problem(self) -> Problem:
+        """The problem the case describes."""
+        return self.problem_
+
+    @cached_property
+    def balance(self) -> Balance:
+        """The problem made ready: its warnings and the recorder of a run share one projection of the structure."""
+        from slipstick.balance.ports import Balance
+
+        return Balance(self.problem())
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return self.path.stem
+
+    @property
+    def parameter(self) -> str | None:
+        """The named parameter that is followed; None where it is the frequency."""
+        return self.response.parameter
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Start and stop of the followed quantity, rad/s or the parameter's own unit."""
+        swept = self.parameter is not None
+        return swept_value(self.response.start, swept), swept_value(self.response.stop, swept)
+
+    def frequency_text(self, omega: float) -> str:
+        """A frequency (rad/time) for the reader, also in the unit the range is written in."""
+        return self.problem().units.frequency_text(omega, self.frequency_unit)
+
+    @property
+    def request(self) -> str:
+        """What is followed, in words: from where to where, and at which frequency."""
+        start, stop = self.span
+        if self.parameter is None:
+            return f"{self.frequency_text(start)} to {self.frequency_text(stop)}"
+        _, unit = self.shown_in
+        return f"{self.parameter} from {start:g} to {stop:g}{unit} at {self.frequency_text(self.omega[0])}"
+
+    @property
+    def shown_in(self) -> tuple[float, str]:
+        """The unit that the followed quantity is shown in: its size, and how it stands after a number."""
+        from slipstick.balance.parameters import parameter_units
+
+        units = self.problem().units
+        if self.parameter is not None:
+            return 1.0, units.after(parameter_units(self.problem(), self.parameter))
+        return units.frequency_factor(self.frequency_unit), f" {self.frequency_unit}"
+
+    @property
+    def requested(self) -> tuple[float, ...]:
+        """Values at which exact points are wanted."""
+        wanted = self.response.at
+        if isinstance(wanted, Spacing):
+            return wanted.values(*self.span)
+        return tuple(swept_value(v, self.parameter is not None) for v in wanted)
+
+    @property
+    def omega(self) -> tuple[float, float]:
+        """The frequencies met, rad/s: a range, or twice the fixed one."""
+        return frequencies_met(self.response)
+
+    def options(self) -> Any:
+        """Continuation options given in ``[response]``, over the defaults."""
+        from slipstick.analysis.curve.response import response_options
+
+        given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
+        return response_options(**given)
+
+    def warnings(self) -> list[str]:
+        """What can be computed but is suspicious, one sentence each."""
+        from slipstick.balance.preflight import parameter_warnings, problem_warnings
+
+        static = self.balance.receptance.static
+        if self.parameter is not None:
+            found = parameter_warnings(
+                self.problem(), self.parameter, self.span, self.omega[0], static, steady=self._steady
+            )
+        else:
+            found = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        return [*self.noticed, *found]
+
+    @property
+    def _steady(self) -> bool:
+        """Whether steady sliding is of interest by itself."""
+        return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
+
+    def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
+        """What ``[response]`` asks for, to be followed."""
+        from slipstick.analysis.curve.follow import frequency_request, parameter_request
+
+        asked = self.response
+        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
+        if self.parameter is None:
+            return frequency_request(self.problem(), self.span, *given)
+        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *given)
+
+    def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
+        """Follow what ``[response]`` asks for."""
+        branch = self.curve(listeners=listeners).branch()
+        branch.subharmonics = self.subharmonics(branch)
+        said = dict.fromkeys([*self.noticed, *branch.warnings])
+        branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
+        return branch
+
+    def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
+        """Branches of twice the period from those points of a branch of this case, where they are asked for."""
+        from slipstick.analysis.stability.subharmonics import subharmonics_of
+
+        if self.response.follow is None:
+            return ()
+        return subharmonics_of(
+            branch, options=self.options(), stability=self.response.judged, listeners=tuple(listeners)
+        )
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What results say of the case they are of."""
+        return {
+            "title": self.title,
+            "case": self.text,
+            "case_file": self.path.name,
+            "frequency_unit": self.frequency_unit,
+        }
+
+
+def load_case(path: str | Path) -> Problem:
+    """The problem a case file describes, for a script or a notebook; what ``[response]`` asks for is in :class:`Case`.
+
+    Parameters
+    ----------
+    path
+        The case file; files it names lie in its folder, and reductions are kept there.
+
+    Raises
+    ------
+    InputError
+        One sentence for each fault in the file.
+
+    Warns
+    -----
+    SlipstickWarning
+        What is approximated or is suspicious in the model of the structure.
+    """
+    case = Case.from_file(path)
+    warn(case.noticed)
+    return case.problem()

@@ -1,0 +1,400 @@
+"""``[[contact]]``: one contact between dofs, or a block of them on a surface."""
+
+from __future__ import annotations
+
+import builtins
+import keyword
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.rotor import (
+    WORDS,
+    AxisTable,
+    RotorTable,
+    axis_arguments,
+    motion_arguments,
+    rotor_faults,
+    rotor_motion,
+)
+from slipstick.case.script_text import GivenText, call, listed_text, literal
+from slipstick.case.table import Cosines, NotNegative, Periodic, Table, is_whole, unexpected, vector
+from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
+from slipstick.case.validation import ReadTable
+from slipstick.errors import IS_MISSING, Fault, InputError, Where
+from slipstick.faults import Gathering
+
+if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.contact.friction import FrictionContact
+    from slipstick.contact.rubbing import RubbingMotion
+    from slipstick.models.reduced_body import ReducedBody
+
+_NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
+"""In place of what is at fault, where a contact is only looked at and not computed with."""
+
+
+class RubbingTable(Table):
+    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``."""
+
+    velocity: float = Field(default=0.0, description="a finite number, length/time")
+    velocity_per_omega: float = Field(default=0.0, description="a finite number, length: added for each rad/s of omega")
+    cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
+    normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
+
+
+class ContactTable(Table):
+    """``[[contact]]``."""
+
+    name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
+    tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
+    normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
+    kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
+    mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
+    kn: NumberOrTable | None = Field(
+        default=None, description="a number >= 0, the normal contact stiffness (force/length)"
+    )
+    gap: float | None = Field(default=None, description="a finite number, the gap (> 0) or interference (< 0)")
+    normal_load: NotNegative | None = Field(default=None, description="a number >= 0, the static normal load (force)")
+    rubbing: RubbingTable | None = Field(default=None, description="a table such as { velocity = 10.0 }")
+    thermal: ContactThermalTable | None = Field(
+        default=None, description="a table such as { background = 25.0, resistance = 8.0 }"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The normal load is said in one way."""
+        faults = []
+        if "gap" in raw and "normal_load" in raw:
+            faults.append(Fault("gap", "is given together with normal_load", remedy="keep one (normal_load = -kn gap)"))
+        elif "gap" not in raw and "normal_load" not in raw:
+            remedy = "give normal_load = 800.0, or normal, kn and gap"
+            faults.append(Fault(statement="the normal load is missing", remedy=remedy))
+        if "kn" not in raw and (_moves_along_normal(raw) or ("gap" in raw and "normal_load" not in raw)):
+            remedy = "give the normal contact stiffness, needed with normal, gap, normal_cos, normal_sin and profile"
+            faults.append(Fault("kn", IS_MISSING, remedy=remedy))
+        elif raw.get("kn") == 0 and raw.get("normal_load"):
+            faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
+        return faults
+
+
+class StopTable(ContactTable):
+    """``[[contact]]`` without friction and without a tangential direction."""
+
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
+    kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+    mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+
+
+def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
+    """Whether a contact, or its opposing surface, is said to move along the normal."""
+    rubbing = contact.get("rubbing")
+    across = ("normal_cos", "normal_sin")
+    rotor = contact.get("rotor")
+    along_casing = isinstance(rotor, Mapping) and bool(rotor.get("profile"))
+    return "normal" in contact or along_casing or (isinstance(rubbing, Mapping) and any(rubbing.get(k) for k in across))
+
+
+def _points(value: Any) -> Any:
+    if value == "all" or (isinstance(value, list) and value and all(is_whole(p) and p >= 1 for p in value)):
+        return value
+    raise unexpected('"all", or a list of contact points such as [1, 3], counted from 1')
+
+
+def _from_surface(value: Any) -> str:
+    if value not in ("surface", *WORDS):
+        raise unexpected(
+            '"surface": contacts on a surface take their normals from it; or with an axis "radial", "axial"'
+        )
+    return str(value)
+
+
+def _along(value: Any) -> Any:
+    """A vector, or a word."""
+    if isinstance(value, str) and value in WORDS:
+        return value
+    try:
+        return vector(value)
+    except InputError:
+        raise unexpected('three numbers such as [0, 1, 0], not all 0, or with an axis "circumferential"') from None
+
+
+class SurfaceContactTable(ContactTable):
+    """``[[contact]]`` with ``points``: one block for contacts on a surface."""
+
+    points: Annotated[Any, PlainValidator(_points)] = Field(
+        default="all", description='"all", or a list of contact points such as [1, 3]'
+    )
+    direction: Annotated[Any, PlainValidator(_along)] = Field(
+        description='the rubbing direction such as [0, 1, 0], projected on the surface; with an axis "circumferential"'
+    )
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    normal: Annotated[Any, PlainValidator(_from_surface)] = Field(
+        default=None, description='"surface", for a normal load that varies with the motion; with an axis "radial"'
+    )
+    axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
+    rotor: RotorTable | None = Field(default=None, description="a table such as { engine_order = 2 }")
+    normal_load_total: NotNegative | None = Field(
+        default=None, description="a number >= 0, the normal load of all points, shared by area"
+    )
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The normal load and the direction are said in one way."""
+        faults = rotor_faults(raw)
+        if "tangential" in raw:
+            remedy = "contacts on a surface slide along direction"
+            faults.append(Fault("tangential", "is given together with points", remedy=remedy))
+        if "normal_load_total" in raw:
+            faults += [
+                Fault(key, "is given together with normal_load_total", remedy="keep one")
+                for key in ("normal_load", "gap")
+                if key in raw
+            ]
+            raw = {**raw, "normal_load": raw["normal_load_total"]}
+            raw = {key: value for key, value in raw.items() if key != "gap"}
+        return faults + super().cross_check(raw)
+
+
+def contact_table(raw: Mapping[str, Any]) -> type[ContactTable]:
+    """Which table a ``[[contact]]`` block is."""
+    on_surface = "points" in raw or (
+        "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
+    )
+    if on_surface:
+        return SurfaceContactTable
+    stop = "normal" in raw and "tangential" not in raw and not raw.get("kt") and not raw.get("mu")
+    return StopTable if stop else ContactTable
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseContact:
+    """One contact of a case.
+
+    Parameters
+    ----------
+    row
+        The block it comes from.
+    pair
+        The contact; where its block has faults only its name, its directions and its rubbing motion count.
+    point
+        The point of a surface it lies on, from 0.
+    """
+
+    row: ReadTable
+    pair: ContactPair
+    point: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Its own name."""
+        return self.pair.name
+
+
+def build_contacts(
+    rows: Sequence[ReadTable], thermal: ReadTable | None, body: ReducedBody | None, known: bool
+) -> tuple[list[CaseContact], list[Fault]]:
+    """Single contacts and those on a surface, the latter where it is ``known`` whether there is one."""
+    found, placed = Gathering(), list[CaseContact]()
+    for row in rows:
+        if not row.right("name"):
+            continue
+        if not isinstance(row.table, SurfaceContactTable):
+            placed += [CaseContact(row=row, pair=_single(row, thermal, found))]
+        elif known:
+            new = found.inside(row.where, _on_surface, row, thermal, body, found) or []
+            taken = {c.point for c in placed}
+            twice = [c.point for c in new if c.point is not None and c.point in taken]
+            statements = (f"point {point + 1} has a contact already" for point in twice)
+            found.faults += [Fault((*row.where, "points"), statement) for statement in statements]
+            placed += new
+    return placed, found.faults
+
+
+def _single(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> ContactPair:
+    from slipstick.balance.contacts import ContactPair
+
+    directions = {side: row.get(side) for side in ("tangential", "normal")}
+    law, rubbing = _law(row, thermal, found), _rubbing(row, found)
+    return ContactPair(name=row.table.name, contact=law, rubbing=rubbing, **directions)
+
+
+def _on_surface(
+    row: ReadTable, thermal: ReadTable | None, body: ReducedBody | None, found: Gathering
+) -> list[CaseContact]:
+    """Contacts "NAME 1", "NAME 2", ... of one block; with what is at fault left out, to see whether the rest is right.
+
+    Raises
+    ------
+    InputError
+        If the structure has no contact points, a point is not there or given twice, or the rubbing direction is normal
+        to the surface.
+    """
+    from slipstick.models.surface_contacts import surface_contacts
+
+    if body is None or body.points is None:
+        remedy = 'give [structure] kind = "blade", or kind = "fe" with surface'
+        raise InputError(Fault("points", "the structure has no contact surface", remedy=remedy))
+    table, axis = row.table, axis_arguments(row.get("axis"))
+    points = table.points if row.right("points") else "all"
+    direction = table.direction if row.right("direction") and row.right("axis") else _any_direction(body)
+    pairs = surface_contacts(
+        body,
+        table.name,
+        contact=_law(row, thermal, found),
+        direction=direction,
+        points=points,
+        normal=table.normal if axis is not None and table.normal in WORDS else table.normal is not None,
+        shared=row.complete and table.normal_load_total is not None,
+        rubbing=_rubbing(row, found) if axis is None or row.get("rotor") is None else rotor_motion(table.rotor),
+        axis=axis,
+    )
+    if not row.right("points"):
+        return []
+    return [
+        CaseContact(row=row, pair=pair, point=point)
+        for point, pair in zip(body.points.chosen(points), pairs, strict=True)
+    ]
+
+
+def _any_direction(body: ReducedBody) -> Any:
+    """One that is normal to the surface nowhere."""
+    import numpy as np
+
+    assert body.points is not None
+    return np.linalg.svd(body.points.normals)[2][-1] + 0.1 * np.ones(3)
+
+
+def _law(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> FrictionContact:
+    """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
+    from slipstick.contact.friction import FrictionContact
+
+    background, given = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
+    for key in ("kt", "mu", "kn"):
+        value = row.get(key)
+        cold = None if value is None else found.inside((*row.where, key), cold_value, value, background)
+        if cold is not None:
+            given[key] = cold
+    total = row.get("normal_load_total") if isinstance(row.table, SurfaceContactTable) else None
+    loads = {"gap": row.get("gap"), "normal_load": row.get("normal_load") if total is None else total}
+    given |= {key: value for key, value in loads.items() if value is not None}
+    if row.complete and "gap" in given:
+        given = {**_NEUTRAL, **given, "normal_load": None}
+    else:
+        given = {**_NEUTRAL, **given, "gap": None}
+    try:
+        return FrictionContact(**given)
+    except InputError as error:
+        told = [fault for fault in error.faults if row.complete or fault.where]
+        found.faults += [fault.inside(*row.where) for fault in told]
+        return FrictionContact(**_NEUTRAL)
+
+
+def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
+    """The rubbing motion of a contact."""
+    from slipstick.contact.rubbing import RubbingMotion
+
+    rub = row.table.rubbing
+    given = {} if rub is None else rub.given
+    return found.inside(row.where, lambda: RubbingMotion(**given)) or RubbingMotion()
+
+
+def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
+    """A fault of a contact on a surface at the block that the contact comes from."""
+    if fault.where[:1] != ("contact",):
+        return fault
+    rows: dict[Any, Where] = {c.name: c.row.where for c in placed}
+    return replace(fault, where=(*rows.get(fault.where[1], fault.where[:2]), *fault.where[2:]))
+
+
+_TAKEN = {*dir(builtins), "C", "K", "M", "Path", "at", "body", "contacts", "curve", "friction", "heated", "i"} | {
+    *("loads", "model", "names", "np", "own", "p", "pair", "points", "resistance", "ss", "structure", "thermal")
+}
+"""Names that a script uses itself."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactScript:
+    """Lines that make ``contacts``, and the variable of each block on a surface by its name."""
+
+    lines: list[str]
+    blocks: dict[str, str]
+
+
+def contacts_script(rows: Sequence[Mapping[str, Any]], thermal: ThermalTable | None) -> ContactScript:
+    """All contacts as Python writes them; equal laws are one."""
+    laws: dict[str, str] = {}
+    variables: dict[str, str] = {}
+    pairs, blocks, lines = [], [], []
+    for i, raw in enumerate(rows):
+        given = GivenText(raw, contact_table(raw))
+        law = _law_text(given, thermal)
+        if law not in laws:
+            laws[law] = "friction" if not laws else f"friction_{len(laws) + 1}"
+            lines.append(f"{laws[law]} = {law}")
+        if isinstance(given.table, SurfaceContactTable):
+            name = given.table.name
+            variables[name] = _variable(name, [*variables.values()])
+            blocks.append(f"{variables[name]} = {_surface_text(given, laws[law])}")
+            pairs.append(f"*{variables[name]}")
+        else:
+            pairs.append(_pair_text(given, laws[law]))
+        given.take("thermal")
+        given.end(f"[[contact]] number {i + 1}")
+    return ContactScript(lines=[*lines, *blocks, f"contacts = {listed_text(pairs)}"], blocks=variables)
+
+
+def _law_text(given: GivenText, thermal: ThermalTable | None) -> str:
+    background = background_of(given.table, thermal)
+    values = {name: given.take(name) for name in ("kt", "mu", "kn", "gap", "normal_load")}
+    total = given.take("normal_load_total")
+    values["normal_load"] = values["normal_load"] if total is None else total
+    cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
+    return call("ss.FrictionContact", **{name: literal(value) for name, value in cold.items()})
+
+
+def _pair_text(given: GivenText, law: str) -> str:
+    arguments = {"name": literal(given.take("name")), "contact": law}
+    for port in ("tangential", "normal"):
+        direction = given.take(port)
+        if direction is not None:
+            alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
+            arguments[port] = literal(next(iter(direction)) if alone else direction)
+    return call("ss.ContactPair", **arguments, **_rubbing_text(given))
+
+
+def _surface_text(given: GivenText, law: str) -> str:
+    direction = given.take("direction")
+    arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
+    points, _, normal = given.take("points"), given.take("tangential"), given.take("normal")
+    arguments |= {} if points in (None, "all") else {"points": literal(points)}
+    arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
+    axis, rotor = axis_arguments(given.take("axis")), given.take("rotor")
+    arguments |= {} if axis is None else {"axis": literal(axis)}
+    if rotor is not None:
+        own = {key: literal(value) for key, value in motion_arguments(rotor).items()}
+        motion = call("ss.casing_motion", own.pop("profile"), radius="radius", angles="angles", **own)
+        arguments["rubbing"] = f"lambda radius, angles: {motion}"
+    arguments |= {} if given.table.normal_load_total is None else {"shared": "True"}
+    return call("ss.surface_contacts", "body", literal(given.take("name")), **arguments, **_rubbing_text(given))
+
+
+def _rubbing_text(given: GivenText) -> dict[str, str]:
+    rub = given.take("rubbing")
+    if rub is None:
+        return {}
+    return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.given.items()})}
+
+
+def _variable(name: str, taken: list[str]) -> str:
+    """A variable that is called like a contact."""
+    plain = re.sub(r"\W", "_", name)
+    own = plain in _TAKEN or re.fullmatch(r"(curve|friction|contacts)_\d+", plain)
+    free = plain.isidentifier() and not keyword.iskeyword(plain) and plain not in taken and not own
+    return plain if free else f"contacts_{len(taken) + 1}"

@@ -1,0 +1,311 @@
+"""``[structure] kind = "fe"``: a finite element model, with contacts on a surface or some of its dofs kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.response import ResponseTable, frequencies_met
+from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
+from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.source import inside
+from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
+from slipstick.case.table import Frequency, NotNegative, Positive, Table, is_number, is_whole, toml, unexpected, vector
+from slipstick.errors import IS_MISSING, Fault, InputError
+
+if TYPE_CHECKING:
+    from slipstick.fem.imported import ImportedModel
+    from slipstick.fem.materials import Material
+
+MOST_CONTACTS = 1000
+"""Each keeps three dofs, of which the reduction is a full matrix."""
+_DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
+NEEDED = ("young", "poisson", "density")
+"""What a material has at least."""
+
+
+def _surface(value: Any) -> Any:
+    """A name, or ``{ direction, angle, depth }``."""
+    if isinstance(value, str) and value:
+        return value
+    if not isinstance(value, dict) or "direction" not in value or set(value) - {"direction", "angle", "depth"}:
+        raise unexpected(f"{_DIRECTION}")
+    for name in ("angle", "depth"):
+        if name in value and not (is_number(value[name]) and value[name] > 0):
+            raise InputError(Fault(name, found=toml(value[name]), expected="a number > 0"))
+    return {**value, "direction": vector(value["direction"])}
+
+
+def _contacts(value: Any) -> Any:
+    """A number, node labels, or positions."""
+    if is_whole(value) and 1 <= value <= MOST_CONTACTS:
+        return value
+    if (value if is_whole(value) else len(value) if isinstance(value, list) else 0) > MOST_CONTACTS:
+        raise unexpected(f"at most {MOST_CONTACTS} contacts")
+    if isinstance(value, list) and value and all(map(is_whole, value)):
+        return value
+    triples = isinstance(value, list) and value and all(isinstance(p, list) and len(p) == 3 for p in value)
+    if triples and all(is_number(x) for p in value for x in p):
+        return [[float(x) for x in p] for p in value]
+    raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
+
+
+def _shapes(value: Any) -> dict[str, str]:
+    """``"SURFACE"`` or ``{ name = "SURFACE" }``."""
+    if isinstance(value, str) and value:
+        return {"pressure": value}
+    if not (isinstance(value, dict) and value and all(isinstance(s, str) and s for s in value.values())):
+        raise unexpected('the name of a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    return value
+
+
+def _films(value: Any) -> dict[str, float]:
+    if not (isinstance(value, dict) and value and all(is_number(h) and h >= 0 for h in value.values())):
+        raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
+    return {name: float(h) for name, h in value.items()}
+
+
+SurfaceName = Annotated[Any, PlainValidator(_surface)]
+Contacts = Annotated[Any, PlainValidator(_contacts)]
+Shapes = Annotated[dict[str, str], PlainValidator(_shapes)]
+Films = Annotated[dict[str, float], PlainValidator(_films)]
+ModeCount = Annotated[int, Field(ge=1, le=10_000)]
+
+
+class MaterialTable(Table):
+    """``material = { young = 2e11, poisson = 0.3, density = 7800 }``."""
+
+    young: Positive | None = Field(default=None, description="a number > 0, Young's modulus (force/length^2)")
+    poisson: Annotated[float, Field(gt=-1, lt=0.5)] | None = Field(
+        default=None, description="a number between -1 and 0.5, Poisson's ratio"
+    )
+    density: Positive | None = Field(default=None, description="a number > 0, mass/length^3")
+    conductivity: NotNegative | None = Field(
+        default=None, description="a number >= 0, thermal conductivity (power/(length temperature))"
+    )
+
+
+def material_of(table: MaterialTable) -> Material:
+    """The material of a table that must be complete."""
+    from slipstick.fem.materials import Material
+
+    given = {name: value for name, value in table.model_dump().items() if value is not None}
+    missing = [
+        Fault(("material", name), IS_MISSING, remedy="a material needs young, poisson and density")
+        for name in NEEDED
+        if name not in given
+    ]
+    if missing:
+        raise InputError(missing)
+    return Material(**given)
+
+
+def material_text(known: Mapping[str, Any]) -> str:
+    """A material as Python writes it."""
+    return call("ss.Material", **{name: literal(value) for name, value in known.items()})
+
+
+class ReductionTable(Table):
+    """What both finite element kinds take."""
+
+    radius: Positive | None = Field(
+        default=None, description="a number > 0, the radius of the contact patches (length)"
+    )
+    modes: ModeCount | None = Field(default=None, description="a whole number >= 1, how many modes to keep")
+    up_to: Frequency | None = Field(default=None, description='the highest frequency that matters, such as "2 kHz"')
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The number of modes is said in one way."""
+        if "modes" in raw and "up_to" in raw and "accuracy" not in raw:
+            return [Fault("modes", "is given together with up_to", remedy="keep one")]
+        return []
+
+
+class FeTable(ReductionTable):
+    """``[structure] kind = "fe"``."""
+
+    kind: Literal["fe"]
+    file: str = Field(
+        description="the name of a model.h5 made by 'slipstick import', or a mesh (.cdb, .inp, .msh, .bdf)"
+    )
+    material: MaterialTable | None = Field(
+        default=None, description="a table such as { young = 2e11, poisson = 0.3, density = 7800.0 }"
+    )
+    quadratic: bool = Field(default=False, description="true or false: nodes in the middle of the edges of a mesh")
+    fixed: list[str] = Field(default=[], description='a list of node sets or surfaces such as ["ROOT"]')
+    surface: SurfaceName | None = Field(default=None, description=_DIRECTION)
+    contacts: Contacts | None = Field(
+        default=None, description="a number of contacts, a list of node numbers, or a list of positions"
+    )
+    pressure: Shapes = Field(default={}, description='a surface, or a table such as { pressure = "PRESSURE_SURF" }')
+    base: list[Literal["x", "y", "z"]] = Field(
+        default=[], description='a list of the directions in which the support may move, such as ["x"]'
+    )
+    films: Films = Field(default={}, description="a table of surface = convection coefficient")
+    cold: str | None = Field(default=None, description="the name of a node set or surface that stays cold")
+    rotation: RotationTable | None = Field(default=None, description=ROTATION)
+    keep: list[str] = Field(
+        default=[], max_length=3 * MOST_CONTACTS, description='a list of dofs of the full model such as ["n123y"]'
+    )
+    accuracy: Annotated[float, Field(gt=0, lt=1)] | None = Field(
+        default=None, description="a number between 0 and 1, the relative error of the receptance"
+    )
+    damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Something is kept; the number of modes is said in one way."""
+        faults = [*super().cross_check(raw), *rotation_faults(raw)]
+        if "surface" not in raw and not raw.get("keep"):
+            remedy = 'give surface = "NAME" for contacts on a surface, or keep = ["n123y"]'
+            faults.append(Fault(statement="nothing is kept", remedy=remedy))
+        faults += [
+            Fault(key, "is given without surface", remedy="give the surface the contacts lie on")
+            for key in ("contacts", "radius", "films", "cold")
+            if key in raw and "surface" not in raw
+        ]
+        if "accuracy" in raw and "modes" in raw:
+            faults.append(Fault("modes", "is given together with accuracy", remedy="keep one"))
+        if "accuracy" in raw and "up_to" not in raw:
+            remedy = 'give both, as in accuracy = 1e-6, up_to = "2 kHz"'
+            faults.append(Fault("accuracy", "is given without up_to", remedy=remedy))
+        return faults
+
+
+def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
+    """The finite element model of ``kind = "fe"``.
+
+    Raises
+    ------
+    InputError
+        For files, materials, sets, surfaces and dofs that are not there, and models that are not held.
+    """
+    from slipstick.models.reduced_body import reduced_body
+
+    path = _path(table.file, folder)
+    tell(f"structure: reading {table.file} ...")
+    model = turning(_imported(table, path), table.rotation, folder, tell)
+    if table.surface is not None:
+        tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
+    tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
+    given = {} if table.contacts is None else {"contacts": table.contacts}
+    return reduced(
+        tell,
+        lambda hear: reduced_body(
+            model,
+            surface=table.surface,
+            **given,
+            radius=table.radius,
+            pressure=table.pressure,
+            base=table.base,
+            films=table.films,
+            cold=table.cold,
+            keep=table.keep,
+            modes=table.modes,
+            accuracy=table.accuracy,
+            up_to=table.up_to,
+            loss_factor=table.loss_factor,
+            damping_ratio=table.damping_ratio,
+            force=True,  # judged once range and harmonics are known
+            cache=reduction_folder(folder),
+            listener=hear,
+        ),
+        force=table.force,
+    )
+
+
+def _path(name: str, folder: Path) -> Path:
+    try:
+        return inside(folder, name)
+    except InputError as error:
+        raise InputError([fault.inside("file") for fault in error.faults]) from None
+
+
+def _imported(table: FeTable, path: Path) -> ImportedModel:
+    """A model made by the import, or a mesh assembled here."""
+    from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
+    from slipstick.importers.read_model import read_model
+    from slipstick.importers.roles import ImportOptions
+
+    if path.suffix.lower() in (*MESH_SUFFIXES, *BULK_SUFFIXES):
+        material = None if table.material is None else material_of(table.material)
+        return read_model(
+            path, ImportOptions(material=material, fixed=table.fixed, quadratic=table.quadratic), quiet=True
+        )
+    faults = [
+        Fault(
+            ("material", name), f"{path.name} holds matrices with a material already", remedy="give conductivity alone"
+        )
+        for name in NEEDED
+        if table.material is not None and getattr(table.material, name) is not None
+    ]
+    if table.quadratic:
+        remedy = "give --quadratic to 'slipstick import'"
+        faults.append(Fault("quadratic", f"{path.name} holds matrices already", remedy=remedy))
+    if faults:
+        raise InputError(faults)
+    conductivity = table.material.conductivity if table.material is not None else None
+    return read_model(path, ImportOptions(fixed=table.fixed, conductivity=conductivity), quiet=True)
+
+
+def _fe_script(given: GivenText, _folder: Path) -> list[str]:
+    arguments: dict[str, str] = {}
+    material = given.take("material")
+    if material is not None:
+        known = {name: value for name, value in material.model_dump().items() if value is not None}
+        complete = "young" in known
+        arguments = {"material": material_text(known)} if complete else {n: literal(v) for n, v in known.items()}
+    arguments |= given.rest("fixed", "quadratic")
+    up_to = given.take("up_to")
+    reduction = given.rest(
+        "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
+        "loss_factor", "damping_ratio", "force",
+    )  # fmt: skip
+    if up_to is not None:
+        reduction["up_to"] = quantity_text(given.raw["up_to"])
+    at_speed = rotation_script(given)
+    model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
+    body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
+    return [model, *at_speed, f"body = {body}", "structure = body.structure"]
+
+
+FE = reducing_kind(FeTable, _fe, _fe_script)
+
+
+_KINDS = ("fe", "blade")
+_SAID = ("modes", "accuracy", "up_to")
+_HARMONICS = 5.0
+"""Of what is excited, those that friction makes: beyond, they count less than 1/25."""
+_STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
+"""A range moved a little has the same reduction, which need not be made again."""
+
+
+def reaching(raw: Mapping[str, Any]) -> Any:
+    """The ``[structure]`` of a case; one to be reduced says ``up_to`` where it leaves the number of modes open.
+
+    That is the end of ``[response]`` with the harmonics that matter, rounded up. Nothing is added beside faults, which
+    are told elsewhere.
+    """
+    structure, response = raw["structure"], raw.get("response")
+    if not isinstance(structure, Mapping) or structure.get("kind") not in _KINDS or set(_SAID) & set(structure):
+        return structure
+    if not isinstance(response, Mapping) or ResponseTable.cross_check(response):
+        return structure
+    try:
+        highest = max(frequencies_met(ResponseTable.model_validate(response)))
+        orders = [int(load.get("harmonic", 1)) for load in raw.get("load", [])]
+    except (AttributeError, TypeError, ValueError):  # ValidationError is one
+        return structure
+    return {**structure, "up_to": _rounded_up(_HARMONICS * max([1, *orders]) * highest)}
+
+
+def _rounded_up(value: float) -> float:
+    power = 10.0 ** floor(log10(value))
+    return next((step * power for step in _STEPS if step * power >= value), 10.0 * power)

@@ -1,0 +1,226 @@
+"""``[structure]`` of kind "matrices" and "modal": matrices as numbers or of a model file, modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field
+
+from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
+from slipstick.case.script_text import GivenText, call, file_code, here, literal
+from slipstick.case.source import inside
+from slipstick.case.structure import Body, Described, StructureKind, Tell, within
+from slipstick.case.table import MatrixGiven, NotNegative, Table
+from slipstick.case.validation import ReadTable
+from slipstick.errors import Fault, InputError
+from slipstick.faults import Gathering
+
+if TYPE_CHECKING:
+    from slipstick.structure.protocol import Structure
+
+_KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
+
+
+class MatricesTable(Table):
+    """``[structure] kind = "matrices"``."""
+
+    kind: Literal["matrices"]
+    dofs: list[str] | None = Field(default=None, description='a list of names such as ["x", "y"]')
+    count: int | None = Field(
+        default=None, ge=1, le=10_000_000, description='a whole number >= 1: the dofs are then named "1", "2", ...'
+    )
+    mass: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    damping: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    stiffness: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """Dofs or count, not both."""
+        if "dofs" in raw and "count" in raw:
+            return [Fault("count", "is given together with dofs", remedy="keep one of them")]
+        return []
+
+
+def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    from slipstick.structure.matrices import DENSE_LIMIT, MatrixStructure
+    from slipstick.structure.matrix_checks import system_matrices
+
+    given = {
+        name: matrix
+        for name, key in _KEYS.items()
+        if (value := row.get(key)) is not None and (matrix := found.inside((key,), _matrix, value, folder)) is not None
+    }
+    size = next((given[name].shape[0] for name in ("K", "M", "C") if name in given), None)
+    names = _names(row, size)
+    before = len(found.faults)
+    if size is not None:
+        _sizes(row, given, size, found)
+    agree = len(found.faults) == before
+    if row.complete and agree and {"M", "K"} <= set(given) and names is not None:
+        options = {"loss_factor": row.table.loss_factor, "dofs": names}
+        structure = _in_case(found, lambda: MatrixStructure(**given, **options))
+        return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
+    if size is not None:
+        fitting = {name: matrix for name, matrix in given.items() if matrix.shape == (size, size)}
+        found.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
+    return Described(dofs=names, made=True)
+
+
+def _names(row: ReadTable, size: int | None) -> Sequence[str] | None:
+    """Names of the dofs: as written, else numbers; None where they are not known."""
+    if not row.right("dofs", "count"):
+        return None
+    if row.table.dofs is not None:
+        return list(row.table.dofs)
+    count = row.table.count if row.table.count is not None else size
+    return None if count is None else [str(i + 1) for i in range(count)]
+
+
+def _sizes(row: ReadTable, given: Mapping[str, Any], size: int, found: Gathering) -> None:
+    """Whether the matrices and the names fit together."""
+    first = next(name for name in ("K", "M", "C") if name in given)
+    of = _KEYS[first]
+    for name, matrix in given.items():
+        if matrix.shape != (size, size):
+            shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
+            found.faults.append(Fault(_KEYS[name], found=shape, expected=f"{size} x {size} as the {of}"))
+    dofs, count = row.get("dofs"), row.get("count")
+    if dofs is not None and len(dofs) != size:
+        expected = f"{size}, one for each row of the {of}"
+        found.faults.append(Fault("dofs", found=f"{len(dofs)} names", expected=expected))
+    if count is not None and count != size:
+        found.faults.append(Fault("count", found=str(count), expected=f"{size}, the rows of the {of}"))
+
+
+def _in_case(found: Gathering, make: Callable[[], Structure]) -> Structure | None:
+    """A structure of the library, whose arguments have other names in the file."""
+    try:
+        return make()
+    except InputError as error:
+        found.faults += [_renamed(fault) for fault in error.faults]
+        return None
+
+
+def _renamed(fault: Fault) -> Fault:
+    return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
+
+
+def _matrix(value: Any, folder: Path) -> Any:
+    import numpy as np
+
+    from slipstick.importers.plain.matrix_file import read_matrix
+
+    return read_matrix(inside(folder, value)) if isinstance(value, str) else np.array(value, dtype=float)
+
+
+def _matrices_script(given: GivenText, folder: Path) -> list[str]:
+    known = {letter: value for letter, key in _KEYS.items() if (value := given.take(key)) is not None}
+    lines = [f"{letter} = {_matrix_text(value, folder)}" for letter, value in known.items()]
+    dofs, _ = given.take("dofs"), given.take("count")
+    arguments = {letter: letter for letter in known}
+    arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
+    arguments |= given.rest("loss_factor")
+    return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
+
+
+def _matrix_text(value: list[Any] | str, folder: Path) -> str:
+    return file_code(value, folder) if isinstance(value, str) else call("np.array", literal(value))
+
+
+MATRICES = StructureKind(table=MatricesTable, build=_matrices, script=_matrices_script)
+
+
+class ModelTable(Table):
+    """``[structure] kind = "matrices"`` of an imported model."""
+
+    kind: Literal["matrices"]
+    file: str = Field(description="the name of a model.h5 made by 'slipstick import', such as a superelement")
+    rotation: RotationTable | None = Field(default=None, description=ROTATION)
+    loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+
+    @classmethod
+    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+        """The rotation is said in one way."""
+        return rotation_faults(raw)
+
+
+def _model(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    """The matrices of a model file, with its names."""
+    from slipstick.io.model_file import load_model
+    from slipstick.structure.matrices import MatrixStructure
+
+    name = row.get("file")
+    path = None if name is None else found.inside(("file",), inside, folder, name)
+    model = None if path is None else found.inside(("file",), partial(load_model, quiet=True), path)
+    if model is None or not row.complete:
+        return Described(dofs=None if model is None else model.dofs, made=True)
+    model = found.inside((), turning, model, row.table.rotation, folder, tell)
+    if model is None:
+        return Described(made=True)
+    given = {"M": model.M, "C": model.C, "K": model.K, "loss_factor": row.table.loss_factor}
+    structure = found.inside(("file",), lambda: MatrixStructure(**given, dofs=model.dofs))
+    body = None if structure is None else Body(structure=structure, model=model)
+    return Described(body=body, dofs=model.dofs, made=True)
+
+
+def _model_script(given: GivenText, _folder: Path) -> list[str]:
+    arguments = {letter: f"model.{letter}" for letter in "MCK"} | {"dofs": "model.dofs"} | given.rest("loss_factor")
+    model = f"model = {call('ss.import_model', here(given.take('file')))}"
+    return [model, *rotation_script(given), f"structure = {call('ss.MatrixStructure', **arguments)}"]
+
+
+MODEL = StructureKind(table=ModelTable, build=_model, script=_model_script)
+
+
+class ModalTable(Table):
+    """``[structure] kind = "modal"``."""
+
+    kind: Literal["modal"]
+    file: str = Field(description="the name of an .npz file with omega, mode_shapes and static_compliance")
+    dofs: list[str] | None = Field(default=None, description='a list of names; by default "n1x", "n1y", "n1z", "n2x"')
+    modes: int | None = Field(default=None, ge=1, description="a whole number >= 1, how many modes to use")
+    loss_factor: NotNegative | None = Field(default=None, description="a number >= 0, the hysteretic loss factor")
+    damping_ratio: float | None = Field(default=None, description="a number, the ratio to critical damping")
+    force: bool = Field(default=False, description="true or false: take modes that are too few")
+
+
+def _modal(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+    """The structure of a file; with keys at fault left out, it still tells the dofs."""
+    from slipstick.structure.modal import ModalStructure
+
+    name = row.get("file")
+    path = None if name is None else found.inside(("file",), inside, folder, name)
+    if path is None:
+        return Described(dofs=row.get("dofs"), made=True)
+    options = {key: row.get(key) for key in ("dofs", "modes", "loss_factor", "damping_ratio")}
+    try:
+        structure = ModalStructure.load(path, **options)
+    except InputError as error:
+        found.faults += [within(fault, tuple(options)) for fault in error.faults]
+        return Described(dofs=options["dofs"] or _modal_names(path), made=True)
+    body = Body(structure=structure, force=row.table.force) if row.complete else None
+    return Described(body=body, dofs=structure.dofs, made=True)
+
+
+def _modal_names(path: Path) -> Sequence[str] | None:
+    """The names of the dofs in a file, where it is readable."""
+    from slipstick.structure.modal import modal_arrays, modal_dofs
+
+    try:
+        return modal_dofs(modal_arrays(path))
+    except InputError:
+        return None
+
+
+def _modal_script(given: GivenText, _folder: Path) -> list[str]:
+    given.take("force")
+    arguments = given.rest("dofs", "modes", "loss_factor", "damping_ratio")
+    return [f"structure = {call('ss.ModalStructure.load', here(given.take('file')), **arguments)}"]
+
+
+MODAL = StructureKind(table=ModalTable, build=_modal, script=_modal_script)

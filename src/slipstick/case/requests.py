@@ -1,0 +1,173 @@
+"""Tables that a verb of its own computes: ``[track]``, ``[optimal]``, ``[modes]``, ``[cycles]``.
+
+Another one is another class here, and its name in :data:`slipstick.case.sections.REQUESTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.table import Positive, Table, positive_frequency, unexpected
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import shown, suggestion
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+
+
+def _frequencies(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise unexpected('two frequencies such as [2.0, 15.0] or ["1 Hz", "40 Hz"]')
+    first, last = (positive_frequency(end) for end in value)
+    if first == last:
+        raise unexpected("two different frequencies")
+    return first, last
+
+
+Frequencies = Annotated[tuple[float, float], PlainValidator(_frequencies)]
+_OMEGA = "the range in which the highest peak is meant, two frequencies; by default that of [response]"
+
+
+class RequestTable(Table):
+    """What such a table has beside its keys."""
+
+    verb: ClassVar[str]
+    """The function of the library that computes it."""
+
+    @classmethod
+    def impossible(cls, problem: Problem) -> list[Fault]:
+        """Why it cannot be computed of this problem whatever the table says."""
+        return []
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """What does not fit the problem; ``swept``: ``[response]`` is over a parameter, not versus frequency."""
+        raise NotImplementedError
+
+
+class TrackTable(RequestTable):
+    """``[track]``: the peak over a parameter."""
+
+    verb: ClassVar[str] = "track_peak"
+
+    parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
+    start: float = Field(alias="from", description="a number")
+    stop: float = Field(alias="to", description="a number")
+    dof: str | None = Field(default=None, description="the name of an output")
+    omega: Frequencies | None = Field(default=None, description=_OMEGA)
+    at: list[float] = Field(default=[], description="a list of values that become exact points")
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Parameter, points, range of frequencies, dof."""
+        yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
+        yield from _at_faults(self)
+        yield from _omega_faults(self.omega, swept)
+        yield from _dof_faults(problem, self.dof)
+        yield from _range_faults(self.start, self.stop)
+
+
+class OptimalTable(RequestTable):
+    """``[optimal]``: the value of a parameter at which the peak is lowest."""
+
+    verb: ClassVar[str] = "optimal"
+
+    parameter: str = Field(description='the name of a parameter such as "damper.normal_load"')
+    start: float | None = Field(default=None, description="a number, the value to begin at")
+    dof: str | None = Field(default=None, description="the name of an output")
+    omega: Frequencies | None = Field(default=None, description=_OMEGA)
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Parameter, range of frequencies, dof."""
+        yield from _parameter_faults(problem, self.parameter, self.start)
+        yield from _omega_faults(self.omega, swept)
+        yield from _dof_faults(problem, self.dof)
+
+
+class ModesTable(RequestTable):
+    """``[modes]``: free vibration in a mode over its amplitude."""
+
+    verb: ClassVar[str] = "nonlinear_modes"
+
+    start: Positive = Field(alias="from", description="a number > 0, the first amplitude")
+    stop: Positive = Field(alias="to", description="a number > 0, the last amplitude")
+    mode: int = Field(default=1, ge=1, description="a whole number >= 1, the mode of the structure without contacts")
+    dof: str | None = Field(default=None, description="the name of an output")
+    load_factors: list[Positive] = Field(
+        default=[], description="a list of factors > 0 on the loads, whose forced peaks become exact points"
+    )
+
+    @classmethod
+    def impossible(cls, problem: Problem) -> list[Fault]:
+        """A problem that has no nonlinear modes."""
+        from slipstick.analysis.modes.nonlinear_modes import motion_faults
+
+        return list(motion_faults(problem))
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Mode, dof, range of amplitudes."""
+        if self.mode > (count := len(problem.structure.natural_frequencies)):
+            yield Fault("mode", found=str(self.mode), expected=f"a mode of the structure, from 1 to {count}")
+        yield from _dof_faults(problem, self.dof)
+        yield from _range_faults(self.start, self.stop)
+
+
+class CyclesTable(RequestTable):
+    """``[cycles]``: self-excited vibration over a parameter."""
+
+    verb: ClassVar[str] = "limit_cycles"
+
+    parameter: str = Field(description='the name of a parameter such as "pad.mu"')
+    start: float = Field(alias="from", description="a number, where steady sliding is stable")
+    stop: float = Field(alias="to", description="a number")
+    dof: str | None = Field(default=None, description="the name of an output")
+    at: list[float] = Field(default=[], description="a list of values that become exact points")
+
+    @classmethod
+    def impossible(cls, problem: Problem) -> list[Fault]:
+        """A problem that does not vibrate by itself."""
+        from slipstick.analysis.self_excited.limit_cycles import autonomous_faults
+
+        return list(autonomous_faults(problem))
+
+    def faults(self, problem: Problem, *, swept: bool) -> Iterator[Fault]:
+        """Parameter, points, dof, range."""
+        yield from _parameter_faults(problem, self.parameter, self.start, self.stop)
+        yield from _at_faults(self)
+        yield from _dof_faults(problem, self.dof)
+        yield from _range_faults(self.start, self.stop)
+
+
+def _parameter_faults(problem: Problem, name: str, *values: float | None) -> Iterator[Fault]:
+    """A parameter that the problem does not have, or cannot give these values."""
+    try:
+        problem.parameter_target(name)
+        for value in values:
+            if value is not None:
+                problem.at_parameter(name, value)
+    except InputError as error:
+        yield from (fault.inside("parameter") for fault in error.faults)
+
+
+def _at_faults(table: TrackTable | CyclesTable) -> Iterator[Fault]:
+    from slipstick.balance.checks import requested_faults
+
+    yield from (replace(fault, where=("at",)) for fault in requested_faults(table.at, table.start, table.stop))
+
+
+def _omega_faults(omega: tuple[float, float] | None, swept: bool) -> Iterator[Fault]:
+    if swept and omega is None:
+        yield Fault("omega", IS_MISSING, remedy="give the range of frequencies of the peak")
+
+
+def _dof_faults(problem: Problem, dof: str | None) -> Iterator[Fault]:
+    known = tuple(problem.outputs or ())
+    if dof is not None and dof not in known:
+        yield Fault("dof", f"there is no output {shown(dof)}", remedy=suggestion(dof, known))
+
+
+def _range_faults(start: float, stop: float) -> Iterator[Fault]:
+    if start == stop:
+        yield Fault("to", f"is {stop:g}, the same as from", remedy="give a range that is not empty")

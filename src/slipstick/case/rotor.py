@@ -1,0 +1,200 @@
+"""What turns: ``axis`` and ``rotor`` of contacts on a surface, ``rotation`` of a structure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, PlainValidator
+
+from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.source import inside
+from slipstick.case.structure import CACHE, Tell, reduction_folder
+from slipstick.case.table import Frequency, Harmonic, Periodic, Table, Vector, is_number, unexpected
+from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.faults import Gathering
+from slipstick.quantities import harmonic_orders, read_frequency
+
+if TYPE_CHECKING:
+    from slipstick.contact.rubbing import RubbingMotion
+    from slipstick.fem.imported import ImportedModel
+    from slipstick.typing import Array
+
+WORDS = ("radial", "circumferential", "axial")
+"""Directions about an axis."""
+ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
+
+
+def _place(value: Any) -> tuple[float, ...]:
+    if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value))):
+        raise unexpected("three numbers such as [0, 0, 0]")
+    return tuple(map(float, value))
+
+
+def _profile(value: Any) -> Any:
+    """Rows of angle and height, or a table of series."""
+    if isinstance(value, dict):
+        return SeriesTable.model_validate(value)
+    if not (
+        isinstance(value, list) and all(isinstance(r, list) and len(r) == 2 and all(map(is_number, r)) for r in value)
+    ):
+        raise unexpected(
+            'rows of angle (rad) and height, or a series by orders per turn such as { cos = { "2" = 3e-4 } }'
+        )
+    return value
+
+
+class AxisTable(Table):
+    """``axis = { point = [0, 0, 0], direction = [0, 0, 1] }``."""
+
+    point: Annotated[tuple[float, float, float], PlainValidator(_place)] = Field(
+        default=(0.0, 0.0, 0.0), description="a point of the axis such as [0, 0, 0]"
+    )
+    direction: Vector = Field(description="the direction of the axis such as [0, 0, 1]")
+    zero: Vector | None = Field(default=None, description="the direction in which the angle is 0, such as [1, 0, 0]")
+
+
+def axis_arguments(table: AxisTable | None) -> dict[str, Any] | None:
+    """The axis as ``ss.surface_contacts`` takes it."""
+    return None if table is None else table.given
+
+
+class SeriesTable(Table):
+    """``profile = { cos = { "2" = 3e-4 } }``."""
+
+    cos: Periodic = Field(default={}, description='a table such as { "2" = 3e-4 }, by orders per turn')
+    sin: Periodic = Field(default={}, description='a table such as { "2" = 3e-4 }, by orders per turn')
+
+
+class RotorTable(Table):
+    """``rotor = { engine_order = 2, profile = { cos = { "2" = 3e-4 } } }``."""
+
+    speed: Frequency | None = Field(default=None, description='the speed of the rotor such as "12800 rpm"')
+    engine_order: Annotated[Harmonic, Field(ge=1)] = Field(
+        default=1, description="a whole number >= 1: omega over the speed"
+    )
+    backward: bool = Field(default=False, description="true or false: the contacts move towards falling angles")
+    profile: Annotated[Any, PlainValidator(_profile)] = Field(
+        default=None, description="rows of angle and height, or a series, of the surface they run along"
+    )
+    orders: Annotated[list[int], PlainValidator(harmonic_orders)] | None = Field(
+        default=None, description='orders of omega kept of the profile, such as "0..10"'
+    )
+
+
+def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
+    """What does not go together in a block of contacts."""
+    words = [key for key in ("direction", "normal") if raw.get(key) in WORDS]
+    needing = [key for key in (*words, "rotor") if key in raw]
+    faults = []
+    if "axis" not in raw and needing:
+        remedy = f"{' and '.join(needing)} need it: give axis = {{ point = [0, 0, 0], direction = [0, 0, 1] }}"
+        faults.append(Fault("axis", IS_MISSING, remedy=remedy))
+    if "axis" in raw and not needing:
+        remedy = 'give direction = "circumferential", normal = "radial" or rotor, or leave it out'
+        faults.append(Fault("axis", "is given, but nothing goes by it", remedy=remedy))
+    if "rotor" in raw and "rubbing" in raw:
+        faults.append(Fault("rotor", "is given together with rubbing", remedy="keep one"))
+    return faults
+
+
+def motion_arguments(table: RotorTable) -> dict[str, Any]:
+    """Arguments of ``ss.casing_motion`` but radius and angles."""
+    profile = table.profile.given if isinstance(table.profile, SeriesTable) else table.profile
+    given: dict[str, Any] = {"profile": {} if profile is None else profile}
+    if table.speed is not None:
+        given["speed"] = -table.speed if table.backward else table.speed
+    elif table.backward:
+        given["backward"] = True
+    given |= {} if table.orders is None else {"orders": table.orders}
+    return given | ({} if table.engine_order == 1 else {"lobes": table.engine_order})
+
+
+def rotor_motion(table: RotorTable) -> Callable[[Array, Array], RubbingMotion]:
+    """The rubbing motion of contacts by their radius and angle; its faults are those of ``rotor``."""
+    from slipstick.contact.casing import casing_motion
+
+    def motion(radius: Array, angles: Array) -> RubbingMotion:
+        found, given = Gathering(), motion_arguments(table)
+        made = found.inside(("rotor",), casing_motion, given.pop("profile"), radius=radius, angles=angles, **given)
+        found.end()
+        assert made is not None
+        return made
+
+    return motion
+
+
+def _by_speed(value: Any) -> dict[float, str]:
+    """Speeds as keys: ``{ "3000 rpm" = "model_3000.h5" }``."""
+    files = isinstance(value, dict) and value and all(isinstance(name, str) and name for name in value.values())
+    if not files:
+        raise unexpected('a table of model files by speed, such as { "3000 rpm" = "model_3000.h5" }')
+    speeds = {read_frequency(_as_number(key)): name for key, name in value.items()}
+    if min(speeds) <= 0.0 or len(speeds) < len(value):
+        raise unexpected("speeds > 0, each once")
+    return speeds
+
+
+def _as_number(key: str) -> Any:
+    """A key of digits is a number, rad/s."""
+    try:
+        return float(key)
+    except ValueError:
+        return key
+
+
+class RotationTable(Table):
+    """``rotation = { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }``."""
+
+    speed: Frequency = Field(description='a speed > 0 such as "3000 rpm", fixed for the run')
+    axis: AxisTable | None = Field(
+        default=None, description="a table such as { point = [0, 0, 0], direction = [0, 0, 1] }"
+    )
+    models: Annotated[dict[float, str], PlainValidator(_by_speed)] | None = Field(
+        default=None, description='a table of model files by speed, such as { "3000 rpm" = "model_3000.h5" }'
+    )
+
+
+def rotation_faults(raw: Mapping[str, Any]) -> list[Fault]:
+    """Either the axis is given, or matrices that hold it."""
+    given = raw.get("rotation")
+    if not isinstance(given, dict):
+        return []
+    if "models" in given and "axis" in given:
+        return [Fault(("rotation", "axis"), "is given together with models", remedy="they hold it: leave it out")]
+    if not {"models", "axis"} & set(given):
+        remedy = "give axis = { point = [0, 0, 0], direction = [0, 0, 1] }, or models by speed"
+        return [Fault(("rotation", "axis"), IS_MISSING, remedy=remedy)]
+    return []
+
+
+def turning(model: ImportedModel, table: RotationTable | None, folder: Path, tell: Tell) -> ImportedModel:
+    """The model at the speed of its ``rotation`` table; what is suspicious is in its warnings."""
+    from slipstick.fem.rotation import turned_model
+    from slipstick.io.model_file import load_model
+
+    if table is None:
+        return model
+    tell(f"structure: stiffness at {table.speed:g} rad/s{'' if table.models else f', or reading it from {CACHE}'} ...")
+    try:
+        if table.models is None:
+            return turned_model(model, table.speed, axis=axis_arguments(table.axis), cache=reduction_folder(folder))
+        others = {s: load_model(inside(folder, name), quiet=True) for s, name in table.models.items()}
+        return turned_model(model, table.speed, others=others)
+    except InputError as error:
+        raise InputError([fault.inside("rotation") for fault in error.faults]) from None
+
+
+def rotation_script(given: GivenText) -> list[str]:
+    """The model at the speed of its ``rotation``."""
+    table = given.take("rotation")
+    if table is None:
+        return []
+    raw = given.raw["rotation"]
+    axis = axis_arguments(table.axis)
+    arguments = {} if axis is None else {"axis": literal(axis)}
+    if table.models is not None:
+        models = (f"{literal(s)}: {call('ss.import_model', here(name))}" for s, name in table.models.items())
+        arguments["others"] = f"{{{', '.join(models)}}}"
+    return [f"model = {call('ss.at_speed', 'model', quantity_text(raw['speed']), **arguments)}"]

@@ -1,0 +1,130 @@
+"""A case file as the Python script that says the same: public names only, and the same numbers to the last bit."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from slipstick.case.contact import contact_table, contacts_script
+from slipstick.case.fe import reaching
+from slipstick.case.load import load_script
+from slipstick.case.output import OutputTable
+from slipstick.case.response import ResponseTable, response_script
+from slipstick.case.script_text import GivenText, call, listed_text, literal
+from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
+from slipstick.case.source import parse
+from slipstick.case.thermal import ThermalTable, thermal_script
+from slipstick.case.top import TopTable
+
+_CONSTANTS = {"HZ": "2 * np.pi", "KHZ": "2e3 * np.pi", "RPM": "np.pi / 30", "DEG": "np.pi / 180"}
+_IMPORTS = {
+    "mmread(": "from scipy.io import mmread",
+    "load_npz(": "from scipy.sparse import load_npz",
+    "blade_shape(": "from slipstick.models.blade_mesh import blade_shape",
+}
+_BODY = '''\
+def problem():
+    """The structure, its contacts and its loads."""
+{made}
+
+
+def compute():
+    """The curve."""
+    return {followed}
+
+
+if __name__ == "__main__":
+    branch = compute()
+    print(branch.outcome.text)
+    for dof in branch.problem.outputs:
+        for at, amplitude in branch.peaks(dof):
+            print(f"peak of {{dof}}: {{amplitude:.6g}} at {{at:.6g}}{unit}")
+    branch.save(Path(__file__).with_suffix(".nc"))
+'''
+
+
+def python_script(text: str, name: str, folder: Path) -> str:
+    """The script of a case that has no faults; ``folder`` holds the files the case names.
+
+    Raises
+    ------
+    InputError
+        If a key has no counterpart.
+    """
+    raw = parse(text, name)
+    study = raw.pop("study", None)
+    notes = [] if study is None else [
+        f"# The case has [study] too: ss.study(ss.Case.from_file({name!r})) computes its curves.\n"
+    ]  # fmt: skip
+    notes += [
+        f"# The case has [{section}] too: see ss.{table.verb}, which takes problem() and what stands there.\n"
+        for section, table in REQUESTS.items()
+        if raw.pop(section, None) is not None
+    ]
+    made, followed = textwrap.indent(_problem(raw, folder), "    "), response_script(raw["response"])
+    top = TopTable.model_validate({key: value for key, value in raw.items() if key not in CASE_SECTIONS})
+    body = _BODY.format(
+        unit="" if "parameter" in raw["response"] else f" {top.units.units.angular}",
+        made=made,
+        followed=textwrap.indent(followed, "    ").lstrip(),
+    )
+    title = _docstring(raw.get("title") or Path(name).stem)
+    script = f'"""{title}\n\nWhat {_docstring(name)} says, in Python.\n"""\n\n{_head(body)}\n\n\n{body}'
+    return "\n".join([script, *notes])
+
+
+def _head(body: str) -> str:
+    """Imports and constants that the rest needs."""
+    constants = [f"{name} = {value}" for name, value in _CONSTANTS.items() if re.search(rf"\* {name}\b", body)]
+    here = ["HERE = Path(__file__).resolve().parent"] * ("HERE" in body)
+    used = [line for word, line in _IMPORTS.items() if word in body]
+    others = ["import numpy as np"] * ("np." in body or bool(constants)) + [n for n in used if "scipy" in n]
+    own = ["import slipstick as ss", *(n for n in used if "scipy" not in n)]
+    blocks = (["from pathlib import Path"], others, own, [*here, *constants])
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def _problem(raw: Mapping[str, Any], folder: Path) -> str:
+    """The lines that make the problem, table by table."""
+    thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
+    contacts = contacts_script(raw["contact"], thermal)
+    loads = [load_script(load, i + 1) for i, load in enumerate(raw.get("load", []))]
+    tables = [contact_table(contact).model_validate(contact) for contact in raw["contact"]]
+    lines = [*_structure(raw, folder), *contacts.lines, *([f"loads = {listed_text(loads)}"] if loads else [])]
+    top = GivenText({key: value for key, value in raw.items() if key not in CASE_SECTIONS}, TopTable)
+    top.take("format")
+    orders, ratio, units = top.take("harmonics"), top.take("period_ratio"), top.take("units")
+    whole = orders == list(range(len(orders)))
+    arguments = {"contacts": "contacts", "loads": "loads" if loads else "[]"}
+    arguments["harmonics"] = f"range({len(orders)})" if whole else literal(orders)
+    if "output" in raw:
+        arguments["outputs"] = literal(OutputTable.model_validate(raw["output"]).dofs)
+    ratio = ratio or ResponseTable.model_validate(raw["response"]).period_ratio
+    arguments |= {} if ratio is None else {"period_ratio": literal(tuple(ratio))}
+    arguments |= top.rest("title")
+    arguments |= {} if units is None else {"units": literal(units.model_dump(exclude_none=True))}
+    top.end("the case file")
+    if thermal is not None or any(table.thermal is not None for table in tables):
+        lines += thermal_script(tables, thermal, contacts.blocks, folder)
+        arguments["thermal"] = "thermal"
+    return "\n".join([*lines, f"return {call('ss.Problem', 'structure', **arguments)}"])
+
+
+def _structure(raw: Mapping[str, Any], folder: Path) -> list[str]:
+    table = reaching(raw)
+    kind = structure_kind(table)
+    assert kind is not None
+    given = GivenText(table, kind.table)
+    given.take("kind")
+    lines = kind.script(given, folder)
+    given.end("[structure]")
+    return lines
+
+
+def _docstring(title: str) -> str:
+    """A title as it can stand in a docstring."""
+    return json.dumps(title, ensure_ascii=False)[1:-1].replace('\\"', "'")

@@ -1,0 +1,112 @@
+"""Pieces of Python text: literals, calls, and the keys of a table that are yet to be written."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from slipstick.case.table import Table
+from slipstick.errors import InputError
+from slipstick.quantities import frequency_unit
+
+_WIDTH = 100
+_CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}
+
+
+class GivenText:
+    """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
+
+    def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
+        self.raw = raw
+        self.table: Any = model.model_validate(raw)
+        self.values = self.table.given
+
+    def take(self, name: str) -> Any:
+        """A value, or None."""
+        return self.values.pop(name, None)
+
+    def rest(self, *names: str) -> dict[str, str]:
+        """Literals of those of several values that are given."""
+        return {name: literal(value) for name in names if (value := self.take(name)) is not None}
+
+    def end(self, where: str) -> None:
+        """InputError where a key was not taken."""
+        if self.values:
+            raise InputError(f"{where} {min(self.values)}: has no counterpart in a script yet; use the case file")
+
+
+def literal(value: Any) -> str:
+    """A value of the file as Python writes it, long lists over several lines."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return _enclosed("{", [f"{literal(key)}: {literal(inner)}" for key, inner in value.items()], "}")
+    if isinstance(value, tuple):
+        return f"({', '.join(map(literal, value))})"
+    if isinstance(value, list):
+        return _enclosed("[", [literal(item) for item in value], "]")
+    return _number(value) if isinstance(value, float) else repr(value)
+
+
+def _number(value: float) -> str:
+    """The shortest text of exactly this number.
+
+    >>> _number(2.08e11), _number(0.3), _number(1e-5), _number(27450.33)
+    ('2.08e11', '0.3', '1e-5', '27450.33')
+    """
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        return repr(value)
+    texts = (f"{value:.{digits}e}" for digits in range(17))
+    mantissa, _, exponent = next(text for text in texts if float(text) == value).partition("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def call(name: str, /, *arguments: str, **named: str) -> str:
+    """A call, over several lines where it is long."""
+    return _enclosed(f"{name}(", [*arguments, *(f"{key}={value}" for key, value in named.items())], ")")
+
+
+def _enclosed(start: str, items: list[str], end: str) -> str:
+    inside = ", ".join(items)
+    if len(start + inside) < _WIDTH and "\n" not in inside:
+        return start + inside + end
+    if all(len(item) < 30 and "\n" not in item for item in items) and start == "[":
+        lines = textwrap.fill(f"{inside},", _WIDTH, break_long_words=False, break_on_hyphens=False)
+    else:
+        lines = ",\n".join(items) + ","
+    return f"{start}\n{textwrap.indent(lines, '    ')}\n{end}"
+
+
+def quantity_text(value: Any) -> str:
+    """A number of the file, with its unit as a factor: "150 Hz" is ``150.0 * HZ``."""
+    if not isinstance(value, str):
+        return literal(float(value))
+    unit = frequency_unit(value) or value.strip().lstrip("+-.0123456789eE ").lower()
+    number = literal(float(value.strip()[: len(value.strip()) - len(unit)]))
+    return f"{number} * {_CONSTANT[unit]}" if _CONSTANT[unit] else number
+
+
+def listed_text(items: list[str]) -> str:
+    """A list with an item a line."""
+    if len(items) == 1 and len(items[0]) < _WIDTH and "\n" not in items[0]:
+        return f"[{items[0]}]"
+    inside = "".join(textwrap.indent(item, "    ") + ",\n" for item in items)
+    return f"[\n{inside}]" if items else "[]"
+
+
+def here(name: str) -> str:
+    """The path of a file beside the script."""
+    return f"HERE / {literal(name)}"
+
+
+def file_code(name: str, folder: Path) -> str:
+    """Code that reads one matrix from a file."""
+    from slipstick.structure.npz import array_shapes
+
+    if name.lower().endswith(".mtx"):
+        return f"mmread({here(name)}, spmatrix=False)"
+    arrays = list(array_shapes(folder / name))
+    return f"load_npz({here(name)})" if "indptr" in arrays else f"np.load({here(name)})[{literal(arrays[0])}]"

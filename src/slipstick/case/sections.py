@@ -1,0 +1,225 @@
+"""The sections of a case: which there are, what of their tables is right, and every fault within one table.
+
+A new kind of structure is a file such as ``blade.py`` and its name in :data:`STRUCTURES`; a new table that a verb of
+its own computes is a class such as those in ``requests.py`` and its name in :data:`REQUESTS`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from slipstick.case.blade import BLADE
+from slipstick.case.contact import contact_table
+from slipstick.case.fe import FE
+from slipstick.case.load import LoadTable
+from slipstick.case.matrices import MATRICES, MODAL, MODEL
+from slipstick.case.output import OutputTable
+from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
+from slipstick.case.response import ResponseTable
+from slipstick.case.structure import Described, StructureKind, Tell, silent
+from slipstick.case.table import Table, toml
+from slipstick.case.thermal import ThermalTable
+from slipstick.case.top import TopTable
+from slipstick.case.validation import ReadTable, close_key, key_suggestion, read_table
+from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
+from slipstick.faults import Gathering, suggestion
+
+STRUCTURES: Mapping[str, StructureKind] = {"matrices": MATRICES, "modal": MODAL, "fe": FE, "blade": BLADE}
+"""Kinds of ``[structure]``."""
+
+REQUESTS: Mapping[str, type[RequestTable]] = {
+    "track": TrackTable, "optimal": OptimalTable, "modes": ModesTable, "cycles": CyclesTable
+}  # fmt: skip
+"""Tables that a verb of its own computes."""
+
+REPEATED_SECTIONS = ("load", "contact")
+CASE_SECTIONS = ("structure", *REPEATED_SECTIONS, "thermal", "response", "output", "study", *REQUESTS)
+
+MOST_TABLES = 10_000
+_MISSING = {
+    "structure": "describe the structure by its matrices or its modes",
+    "contact": "give at least one contact, without any the response is linear",
+    "response": "give it with the keys from and to",
+}
+"""Sections that every case has, and what to do where one has not."""
+
+
+def in_case(fault: Fault) -> str:
+    """The sentence for a fault of a case.
+
+    >>> in_case(Fault(("contact", "damper", "rubbing", "velocity"), found="inf", expected="a finite number"))
+    "[[contact]] 'damper' rubbing.velocity: found inf; expected a finite number"
+    >>> in_case(Fault(("structure", "stifness"), UNKNOWN_KEY, remedy="did you mean 'stiffness'?"))
+    "unknown key 'stifness' in [structure]; did you mean 'stiffness'?"
+    """
+    if fault.statement != UNKNOWN_KEY:
+        return fault.said(place)
+    around = place(fault.where[:-1]) or "the case file"
+    return f"{UNKNOWN_KEY} '{fault.where[-1]}' in {around}; {fault.remedy}"
+
+
+def place(where: Where) -> str:
+    """A path as it stands in the file.
+
+    >>> place(("load", 0, "dof")), place(("response", "at", 2)), place(("units", "time"))
+    ('[[load]] number 1 dof', '[response] at, number 3', 'units.time')
+    """
+    section, rest = where[:1], where[1:]
+    if section and section[0] in REPEATED_SECTIONS:
+        words = [f"[[{section[0]}]]", *(_which(name) for name in rest[:1])]
+        rest = rest[1:]
+    elif section and section[0] in CASE_SECTIONS:
+        words = [f"[{section[0]}]"]
+    else:
+        words, rest = [], where
+    key = "".join(f", number {part + 1}" if isinstance(part, int) else f".{part}" for part in rest)
+    return " ".join([*words, key.lstrip(".")]).strip().replace(" ,", ",")
+
+
+def _which(name: str | int) -> str:
+    return f"number {name + 1}" if isinstance(name, int) else f"'{name}'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sections:
+    """The tables of a case but ``[structure]``; None where there is none, or something else than a table."""
+
+    top: ReadTable
+    loads: tuple[ReadTable, ...]
+    contacts: tuple[ReadTable, ...]
+    thermal: ReadTable | None
+    response: ReadTable | None
+    output: ReadTable | None
+
+    @property
+    def period_ratio(self) -> tuple[int, int] | None:
+        """As given, 1 where it is not; None where it is at fault."""
+        rows = [row for row in (self.top, self.response) if row is not None]
+        if self.response is None or not all(row.right("period_ratio") for row in rows):
+            return None
+        return next((row.table.period_ratio for row in rows if row.table.period_ratio), (1, 1))
+
+
+def read_sections(raw: Mapping[str, Any]) -> tuple[Sections, list[Fault]]:
+    """All sections but ``[structure]``, and what is wrong with each of them alone."""
+    top, faults = _top(raw)
+    reader = _Reader(raw, faults)
+    sections = Sections(
+        top=top,
+        loads=reader.many("load", lambda _: LoadTable),
+        contacts=reader.many("contact", contact_table),
+        thermal=reader.one("thermal", ThermalTable),
+        response=reader.one("response", ResponseTable),
+        output=reader.one("output", OutputTable),
+    )
+    return sections, faults
+
+
+def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
+    """Keys above the first section, and sections that are not there; a misspelt name is told alone."""
+    keys = [field.alias or name for name, field in TopTable.model_fields.items()]
+    absent = [key for key in (*keys, *CASE_SECTIONS) if key not in raw]
+    unknown = [key for key in raw if key not in (*keys, *CASE_SECTIONS)]
+    close = {key: close_key(key, absent) for key in unknown}
+    elsewhere = {"study", *REQUESTS}  # read by themselves, before
+    remedies = {key: key_suggestion(key, absent, () if close[key] else elsewhere) for key in unknown}
+    faults = [Fault(key, UNKNOWN_KEY, remedy=remedy) for key, remedy in remedies.items()]
+    row, own = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
+    own += [
+        Fault(name, IS_MISSING, remedy=remedy)
+        for name, remedy in _MISSING.items()
+        if not raw.get(name, name not in raw and [])
+    ]
+    meant = {word for words in close.values() for word in words}
+    return row, faults + [f for f in own if not (f.statement == IS_MISSING and f.where[0] in meant)]
+
+
+class _Reader:
+    """Reads tables by the name of their section; keeps their faults."""
+
+    def __init__(self, raw: Mapping[str, Any], faults: list[Fault]) -> None:
+        self._raw, self._faults = raw, faults
+
+    def one(self, section: str, model: type[Table]) -> ReadTable | None:
+        if section not in self._raw:
+            return None
+        table = self._raw[section]
+        if isinstance(table, Mapping):
+            return self._row(model, table, (section,))
+        self._faults.append(Fault(section, found=toml(table), expected=f"one table [{section}]"))
+        return None
+
+    def many(self, section: str, model: Callable[[Mapping[str, Any]], type[Table]]) -> tuple[ReadTable, ...]:
+        given = self._raw.get(section, [])
+        tables = isinstance(given, list) and all(isinstance(table, Mapping) for table in given)
+        if not tables or len(given) > MOST_TABLES:
+            double = f"tables that begin with [[{section}]] (double brackets)"
+            expected = f"at most {MOST_TABLES}" if tables else double
+            found = "a table" if isinstance(given, Mapping) else toml(given)
+            self._faults.append(Fault(section, found=found, expected=expected))
+            return ()
+        names = Counter(table.get("name") for table in given if isinstance(table.get("name"), str))
+        return tuple(
+            self._row(model(table), table, _place(section, i, table.get("name"), names))
+            for i, table in enumerate(given)
+        )
+
+    def _row(self, model: type[Table], table: Mapping[str, Any], where: Where) -> ReadTable:
+        row, faults = read_table(model, table, where)
+        self._faults += faults
+        return row
+
+
+def _place(section: str, number: int, name: Any, names: Mapping[str, int]) -> Where:
+    """By its name where that is its own, else by its number."""
+    return (section, name if isinstance(name, str) and name and names[name] == 1 else number)
+
+
+def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
+    """The kind that a ``[structure]`` table is of; None where there is no such kind."""
+    kind = raw.get("kind")
+    if kind == "matrices" and "file" in raw:
+        return MODEL
+    return STRUCTURES.get(kind) if isinstance(kind, str) else None
+
+
+def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
+    """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
+    found = Gathering()
+    described = found.take(_described, raw, folder, tell, found)
+    return described or Described(), [fault.inside("structure") for fault in found.faults]
+
+
+def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Described:
+    if not isinstance(raw, Mapping):
+        raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
+    chosen, given = structure_kind(raw), raw.get("kind")
+    kinds = ", ".join(f'"{kind}"' for kind in STRUCTURES)
+    if given is None:
+        raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {kinds}"))
+    if chosen is None:
+        guess = suggestion(given, STRUCTURES)
+        known = f"this version knows {kinds}"
+        raise InputError(Fault("kind", known, found=toml(given), remedy=guess if guess.startswith("did") else ""))
+    row, faults = read_table(chosen.table, raw, ())
+    found.faults += faults
+    return chosen.build(row, folder, tell, found)
+
+
+def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
+    """Take the tables of :data:`REQUESTS` out of a case; what is right of them, and every fault within one."""
+    found: dict[str, RequestTable] = {}
+    faults: list[Fault] = []
+    for name, model in REQUESTS.items():
+        given = raw.pop(name, None)
+        if isinstance(given, Mapping):
+            row, wrong = read_table(model, given, (name,))
+            found[name] = row.table
+            faults += wrong
+        elif given is not None:
+            faults.append(Fault(name, found=toml(given), expected=f"one table [{name}]"))
+    return found, faults

@@ -1,0 +1,145 @@
+"""What every ``[structure]`` of a case is: what its kinds make, and what reductions of finite element models share."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipstick.case.script_text import GivenText
+from slipstick.case.table import Table
+from slipstick.case.validation import ReadTable
+from slipstick.errors import Fault, InputError, SlipstickError, SlipstickWarning
+from slipstick.faults import Gathering
+
+if TYPE_CHECKING:
+    from slipstick.fem.imported import ImportedModel
+    from slipstick.models.reduced_body import ReducedBody
+    from slipstick.solve.linear.modes import StageProgress
+    from slipstick.structure.protocol import Structure
+
+Tell = Callable[[str], None]
+CACHE = "slipstick-cache"
+"""Folder beside the case in which reductions are kept."""
+_EVERY = 4.0
+
+
+def silent(_text: str) -> None:
+    """A listener that says nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """The structure of a case, and the finite element model behind it where there is one.
+
+    ``model``: an imported model that is the structure itself. ``force``: a reduction that is too coarse is taken all
+    the same. ``seconds``: what it took to make or to read it.
+    """
+
+    structure: Structure
+    reduced: ReducedBody | None = None
+    model: ImportedModel | None = None
+    force: bool = False
+    seconds: float = 0.0
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is approximated or is suspicious in the model, one sentence each."""
+        behind = self.reduced or self.model
+        return () if behind is None else behind.warnings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Described:
+    """What a ``[structure]`` table says: the body, where nothing is wrong with it, and the dofs as far as known."""
+
+    body: Body | None = None
+    dofs: Sequence[str] | None = None
+    made: bool = False
+    """Whether it is known what the structure is, though not all of it is right."""
+
+    @property
+    def structure(self) -> Structure | None:
+        """The structure, where nothing is wrong with it."""
+        return self.body.structure if self.body is not None else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StructureKind:
+    """One ``kind`` of ``[structure]``; :data:`slipstick.case.sections.STRUCTURES` lists them.
+
+    ``table``: its keys. ``build``: what it makes of them, as far as they are right; the faults it finds go to the
+    gathering. ``script``: the lines of Python that make ``structure`` (``body`` too where there is one) in a folder.
+    """
+
+    table: type[Table]
+    build: Callable[[ReadTable, Path, Tell, Gathering], Described]
+    script: Callable[[GivenText, Path], list[str]]
+
+
+def within(fault: Fault, keys: Sequence[str]) -> Fault:
+    """A fault of the model at the key it belongs to, else at its file or the table as a whole."""
+    if fault.where and fault.where[0] in keys:
+        return fault
+    return fault.inside("file") if "file" in keys else fault
+
+
+def reducing_kind(
+    table: type[Table], make: Callable[..., Body], script: Callable[[GivenText, Path], list[str]]
+) -> StructureKind:
+    """A finite element kind, which takes time to make: nothing is made of a table with faults."""
+    keys = tuple(table.model_fields)
+
+    def build(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Described:
+        if not row.complete:
+            return Described()
+        try:
+            body = make(row.table, folder, tell)
+        except InputError as error:
+            found.faults += [within(fault, keys) for fault in error.faults]
+            return Described()
+        return Described(body=body, dofs=body.structure.dofs)
+
+    return StructureKind(table=table, build=build, script=script)
+
+
+def reduction_folder(folder: Path) -> Path | None:
+    """Where reductions are kept; None where the folder of the case cannot be written."""
+    own = folder / CACHE
+    return own if os.access(own if own.exists() else folder, os.W_OK) else None
+
+
+def stages(tell: Tell) -> Callable[[StageProgress], None]:
+    """A listener that tells each stage when it begins, and now and then how far it is."""
+    last, stage = [time.monotonic()], [""]
+
+    def hear(event: StageProgress) -> None:
+        now = time.monotonic()
+        if event.stage != stage[0]:
+            tell(f"  {event.stage} ...")
+        elif now - last[0] >= _EVERY:
+            tell(f"  {event.stage}: {event.done} of {event.total}")
+        else:
+            return
+        last[0], stage[0] = now, event.stage
+
+    return hear
+
+
+def reduced(tell: Tell, make: Callable[[Callable[[StageProgress], None]], ReducedBody], *, force: bool) -> Body:
+    """A reduction; one that does not succeed is a fault of the case. Its error is judged with the whole case."""
+    began = time.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SlipstickWarning)
+            body = make(stages(tell))
+    except InputError:
+        raise
+    except SlipstickError as error:
+        raise InputError(Fault(statement=str(error))) from None
+    tell(f"  {body.structure.omega.size} modes")
+    return Body(structure=body.structure, reduced=body, force=force, seconds=time.perf_counter() - began)

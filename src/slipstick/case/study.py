@@ -1,0 +1,60 @@
+"""``[study]``: parameters and their values, and how these make cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from slipstick.case.table import toml
+from slipstick.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from slipstick.balance.problem import Problem
+    from slipstick.studies.plan import StudyPlan
+
+STUDY_KEYS = ("method", "samples", "seed")
+"""Keys of ``[study]`` besides the names of parameters."""
+
+
+def study_plan(section: Any, problem: Problem) -> StudyPlan:
+    """The cases that ``[study]`` asks for; raises InputError with all faults in it."""
+    from slipstick.studies.plan import make_plan
+
+    given, options = _read(section)
+    return make_plan(problem, given, **options)
+
+
+def check_study(section: Any) -> None:
+    """InputError with the faults of ``[study]`` that show without a problem."""
+    from slipstick.studies.plan import study_faults
+
+    given, options = _read(section)
+    if faults := study_faults(given, **options):
+        raise InputError(faults)
+
+
+def _read(section: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Parameters with their values, and the other keys."""
+    if not isinstance(section, Mapping):
+        expected = 'a table of parameters such as "damper.velocity" = [0, 1, 10]'
+        raise InputError(Fault("study", found=toml(section), expected=expected))
+    options = {key: section[key] for key in STUDY_KEYS if key in section}
+    return dict(_flat({key: value for key, value in section.items() if key not in options}, "")), options
+
+
+def cases_text(plan: StudyPlan) -> str:
+    """How many cases there are, along what."""
+    sizes = zip(plan.dims, plan.shape, strict=True)
+    along = " x ".join(f"{name} ({size})" for name, size in sizes) if plan.axes else ", ".join(plan.names)
+    return f"{len(plan)} cases, {along}"
+
+
+def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """``damper.velocity = [0, 1]`` without quotes is a table in TOML; it means the same."""
+    from slipstick.studies.ranges import KEYS
+
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value and not set(value) & set(KEYS):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value

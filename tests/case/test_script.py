@@ -1,0 +1,265 @@
+"""A script says what its case says: the same numbers to the last bit."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+
+import slipstick as ss
+from slipstick.case.load import LoadTable
+from slipstick.case.script import python_script
+from slipstick.case.script_text import GivenText, literal, quantity_text
+from slipstick.cli.examples import examples
+from slipstick.errors import InputError
+from slipstick.fem.box import box
+from slipstick.importers.mesh_model import MeshModel, assemble_mesh
+from slipstick.io.model_file import save_model
+
+CASES = [name for name, example in examples().items() if example.is_case]
+OSCILLATOR = examples()["oscillator"].path.read_text(encoding="utf-8")
+pytestmark = pytest.mark.filterwarnings("ignore::slipstick.errors.SlipstickWarning")
+
+
+def written(path: Path) -> Any:
+    """The script of a case file, as a module."""
+    script = path.with_suffix(".py")
+    script.write_text(python_script(path.read_text("utf-8"), path.name, path.parent), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(f"script_{path.stem}", script)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def same(path: Path) -> None:
+    theirs, ours = written(path).compute().dataset, ss.Case.from_file(path).run().dataset
+    assert set(theirs) == set(ours)
+    for name in (*ours, *ours.coords):
+        np.testing.assert_array_equal(theirs[name].values, ours[name].values, err_msg=name)
+        assert theirs[name].attrs == ours[name].attrs
+    kept = {"case", "case_file", "seconds", "frequency_unit"}
+    assert {k: v for k, v in theirs.attrs.items() if k not in kept | {"title"}} == {
+        k: v for k, v in ours.attrs.items() if k not in kept | {"title"}
+    }
+
+
+def copied(name: str, folder: Path, *changes: tuple[str, str]) -> Path:
+    found = examples()[name]
+    for path in found.needs:
+        (folder / path.name).write_bytes(path.read_bytes())
+    text = found.path.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / found.path.name).write_text(text, encoding="utf-8")
+    return folder / found.path.name
+
+
+SHORT = {
+    "blade": [('to = "330 Hz"', 'to = "151 Hz"'), ("modes = 32", "modes = 4\ncontacts = 2\nforce = true")],
+    "blade_reduced": [('to = "240 Hz"', 'to = "200 Hz"')],
+    "blade_reduced_hot_rub": [('to = "240 Hz"', 'to = "196 Hz"')],
+    "blade_reduced_no_rub": [('to = "325 Hz"', 'to = "295 Hz"')],
+}
+"""The whole curves are for `make verify`."""
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_example_in_part(tmp_path: Path, name: str) -> None:
+    same(copied(name, tmp_path, *SHORT.get(name, [])))
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("name", SHORT)
+def test_every_example(tmp_path: Path, name: str) -> None:
+    same(copied(name, tmp_path))
+
+
+MORE = {
+    "a parameter": (
+        "from = 2.0",
+        'parameter = "damper.velocity"\nomega = "40 rpm"\nfrom = 10.0\npeaks_of = "x"\nmax_step = 0.05',
+    ),
+    "kilohertz": ("from = 2.0", 'from = "0.0004 kHz"\nat = ["0.5 Hz", 4.0, "3.5 rad/s"]'),
+    "logarithmic points": ("from = 2.0", 'from = "0.4 Hz"\nat = { count = 7, spacing = "log" }'),
+    "points": ("from = 2.0", "from = 2.0\nat = { count = 5 }"),
+    "units": ("harmonics =", 'units = { length = "mm", time = "s" }\nharmonics ='),
+    "orders": ('harmonics = "0..10"', "harmonics = [0, 1, 2, 3, 4, 6]\nperiod_ratio = [2, 1]"),
+    "a phase": ("sin = 100.0", 'amplitude = 100.0\nphase = "-30 deg"'),
+    "a table of cosines": ('tangential = "x"', "tangential = { x = -0.5 }"),
+    "a gap": ("normal_load = 800.0", "kn = 20.0\ngap = -40.0"),
+    "mu over temperature": (
+        "mu = 0.3",
+        'mu = { table = [[20, 0.3], [99, 0.25], [300, 0.2]], interpolation = "natural" }\n'
+        "thermal = { background = 20.0, resistance = 0.1 }",
+    ),
+    "a loss factor": ("stiffness =", "loss_factor = 0.01\nstiffness ="),
+    "title": ("SDOF oscillator", 'A \\"mass\\" \\\\ of ö'),
+}
+
+
+@pytest.mark.parametrize("what", MORE)
+def test_what_a_case_may_say(tmp_path: Path, what: str) -> None:
+    same(copied("oscillator", tmp_path, MORE[what], ("to = 15.0", "to = 5.0")))
+
+
+def test_matrices_in_files(tmp_path: Path) -> None:
+    K = np.array([[60.0, -20.0], [-20.0, 20.0]])
+    scipy.io.mmwrite(tmp_path / "K.mtx", scipy.sparse.coo_array(K), symmetry="symmetric")
+    np.savez(tmp_path / "M.npz", mass=np.diag([1.0, 0.5]))
+    scipy.sparse.save_npz(tmp_path / "C.npz", scipy.sparse.csr_array(0.01 * K))
+    structure = '[structure]\nkind = "matrices"\ncount = 2\nmass = "M.npz"\nstiffness = "K.mtx"\ndamping = "C.npz"\n\n'
+    begin, end = OSCILLATOR.index("[structure]"), OSCILLATOR.index("[[load]]")
+    text = (OSCILLATOR[:begin] + structure + OSCILLATOR[end:]).replace('"x"', '"2"').replace("to = 15.0", "to = 4.0")
+    (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+    same(tmp_path / "case.toml")
+
+
+BLOCKS = """
+[[contact]]
+name = "pad"
+points = [2, 1]
+direction = [0.0, 1.0, 1.0]
+normal = "surface"
+kt = 1e5
+kn = 2e4
+mu = { table = [[20, 0.4], [200, 0.2]] }
+normal_load_total = 1.0
+rubbing = { velocity = 0.005 }
+thermal = { resistance = 2.0 }
+[[contact]]
+name = "curve"
+points = [3]
+direction = [1.0, 0.0, 0.0]
+kt = 2e5
+mu = 0.3
+normal_load = 0.7
+"""
+SINGLE = """
+[[contact]]
+name = "beside"
+tangential = "c2x"
+kt = 1e5
+mu = 0.3
+normal_load = 1.0
+thermal = { resistance = 3.0 }
+"""
+HEATS = {
+    "with one beside": '[thermal]\ninfluence = "structure"\nbackground = 20.0\n',
+    "of the structure": '[thermal]\ninfluence = "structure"\nbackground = 20.0\n',
+    "of some": '[thermal]\ninfluence = "structure"\nbackground = 20.0\ncontacts = ["pad 1", "curve 3"]\n',
+    "in numbers": "[thermal]\ninfluence = [[3.0, 1.0], [1.0, 3.0]]\nbackground = 20.0\n",
+}
+
+
+@pytest.mark.parametrize("heat", HEATS)
+def test_a_finite_element_model_with_heat(tmp_path: Path, heat: str) -> None:
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (4, 2, 1), "hex20"))
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
+    blocks = BLOCKS.replace("points = [2, 1]", "points = [1]") if heat == "in numbers" else BLOCKS
+    if heat == "with one beside":
+        blocks += SINGLE
+    if heat == "in numbers":
+        blocks = blocks.replace("thermal = { resistance = 2.0 }\n", "")
+    text = f"""format = 1
+harmonics = "0..3"
+[structure]
+kind = "fe"
+file = "model.h5"
+material = {{ conductivity = 40.0 }}
+surface = {{ direction = [0, 1, 0], depth = 0.3 }}
+contacts = 3
+radius = 1.2e-2
+pressure = {{ push = "z1" }}
+base = ["z"]
+rotation = {{ speed = 100, models = {{ "200" = "model.h5" }} }}
+films = {{ boundary = 100.0 }}
+cold = "x0"
+modes = 6
+loss_factor = 0.01
+[[load]]
+shape = "push"
+cos = 500.0
+[[load]]
+base = "z"
+motion = "acceleration"
+cos = 2.0
+{blocks}
+[response]
+from = "150 Hz"
+to = "170 Hz"
+{HEATS[heat]}
+"""
+    (tmp_path / "case.toml").write_text(text)
+    same(tmp_path / "case.toml")
+
+
+def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
+    mu = "{ table = [[20, 0.3], [300, 0.2]] }"
+    text = copied("opening_contact", tmp_path).read_text()
+    first = text[text.index("[[contact]]") : text.index("[response]")].replace("mu = 0.3", f"mu = {mu}")
+    second = (
+        first.replace('"shoe"', '"heel"').replace('"x"', "{ x = 0.5 }")
+        + "thermal = { background = 30.0, resistance = 0.2 }\n"
+    )
+    heat = '[thermal]\ninfluence = [[0.1]]\ncontacts = ["shoe"]\nbackground = 20.0\n'
+    text = text.replace(text[text.index("[[contact]]") : text.index("[response]")], first + second + heat)
+    (tmp_path / "case.toml").write_text(text.replace("to = 15.0", "to = 4.0"))
+    same(tmp_path / "case.toml")
+
+
+def test_a_key_without_a_counterpart_is_told() -> None:
+    given = GivenText({"dof": "x", "cos": 1.0}, LoadTable)
+    given.take("dof")
+    with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
+        given.end("[[load]]")
+
+
+@pytest.mark.parametrize("value, text", [
+    ("150 Hz", "150.0 * HZ"), ("3e3rpm", "3000.0 * RPM"), (".5 kHz", "0.5 * KHZ"), ("2 rad/s", "2.0"),
+    ("-90 deg", "-90.0 * DEG"), ("90°", "90.0 * DEG"), (3, "3.0"), ("1e-3 rad", "0.001"),
+])  # fmt: skip
+def test_quantities(value: Any, text: str) -> None:
+    assert quantity_text(value) == text
+
+
+def test_literals_are_exact() -> None:
+    for number in (0.1, 1e300, 5e-324, -2.08e11, 1 / 3, 123456789.123456789, 1e6, -0.0):
+        assert eval(literal(number)) == number
+    assert eval(literal({"a": ["x" * 99, None, True, (1, 2.5)] * 9})) == {"a": ["x" * 99, None, True, (1, 2.5)] * 9}
+
+
+def test_matrices_of_a_model_file(tmp_path: Path) -> None:
+    mesh = MeshModel(mesh=box((0.2, 0.02, 0.01), (2, 1, 1), "hex20"))
+    steel = ss.Material(young=2e11, poisson=0.3, density=7800.0)
+    save_model(assemble_mesh(mesh, source="beam", material=steel, fixed=["x0"]), tmp_path / "model.h5")
+    end = next(name for name in ss.import_model(tmp_path / "model.h5").dofs if name.endswith("z"))
+    (tmp_path / "case.toml").write_text(f"""format = 1
+harmonics = "0..1"
+[structure]
+kind = "matrices"
+file = "model.h5"
+rotation = {{ speed = "3000 rpm", axis = {{ direction = [0, 1, 0] }} }}
+loss_factor = 0.02
+[[load]]
+dof = "{end}"
+cos = 1.0
+[[contact]]
+name = "pad"
+tangential = "{end}"
+kt = 1e4
+mu = 0.3
+normal_load = 0.1
+[response]
+from = "50 Hz"
+to = "52 Hz"
+""")
+    same(tmp_path / "case.toml")
