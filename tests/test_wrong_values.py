@@ -192,7 +192,7 @@ ENTRIES: dict[str, tuple[Callable[[], Callable[..., Any]], dict[str, Any]]] = {
         {
             "structure": STRUCTURE, "contacts": [PAIR], "loads": [LOAD], "harmonics": H, "outputs": ["x"],
             "period_ratio": (1, 1), "title": "t", "units": {"length": "mm"}, "load": 1.0, "friction": 1.0,
-            "thermal": None, "told": None,
+            "thermal": None, "states": (), "told": None,
         },
     ),
     "Problem.parameter": (lambda: PROBLEM.parameter, {"name": "damper.mu"}),

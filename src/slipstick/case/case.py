@@ -51,7 +51,7 @@ class Reading:
     response: ResponseTable
     frequency_unit: str
     warnings: tuple[str, ...]
-    """What looks wrong in the text itself."""
+    """What is suspicious in the text itself."""
 
 
 def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Reading:

@@ -364,7 +364,7 @@ class Law(ABC):
         return np.zeros(len(next(iter(values.values()), ())), dtype=bool)
 
     def warnings(self, values: Mapping[str, float], ports: set[str], approach: float) -> Iterator[str]:
-        """What looks wrong in one contact with these ports, whose opposing surface comes no nearer than that."""
+        """What is suspicious in one contact with these ports, whose opposing surface comes no nearer than that."""
         del values, ports, approach
         return iter(())
 

@@ -15,7 +15,7 @@ from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
-from slipstick.faults import Gathering, frequency, in_radians, numbers, one, shown, wrong
+from slipstick.faults import SMALLEST, Gathering, frequency, in_radians, numbers, one, shown, wrong
 from slipstick.results.measures import amplitude
 from slipstick.results.record import Outputs
 from slipstick.results.schema import attributes_of, layout_of, make_table
@@ -79,7 +79,7 @@ def frequencies_of(given: Any, units: Units | None) -> Array:
     elif isinstance(given, list | tuple):
         given = [in_radians(("omega", i), value, units) for i, value in enumerate(given)]
     w = np.atleast_1d(numbers("omega", given, expected))
-    if w.ndim > 1 or w.size == 0 or np.any(w <= 0):
+    if w.ndim > 1 or w.size == 0 or np.any(w < SMALLEST):
         raise wrong("omega", given, expected)
     return w
 

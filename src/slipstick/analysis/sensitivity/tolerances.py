@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, number, shown, wrong
 from slipstick.results.sensitivities import parameter_names
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
+    import xarray
+
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
 
@@ -66,7 +67,7 @@ def checked_tolerances(problem: Problem, given: Any) -> dict[str, float]:
 def amplitude_band(branch: Branch, dof: str, tolerances: Any) -> Band:
     """``a -+ sum |da/ds| share |s|`` at every point, not below 0."""
     shares = _shares(branch, tolerances)
-    found = sensitivity_of(branch, list(shares), dof, together=False)
+    found = _sensitivity(branch, shares, dof)
     size = np.abs(found["value"].to_numpy()) * np.array(list(shares.values()))
     spread = np.nan_to_num(np.abs(found["amplitude"].to_numpy())).T @ size
     amplitude = branch.table["amplitude"].to_numpy()[:, branch.dof_index(dof)]
@@ -79,7 +80,7 @@ def ranked_bars(branch: Branch, dof: str, point: int, tolerances: Any = None) ->
     if tolerances is None:
         tolerances = {name: DEFAULT for name in parameter_names(problem) if problem.parameter(name) != 0.0}
     shares = _shares(branch, tolerances)
-    found = sensitivity_of(branch, list(shares), dof, together=False)
+    found = _sensitivity(branch, shares, dof)
     slopes = found["amplitude"].to_numpy()[:, point] * found["value"].to_numpy()
     made = [Bar(name, share, float(s) * share) for (name, share), s in zip(shares.items(), slopes, strict=True)]
     return sorted((bar for bar in made if np.isfinite(bar.change)), key=lambda bar: -abs(bar.change))
@@ -89,3 +90,10 @@ def _shares(branch: Branch, tolerances: Any) -> dict[str, float]:
     if branch.problem is None:
         raise InputError(f"tolerances need the problem of the branch, which is not known: {branch.without}")
     return checked_tolerances(branch.problem, tolerances)
+
+
+def _sensitivity(branch: Branch, shares: Mapping[str, float], dof: str) -> xarray.Dataset:
+    """Derivatives by the parameters with tolerances, loaded where there are any: most reports have none."""
+    from slipstick.analysis.sensitivity.sensitivity import sensitivity_of
+
+    return sensitivity_of(branch, list(shares), dof, together=False)
