@@ -1,4 +1,4 @@
-"""The command line: the verbs in the order in which its help lists them, each a file of its own in ``verbs``."""
+"""The command line: what it does in the order of its help, each a file of its own."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ VERBS = (
     *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles"),
     *("check", "init", "import_", "info", "verify"),
 )
-"""Files of ``verbs``."""
+"""Files in the folder of that name, each with a function of its own name, in the order of the help."""
 
 for _name in VERBS:
-    import_module(f"slipstick.cli.verbs.{_name}")
+    app.command(_name.rstrip("_"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
 
 
 def _version(wanted: bool) -> None:

@@ -1,4 +1,4 @@
-"""What makes a function a verb: it is registered with its options, ends by an exit code, and can answer as JSON."""
+"""What makes a function a verb: it ends by an exit code, and can answer as JSON."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _JSON = inspect.Parameter(
 
 
 def verb(function: Callable[..., int | None]) -> Callable[..., None]:
-    """Make a function a verb of its name; its docstring is the help, its parameters are arguments and options.
+    """Make a function a verb; its docstring is the help, its parameters are arguments and options.
 
     It returns the exit code (None: done); faults become sentences and exit codes. One with a parameter ``answer`` gets
     the option ``--json``: what it puts there is printed as one JSON document.
@@ -54,5 +54,4 @@ def verb(function: Callable[..., int | None]) -> Callable[..., None]:
         parameters=[*shown, _JSON] if answers else shown, return_annotation=None
     )
     called.__annotations__ = {}
-    app.command(function.__name__.rstrip("_"))(called)
     return called

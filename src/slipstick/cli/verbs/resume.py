@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.case.source import read_text
 from slipstick.cli.options import Figures, Formats, NoFigures, Quiet, Report, TimeLimit
 from slipstick.cli.output import FolderOfRun
 from slipstick.cli.run_options import PLAIN, UNFINISHED, RunOptions, run_options
@@ -199,6 +198,8 @@ def _same_versions(attributes: Mapping[str, Any], journal: Path) -> None:
 
 def _same_text(text: str, copies: Sequence[Path]) -> None:
     """Raises InputError where the case was changed since the run began; one that is gone is read from the results."""
+    from slipstick.case.source import read_text
+
     for copy in copies:
         if copy.is_file() and read_text(copy) != text:
             raise InputError(
