@@ -171,7 +171,7 @@ class Session:
         if words[0] == "slipstick":
             from typer.testing import CliRunner
 
-            from slipstick.app.cli import app
+            from slipstick.cli.main import app
 
             done = CliRunner().invoke(app, words[1:], catch_exceptions=False)
             assert done.exit_code == 0, f"{' '.join(words)}\n{done.output}"

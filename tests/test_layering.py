@@ -28,7 +28,7 @@ ORDER = (
     ("studies",),
     ("verify",),
     ("case",),
-    ("app",),
+    ("cli",),
     ("__main__",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ORDER) for room in rooms}
@@ -94,7 +94,7 @@ def test_checker_sees_a_wrong_import() -> None:
         "from ..balance import problem\n"
         "import slipstick.io.store\n"
         "from slipstick import plots\n"
-        "if TYPE_CHECKING:\n    from slipstick.app import cli\n"
+        "if TYPE_CHECKING:\n    from slipstick.cli import main\n"
         "def late() -> None:\n    from slipstick.verify import table\n"
     )
     tree, path = ast.parse(source), ROOT / "trig" / "x.py"

@@ -63,7 +63,7 @@ def test_every_public_name_is_in_the_reference() -> None:
 def test_every_verb_is_on_the_page_of_the_command_line() -> None:
     import typer
 
-    from slipstick.app.cli import app
+    from slipstick.cli.main import app
 
     verbs = typer.main.get_command(app).commands
     named = re.findall(r"^\| `slipstick (\w+)", text(DOCS / "command-line.md"), flags=re.MULTILINE)
@@ -129,7 +129,7 @@ def test_one_version_everywhere() -> None:
 
 
 def test_every_example_is_in_the_gallery() -> None:
-    from slipstick.app.verbs.examples import examples
+    from slipstick.cli.examples import examples
 
     gallery = "".join(text(DOCS / name) for name in ("examples.md", "blade.md"))
     for name, example in examples().items():

@@ -8,9 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.cli import app
-from slipstick.app.verbs.run import peak_lines
 from slipstick.case.case import Case
+from slipstick.cli.main import app
+from slipstick.cli.verbs.run import peak_lines
 from slipstick.units import Units, after_number
 
 NAMES = {"length": "mm", "force": "N", "time": "s", "temperature": "degC"}

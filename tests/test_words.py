@@ -67,7 +67,7 @@ def public() -> Iterator[object]:
     yield from (getattr(ss, name) for name in ss.__all__)
     for module, name in re.findall(r"^\.\. autoclass:: (slipstick[\w.]+)\.(\w+)$", page, flags=re.MULTILINE):
         yield getattr(import_module(module), name)
-    yield import_module("slipstick.app.cli")
+    yield import_module("slipstick.cli.main")
 
 
 def docstrings(thing: object) -> Iterator[str]:

@@ -16,9 +16,9 @@ import pytest
 from helpers.cases import oscillator
 
 import slipstick as ss
-from slipstick.app.verbs.examples import example
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.run import run_case
+from slipstick.cli.examples import example
+from slipstick.cli.run_options import RunOptions
+from slipstick.cli.verbs.run import run_case
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.models.blade_mesh import BladeShape
@@ -106,7 +106,7 @@ def ended() -> Callable[..., Any]:
     """Goes on with what is complete."""
     if not Path("run").exists():
         Path("case.toml").write_text(SHORT_CASE)
-        run_case(Path("case.toml"), Path("run"), manner=Manner(figures=False, report=False, quiet=True))
+        run_case(Path("case.toml"), Path("run"), options=RunOptions(figures=False, report=False, quiet=True))
     return ss.resume
 
 

@@ -47,7 +47,7 @@ _PUBLIC = {
     "track_peak": "slipstick.analysis.peaks.tracking",
     "transient": "slipstick.analysis.time_domain.transient",
     "study": "slipstick.studies.study",
-    "resume": "slipstick.app.verbs.resume",
+    "resume": "slipstick.cli.resume",
     "Progress": "slipstick.progress",
     "InputError": "slipstick.errors",
     "Outcome": "slipstick.errors",
@@ -70,13 +70,13 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.analysis.peaks.tracking import track_peak as track_peak
     from slipstick.analysis.self_excited.limit_cycles import limit_cycles as limit_cycles
     from slipstick.analysis.time_domain.transient import transient as transient
-    from slipstick.app.verbs.resume import resume as resume
     from slipstick.balance.contacts import ContactPair as ContactPair
     from slipstick.balance.loads import Load as Load
     from slipstick.balance.problem import Problem as Problem
     from slipstick.branch import Branch as Branch
     from slipstick.case.case import Case as Case
     from slipstick.case.case import load_case as load_case
+    from slipstick.cli.resume import resume as resume
     from slipstick.contact.casing import casing_motion as casing_motion
     from slipstick.contact.friction import FrictionContact as FrictionContact
     from slipstick.contact.friction import contact_forces as contact_forces

@@ -1,6 +1,6 @@
 """``python -m slipstick`` is the ``slipstick`` command."""
 
-from slipstick.app.cli import main
+from slipstick.cli.main import main
 
 if __name__ == "__main__":
     main()

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.verbs.examples import example
 from slipstick.balance.kinds import KINDS
 from slipstick.balance.parameters import known_parameters, parameter_path, parameter_units
 from slipstick.balance.ports import Balance
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.cli.examples import example
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh
 from slipstick.structure.modal import LoadShape

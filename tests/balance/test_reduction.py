@@ -13,10 +13,10 @@ from scipy import sparse
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.cli import app
 from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.reduction import harmonic_weights, reduction_faults, reduction_warnings, worst_error
 from slipstick.case.case import Case
+from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.structure.modal import ModalStructure
 

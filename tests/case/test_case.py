@@ -382,7 +382,7 @@ def test_a_run_projects_the_structure_three_times(tmp_path: Path, monkeypatch: p
     """For its warnings and its recorder, for the curve, and for the linear limits in the report; damping is looked at
     through one port by the first two.
     """
-    from slipstick.app.cli import app
+    from slipstick.cli.main import app
     from slipstick.structure.matrices import MatrixStructure
 
     counted: list[int] = []

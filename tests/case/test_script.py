@@ -12,10 +12,10 @@ import scipy.io
 import scipy.sparse
 
 import slipstick as ss
-from slipstick.app.verbs.examples import examples
 from slipstick.case.load import LoadTable
 from slipstick.case.script import python_script
 from slipstick.case.script_text import GivenText, literal, quantity_text
+from slipstick.cli.examples import examples
 from slipstick.errors import InputError
 from slipstick.fem.box import box
 from slipstick.importers.mesh_model import MeshModel, assemble_mesh

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipstick as ss
-from slipstick.app.verbs.examples import example
+from slipstick.cli.examples import example
 
 TEXT = example("oscillator").path.read_text(encoding="utf-8").replace("to = 15.0", "to = 5.0\nAT")
 

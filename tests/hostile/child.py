@@ -24,7 +24,7 @@ import samples
 from mutations import mutated_bytes, mutated_text
 from typer.testing import CliRunner
 
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 from slipstick.errors import InputError
 from slipstick.io.loading import load
 

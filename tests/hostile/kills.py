@@ -21,9 +21,9 @@ import xarray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers.cases import oscillator
 
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.resume import resume_run
-from slipstick.app.verbs.run import run_case
+from slipstick.cli.run_options import RunOptions
+from slipstick.cli.verbs.resume import resume_run
+from slipstick.cli.verbs.run import run_case
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
@@ -34,7 +34,7 @@ CASE = oscillator(
 )
 
 
-QUIET = Manner(figures=False, report=False, quiet=True)
+QUIET = RunOptions(figures=False, report=False, quiet=True)
 WORK = ("seconds",)
 """Attributes that tell of the time, not of the points."""
 
@@ -111,20 +111,20 @@ def main(count: int, folder: Path) -> None:
     rng, case = random.Random(1), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(CASE)
-    run_case(case, folder / "whole", manner=QUIET)  # compiles the kernel where that is new
+    run_case(case, folder / "whole", options=QUIET)  # compiles the kernel where that is new
     begin = time.perf_counter()
-    run_case(case, folder / "again", manner=QUIET)
+    run_case(case, folder / "again", options=QUIET)
     length = time.perf_counter() - begin
     reference, found = load_dataset(folder / "whole" / "results.nc"), []
     same(load_dataset(folder / "again" / "results.nc"), reference)
     for number in range(count):
         out = folder / f"out{number}"
-        stored = killed(lambda out=out: run_case(case, out, manner=QUIET), rng.uniform(0.0, length))
+        stored = killed(lambda out=out: run_case(case, out, options=QUIET), rng.uniform(0.0, length))
         found.append(check(out, stored, reference))
         if (out / "results.nc").exists() or (out / "results.nc.journal").exists():
             gone_on(out, rng, length, reference)
         else:  # killed before there was anything to go on with; its lock holds nobody up
-            assert run_case(case, out, manner=QUIET) == 0
+            assert run_case(case, out, options=QUIET) == 0
         shutil.rmtree(out, ignore_errors=True)
     print(f"{count} kills, {min(found)} to {max(found)} of {reference.sizes['point']} points", file=sys.__stdout__)
 

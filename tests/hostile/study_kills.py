@@ -16,8 +16,8 @@ from pathlib import Path
 import xarray
 from kills import CASE, QUIET, killed, same
 
-from slipstick.app.verbs.resume import resume_run
-from slipstick.app.verbs.study import Spread, holds_study, run_study
+from slipstick.cli.verbs.resume import resume_run
+from slipstick.cli.verbs.study import Spread, holds_study, run_study
 from slipstick.io.journal import read_journal
 from slipstick.io.loading import load_dataset
 from slipstick.studies.folder import CURVES_FILE, STUDY_FILE, StudyFolder
@@ -41,13 +41,13 @@ def main(count: int, folder: Path) -> None:
     rng, case = random.Random(2), folder / "case.toml"
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     case.write_text(STUDY)
-    run_study(case, folder / "whole", spread=HERE, manner=QUIET)  # compiles the kernel where that is new
+    run_study(case, folder / "whole", spread=HERE, options=QUIET)  # compiles the kernel where that is new
     begin = time.perf_counter()
-    run_study(case, folder / "again", spread=HERE, manner=QUIET)
+    run_study(case, folder / "again", spread=HERE, options=QUIET)
     length, reference, found = time.perf_counter() - begin, results(folder / "whole"), []
     for number in range(count):
         out = folder / f"out{number}"
-        work = lambda out=out: run_study(case, out, spread=HERE, manner=QUIET)  # noqa: E731
+        work = lambda out=out: run_study(case, out, spread=HERE, options=QUIET)  # noqa: E731
         stored = killed(work, rng.uniform(0.0, length), STORED)
         journal = out / "study.journal"
         kept = len(read_journal(journal).rows) if journal.exists() else stored

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 
 SOUND = """\
 format = 1

@@ -13,7 +13,7 @@ from helpers.gmsh import beam, write_inp, write_msh
 from helpers.study_case import CASE
 from typer.testing import CliRunner, Result
 
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 
 MATERIAL = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
 
@@ -362,7 +362,7 @@ def test_what_the_system_refuses_is_a_sentence(workshop: Path, monkeypatch: pyte
 
 def test_a_study_killed_before_its_first_case_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It had no journal until then: what was resumed was called complete."""
-    from slipstick.app.verbs import study
+    from slipstick.cli.verbs import study
 
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("[20, 30, 40]", "[20]"))

@@ -15,7 +15,7 @@ from helpers.study_case import CASE
 from typer.testing import CliRunner, Result
 
 import slipstick as ss
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.study import study_content
 from slipstick.report.writing import write_study_report

@@ -19,7 +19,7 @@ from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 from slipstick.results import record
 from slipstick.results.besides import Besides
 

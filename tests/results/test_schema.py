@@ -9,9 +9,9 @@ import pytest
 import xarray
 
 import slipstick as ss
-from slipstick.app.verbs.manner import Manner
-from slipstick.app.verbs.run import run_case
 from slipstick.case.case import Case
+from slipstick.cli.run_options import RunOptions
+from slipstick.cli.verbs.run import run_case
 from slipstick.results.schema import POINT_KINDS, VARIABLES
 
 CASE = """
@@ -49,7 +49,7 @@ def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     folder = tmp_path_factory.mktemp("schema")
     path = folder / "case.toml"
     path.write_text(CASE + RANGES[request.param])
-    assert run_case(path, folder / "out", manner=Manner(figures=False, quiet=True)) == 0
+    assert run_case(path, folder / "out", options=RunOptions(figures=False, quiet=True)) == 0
     branch = Case.from_file(path).run()
     assert "dry surfaces" in branch.warnings[0]
     assert request.param != "frequency" or "harmonics left out" in branch.warnings[-1]

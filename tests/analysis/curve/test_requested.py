@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.app.cli import app
+from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.content import content_of
 from slipstick.solve.continuation.locate import Locator

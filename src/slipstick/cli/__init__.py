@@ -1,0 +1,1 @@
+"""The command line: a verb is one file of `verbs`; what verbs share lies beside it."""

@@ -1,0 +1,49 @@
+"""The command line: what it does in the order of its help, each a file of its own."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from typing import Annotated
+
+import typer
+
+from slipstick.cli.verb import app
+
+VERBS = (
+    *("run", "resume", "report", "study", "track", "optimal", "modes", "cycles"),
+    *("check", "init", "import_", "info", "verify"),
+)
+"""Files in the folder of that name, each with a function of its own name, in the order of the help."""
+
+for _name in VERBS:
+    app.command(_name.rstrip("_"))(getattr(import_module(f"slipstick.cli.verbs.{_name}"), _name))
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from slipstick import __version__
+
+        typer.echo(f"slipstick {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point of the ``slipstick`` command."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    app(prog_name="slipstick")

@@ -1,0 +1,83 @@
+"""What verbs share that compute what one table of a case asks for, into a folder of its own."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipstick.cli.output import REPORT, OutputFolder
+from slipstick.cli.terminal.answers import Answer, files_in
+from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.errors import InputError, SlipstickWarning
+from slipstick.units import after_number
+
+if TYPE_CHECKING:
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
+
+
+def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+    """What is computed; its warnings are told from the results."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SlipstickWarning)
+        return compute(*arguments, **more)
+
+
+def case_with(path: Path, name: str, example: str) -> tuple[Case, Any]:
+    """A case and its table of that name, without which it is refused; the kernel is ready then."""
+    from slipstick.case.case import Case
+
+    case = Case.from_file(path)
+    if name not in case.further:
+        raise InputError(f"{path}: [{name}] is missing; give it, such as {example}")
+    prepare_kernel(complain)
+    return case, case.further[name]
+
+
+@contextmanager
+def folder_of(case: Case, output: Path | None, verb: str, force: bool) -> Iterator[OutputFolder]:
+    """The folder of the results, nobody else's meanwhile; by default ``CASE-verb``."""
+    folder = OutputFolder(output or Path(f"{case.name}-{verb}"), case_path=case.path, case_text=case.text, force=force)
+    try:
+        yield folder
+    finally:
+        folder.abandon()  # what holds something stays
+
+
+def written(case: Case, branch: Branch, folder: OutputFolder, answer: Answer, *, figures: Mapping[str, Any]) -> int:
+    """Save what was found, say how it ended; the exit code."""
+    branch.table.attrs.update(case.names)
+    for sentence in branch.warnings:
+        complain(f"warning: {sentence}")
+    answer |= {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
+    say(branch.message)
+    if len(branch):
+        folder.copy_case()
+        branch.save(folder.results)
+        branch.report(folder.work / REPORT)
+        for name, draw in figures.items():
+            from slipstick.plots import save_figure
+
+            save_figure(draw(branch), folder.work / name, formats=("png",))
+        if branch.outcome.ok:
+            folder.complete()
+        answer |= files_in(folder.work)
+        say(f"results in {folder.work}/")
+    if folder.replaces:
+        complain(f"the earlier results in {folder.folder} are untouched; the new ones are not complete")
+    return DONE if branch.outcome.ok else STOPPED
+
+
+def range_of(case: Case, table: Any) -> tuple[float, float]:
+    """Frequencies between which the peak is sought."""
+    return case.span if table.omega is None else table.omega
+
+
+def peak_text(case: Case, branch: Branch, amplitude: float, omega: float) -> str:
+    """How high a peak is, and where."""
+    unit = after_number(str(branch.table["amplitude"].attrs.get("units", "")))
+    return f"amplitude {amplitude:.6g}{unit} at {case.frequency_text(omega)}"

@@ -1,0 +1,270 @@
+"""The verb ``check``: what a case describes, what is suspicious, and what the linear limits are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import copysign, isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slipstick.cli.options import CasePath
+from slipstick.cli.terminal.answers import Answer, case_answer
+from slipstick.cli.terminal.guard import DONE, complain, say, warnings_said
+from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.verb import verb
+
+if TYPE_CHECKING:
+    from slipstick.balance.contacts import ContactPair
+    from slipstick.balance.problem import Problem
+    from slipstick.case.case import Case
+    from slipstick.units import Units
+
+_LISTED = 10
+_WAYS = 4
+"""Directions that are written out of contacts that are dragged alike."""
+
+
+@verb
+def check(
+    answer: Answer,
+    case: CasePath,
+    in_time: Annotated[
+        bool,
+        typer.Option("--in-time", help="Follow the curve too, and check its highest peaks by time integration."),
+    ] = False,
+) -> int:
+    """Everything run would refuse or warn of, and the modes of the structure."""
+    from slipstick.case.case import Case
+
+    return _described(Case.from_file(case, say), case, answer, in_time)
+
+
+def _described(case: Case, path: Path, answer: Answer, in_time: bool) -> int:
+    """Print what a case means, read with the code that ``run`` uses."""
+    from slipstick.case.study import cases_text
+    from slipstick.cli.full_model import show_full_model
+
+    problem = case.problem()
+    answer |= case_answer(case)
+    answer["warnings"] = print_warnings(case)
+    say(f"{case.title} ({path})")
+    _structure(case, problem)
+    _reduction(case, problem)
+    show_full_model(case.body, case.omega, max(problem.harmonics.orders), case.frequency_text)
+    _request(case, problem)
+    _contacts(problem)
+    answer["dragged"] = list(dragged(problem, case.omega))
+    for sentence in answer["dragged"]:
+        say(sentence)
+    _stiffness(problem)
+    if case.plan is not None:
+        say(f"study: {cases_text(case.plan)}: 'slipstick study {path}' computes them")
+        answer["cases"] = len(case.plan)
+        answer["warnings"] += _complained(case.plan.warnings)
+    for name in case.further:
+        say(f"[{name}]: 'slipstick {name} {path}' computes it; 'slipstick run' computes [response] alone")
+    if case.parameter is None:
+        answer["linear"] = _linear_limits(case, problem)
+    say(f"ok: 'slipstick run {path}' can start")
+    return _in_time(case, answer) if in_time else DONE
+
+
+def _in_time(case: Case, answer: Answer) -> int:
+    from slipstick.cli.in_time import AGREES, check_curve
+
+    say(f"following {case.request} for the check in time ...")
+    prepare_kernel(say)
+    with warnings_said():
+        branch = case.run()
+    return check_curve(branch, AGREES, answer)
+
+
+def print_warnings(case: Case) -> list[str]:
+    """Print the warnings of a case on standard error; the sentences."""
+    return _complained(case.warnings())
+
+
+def _complained(sentences: Sequence[str]) -> list[str]:
+    for sentence in sentences:
+        complain(f"warning: {sentence}")
+    return list(sentences)
+
+
+def _structure(case: Case, problem: Problem) -> None:
+    import numpy as np
+
+    structure = problem.structure
+    shapes = f", load shapes: {', '.join(structure.load_shapes)}" if structure.load_shapes else ""
+    say(f"structure: {len(structure.dofs)} dofs ({_some(structure.dofs)}){shapes}")
+    frequencies = np.asarray(structure.natural_frequencies)
+    ratios = np.asarray(getattr(structure, "damping_ratios", ()))
+    say(f"natural frequencies without contact, {min(len(frequencies), _LISTED)} of {len(frequencies)}:")
+    for number, omega in enumerate(frequencies[:_LISTED], start=1):
+        damped = f", damping ratio {ratios[number - 1]:.3g}" if ratios.size else ""
+        say(f"  {number:>3}  {case.frequency_text(float(omega))}{damped}")
+
+
+def _reduction(case: Case, problem: Problem) -> None:
+    from slipstick.balance.reduction import worst_error
+
+    worst = worst_error(problem, case.omega)
+    if worst is None or worst.kind == "unknown":
+        return
+    limit = problem.structure.valid_to  # type: ignore[attr-defined]
+    say(
+        f"error by the modes left out, estimated: {worst.value:.1e} of the receptance over the range and its harmonics"
+        + (f"; 1e-02 is reached at {case.frequency_text(limit)}" if isfinite(limit) else "")
+    )
+
+
+def _request(case: Case, problem: Problem) -> None:
+    say(f"range: {case.request}")
+    orders = problem.harmonics.orders
+    unknowns = sum(pair.n_ports for pair in problem.contacts) * problem.harmonics.size
+    say(f"harmonics: {_some([str(m) for m in orders], 14)}; {unknowns} unknowns")
+    if problem.period_ratio != (1, 1):
+        ratio = "{}/{}".format(*problem.period_ratio)
+        say(f"period of the load over that of the rub: {ratio}; omega belongs to the common period")
+    say(f"loads: {len(problem.loads)}; output dofs: {_some(problem.outputs or ())}")
+    if problem.relative:
+        say("the support moves: all motion, in results and figures too, is relative to it")
+
+
+_ALONG = {"tangential": "slides along"}
+
+
+def _contacts(problem: Problem) -> None:
+    for pair in problem.contacts:
+        for k, name in enumerate(pair.elements):
+            ports = {port: pair.direction(port, k) for port in pair.contact.ports}
+            along = [f"{_ALONG.get(port, port)} {_cosines(cosines)}" for port, cosines in ports.items() if cosines]
+            law, units = pair.contact, problem.units
+            numbers = [
+                f"{quantity} {float(pair.values(quantity)[k]):g}{units.after(law.unit(quantity))}"
+                for quantity in _told(pair, k)
+            ]
+            say(f"contact '{name}': {', '.join([*along, *numbers, _motion(pair, k, units)])}")
+
+
+def _stiffness(problem: Problem) -> None:
+    from slipstick.balance.contact_stiffness import stiffness_sentence
+
+    if sentence := stiffness_sentence(problem):
+        say(f"normal stiffness: {sentence}")
+
+
+def _motion(pair: ContactPair, k: int, units: Units) -> str:
+    """The rubbing motion of the k-th contact in a few words."""
+    from slipstick.contact.rubbing import VELOCITIES
+
+    along, across = _orders(pair, k, "cos", "sin"), _orders(pair, k, "normal_cos", "normal_sin")
+    velocity, swept = (float(pair.values(name)[k]) for name in VELOCITIES)
+    words = [f"rubbing at {_speed(velocity, swept, units)}" if velocity or swept or along else "no rubbing"]
+    words += [f"periodic part of order {_some(along)}"] if along else []
+    words += [f"moving along the normal with order {_some(across)}"] if across else []
+    return " and ".join(words)
+
+
+def _orders(pair: ContactPair, k: int, *parts: str) -> list[int]:
+    """Orders of these parts of the rubbing motion of the k-th contact that are not zero."""
+    return sorted({m for p in parts for m in getattr(pair.rubbing, p) if pair.values(f"{p}{m}")[k] != 0.0})
+
+
+def _speed(velocity: float, swept: float, units: Units) -> str:
+    speed = [f"{velocity:g}{units.after('length/time')}"] if velocity or not swept else []
+    speed += [f"{swept:g}{units.after('length')} x omega"] if swept else []
+    return " + ".join(speed)
+
+
+def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
+    """Which way contacts with rubbing slide and are dragged [THEORY.md (1.5)], one sentence for all that do so alike.
+
+    ``omega`` is the range of frequencies: a velocity that sweeps with them may turn round within it.
+    """
+    from slipstick.contact.friction_law import is_friction
+    from slipstick.contact.rubbing import VELOCITIES
+
+    alike: dict[tuple[str, bool, bool], list[tuple[str, str, str]]] = {}
+    for pair in problem.contacts:
+        held = is_friction(pair.contact)
+        for k, name in enumerate(pair.elements):
+            periodic = _some(m for m in _orders(pair, k, "cos", "sin") if m > 0)
+            velocity, swept = (float(pair.values(v)[k]) for v in VELOCITIES)
+            signs = {copysign(1.0, v) for v in (velocity + swept * w for w in omega) if v}
+            if not signs and not periodic:
+                continue
+            sign, turns = (1.0, True) if len(signs) != 1 else (signs.pop(), False)
+            speed = [f"at {_speed(sign * velocity, sign * swept, problem.units)}"] if velocity or swept else []
+            how = " and ".join([*speed, *([f"to and fro with order {periodic}"] if periodic else [])])
+            direction = pair.direction(pair.contact.surface_ports.get("tangential", ""), k) or {}
+            ways = _towards(direction, sign), _towards(direction, -sign)
+            alike.setdefault((how, turns, held), []).append((name, *ways))
+    for (how, turns, held), found in alike.items():
+        yield _dragged(how, turns, held, *zip(*found, strict=True))
+
+
+def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
+    """Contacts ``names`` that slide towards ``ahead``; ``turns``: to both sides, ``held``: by friction."""
+    who, it = f"contact '{names[0]}': its side slides", "it"
+    if len(names) > 1:
+        listed = _some([f"'{name}'" for name in names])
+        who, it = f"contacts {listed}: their sides slide", "them"
+    ahead, back = (_some(dict.fromkeys(ways), _WAYS) for ways in (ahead, back))
+    if turns:
+        return f"{who} {how} over the opposing surface, positive towards {ahead}: it has no mean direction"
+    friction = f"friction holds {it} back, pushing {it} towards {back}; " if held else ""
+    surface = f"the opposing surface moves towards {back}"
+    return f"{who} {how} over the opposing surface in the direction of {ahead}: {friction}{surface}"
+
+
+def _told(pair: ContactPair, k: int) -> list[str]:
+    """Quantities worth a word: of a friction contact the normal load at rest instead of the gap that makes it."""
+    load = "normal_load" in pair.quantities and pair.values("normal_load")[k] > 0
+    hidden = {"gap"} if load else {"normal_load"}
+    hidden |= {"kn"} if pair.direction("normal", k) is None else set()
+    return [q for q in pair.quantities if q not in hidden and q not in pair.rubbing.names]
+
+
+def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
+    """Highest point of the linear response without contacts and with all of them stuck."""
+    from slipstick.analysis.curve.linear import linear_references
+
+    found = []
+    for label, limit in linear_references(case.balance, case.omega):
+        grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
+        for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
+            at = int(values.argmax())
+            size = f"{values[at]:.4g}{problem.units.after('length')}"
+            say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
+            found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+    return found
+
+
+def _cosines(cosines: Mapping[str, float] | None) -> str:
+    """A direction as a sum.
+
+    >>> _cosines({"x1": 1.0, "x2": -1.0}), _cosines({"x": -0.6, "y": 0.8})
+    ('x1 - x2', '-0.6 x + 0.8 y')
+    """
+    words: list[str] = []
+    for dof, c in (cosines or {}).items():
+        size = dof if abs(c) == 1 else f"{abs(c):g} {dof}"
+        words += [("- " if c < 0 else "+ ") + size] if words else [("-" if c < 0 else "") + size]
+    return " ".join(words)
+
+
+def _towards(cosines: Mapping[str, float], sign: float) -> str:
+    """A direction with its sense.
+
+    >>> _towards({"x": 1.0}, 1.0), _towards({"x": 1.0}, -1.0), _towards({"x1": 1.0, "x2": -1.0}, -1.0)
+    ('+x', '-x', '-x1 + x2')
+    """
+    words = _cosines({dof: sign * c for dof, c in cosines.items()})
+    return words if len(cosines) > 1 or words.startswith("-") else f"+{words}"
+
+
+def _some(names: object, most: int = 8) -> str:
+    listed = [str(n) for n in names]  # type: ignore[attr-defined]
+    return ", ".join(listed[:most]) + (f", ... ({len(listed)})" if len(listed) > most else "")

@@ -1,0 +1,51 @@
+"""The verb ``info``: what a bug report needs."""
+
+from __future__ import annotations
+
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+from slipstick.cli.terminal.answers import Answer
+from slipstick.cli.terminal.guard import say
+from slipstick.cli.verb import verb
+
+_PACKAGES = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic", "typer", "rich", "matplotlib")
+
+
+def all_versions() -> dict[str, str]:
+    """Versions of this package, Python and what it computes with."""
+    from slipstick import __version__
+
+    found = {"slipstick": __version__, "python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "missing"
+    return found
+
+
+@verb
+def info(answer: Answer) -> None:
+    """Versions, platform, threads, and whether the contact kernel is compiled."""
+    from slipstick.contact.kernel.compilation import COMPILE_TIME, is_compiled
+    from slipstick.trig.compile_cache import cache_folder
+
+    answer["versions"] = all_versions()
+    answer |= {"platform": platform.platform(), "processors": usable_cpus()}
+    answer["kernel"] = {"compiled": is_compiled(), "cache": cache_folder()}
+    for name, number in all_versions().items():
+        say(f"{name:<12} {number}")
+    say(f"{'platform':<12} {platform.platform()}")
+    threads = os.environ.get("NUMBA_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS")
+    say(f"{'threads':<12} {usable_cpus()} processors" + (f", limited to {threads} by the environment" * bool(threads)))
+    state = "compiled" if is_compiled() else f"not compiled yet ({COMPILE_TIME}, once, at the first run)"
+    say(f"{'kernel':<12} {state}; cache in {cache_folder()}")
+
+
+def usable_cpus() -> int:
+    """Processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,115 @@
+"""The verb ``init``: the examples, written where a user wants them."""
+
+from __future__ import annotations
+
+import shutil
+import textwrap
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slipstick.cli.examples import Example, example, examples
+from slipstick.cli.options import example_names
+from slipstick.cli.terminal.guard import say
+from slipstick.cli.verb import verb
+from slipstick.errors import InputError
+
+
+@verb
+def init(
+    example: Annotated[
+        str | None, typer.Argument(help="Name of an example; without it they are listed.", autocompletion=example_names)
+    ] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Where to write it; here by default.")] = None,
+    python: Annotated[
+        bool, typer.Option("--python", help="Write the Python script instead; EXAMPLE may be a case file of your own.")
+    ] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the examples.")] = False,
+) -> None:
+    """Write a commented example case, or the same as a Python script."""
+    if example is None or listed:
+        list_examples()
+    else:
+        write_example(example, folder, python=python)
+
+
+def list_examples() -> None:
+    """Print the examples."""
+    known = examples().values()
+    say("Examples, to be written with 'slipstick init NAME [DIR]':")
+    _listed(e for e in known if e.is_case)
+    say("and scripts:")
+    _listed(e for e in known if not e.is_case)
+
+
+def _listed(found: Iterable[Example]) -> None:
+    """A line each, no wider than the terminal."""
+    found = list(found)
+    column = max(len(one.name) for one in found) + 2
+    width = max(shutil.get_terminal_size().columns - column - 3, 20)
+    for one in found:
+        say(f"  {one.name:<{column}}{textwrap.shorten(one.about, width, placeholder=' ...')}")
+
+
+def write_example(name: str, folder: Path | None, *, python: bool = False) -> list[Path]:
+    """Write an example and the files it needs into ``folder``, or its script; the files written.
+
+    With ``python`` the name may be that of a case file of one's own, whose script is written beside it.
+
+    Raises
+    ------
+    InputError
+        If there is no such example, or a file of that name is there already.
+    """
+    if python and Path(name).is_file():
+        return _own_script(Path(name), folder)
+    if Path(name).is_file() and Path(name).stem not in examples():
+        raise InputError(f"{name}: is a file, no example; of a case file, --python writes the script")
+    found = example(name)
+    main = (found.path.name, found.path.read_bytes())
+    if python and found.is_case:
+        main = _script(found.path, found.path.read_text(encoding="utf-8"))
+    written = write_files(folder or Path(), dict([main, *((path.name, path.read_bytes()) for path in found.needs)]))
+    say(f"next: {'python' if written[0].suffix == '.py' else 'slipstick run'} {written[0]}")
+    return written
+
+
+def _script(path: Path, text: str) -> tuple[str, bytes]:
+    """Name and content of the script of a case."""
+    from slipstick.case.script import python_script
+
+    return f"{path.stem}.py", python_script(text, path.name, path.parent).encode()
+
+
+def _own_script(path: Path, folder: Path | None) -> list[Path]:
+    """The script of a case, which must have no faults, beside the files it names."""
+    from slipstick.case.case import Case
+
+    if folder is not None:
+        raise InputError(
+            f"{folder}: the script of a case is written beside the case, whose files it reads; give no folder"
+        )
+    case = Case.from_file(path, say)
+    written = write_files(path.parent, dict([_script(path, case.text)]))
+    say(f"next: python {written[0]}")
+    return written
+
+
+def write_files(folder: Path, contents: dict[str, bytes]) -> list[Path]:
+    """Write files by name into a folder that holds none of them; InputError otherwise."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: found a file; expected a folder")
+    there = [folder / name for name in contents if (folder / name).exists()]
+    if there:
+        raise InputError([f"{path}: is there already; move it away or choose another folder" for path in there])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in contents.items():
+            (folder / name).write_bytes(content)
+            say(f"wrote {folder / name}")
+    except OSError as error:
+        reason = (error.strerror or type(error).__name__).lower()
+        raise InputError(f"{folder}: cannot be written ({reason}); choose another folder") from None
+    return [folder / name for name in contents]

@@ -1,0 +1,74 @@
+"""The verb ``optimal``: where the peak over a parameter is lowest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from slipstick.cli.one_table import case_with, folder_of, peak_text, quietly, range_of, written
+from slipstick.cli.options import CasePath, Force, folder_option
+from slipstick.cli.terminal.answers import Answer
+from slipstick.cli.terminal.guard import say
+from slipstick.cli.verb import verb
+from slipstick.errors import InputError
+from slipstick.units import after_number
+
+if TYPE_CHECKING:
+    from slipstick.analysis.peaks.optimum import Optimum
+    from slipstick.branch import Branch
+    from slipstick.case.case import Case
+
+
+@verb
+def optimal(
+    answer: Answer,
+    case: CasePath,
+    output: Annotated[Path | None, folder_option("CASE-optimal")] = None,
+    force: Force = False,
+    figures: Annotated[bool, typer.Option(help="Draw the figure.")] = True,
+) -> int:
+    """Find the value of a parameter, that of its table "optimal", at which the peak is lowest."""
+    from slipstick.analysis.peaks.optimum import optimal
+
+    read, table = case_with(case, "optimal", 'parameter = "damper.normal_load"')
+    with folder_of(read, output, "optimal", force) as folder:
+        found = quietly(
+            optimal,
+            read.problem(), table.parameter, omega=range_of(read, table), dof=table.dof, start=table.start
+        )  # fmt: skip
+        answer |= {"value": found.value, "omega": found.omega, "amplitude": found.amplitude, "kind": found.kind}
+        if found.kind:
+            unit = after_number(str(found.branch.table["parameter"].attrs.get("units", "")))
+            where = peak_text(read, found.branch, found.amplitude, found.omega)
+            say(f"the peak of {found.dof} is {found.kind} at {table.parameter} = {found.value:.8g}{unit}: {where}")
+        branch = _among_peaks(read, table, found)
+        drawn = {"response": lambda branch: branch.plot.response(found.dof)} if figures and len(branch) > 1 else {}
+        return written(read, branch, folder, answer, figures=drawn)
+
+
+_BESIDE = 4.0
+"""The peak is shown from this part of the optimal value to as many times it."""
+
+
+def _among_peaks(case: Case, table: Any, found: Optimum) -> Branch:
+    """The peak over values round the optimal one, which is marked; the optimum alone where it is not met again."""
+    from slipstick.analysis.peaks.tracking import track_peak
+
+    if not found.kind or found.value == 0.0:
+        return found.branch
+    span = (found.value / _BESIDE, found.value * _BESIDE)
+    try:
+        peaks = quietly(
+            track_peak, case.problem(), table.parameter, span, omega=range_of(case, table), dof=found.dof
+        )  # fmt: skip
+    except InputError:  # a parameter that cannot have such values
+        return found.branch
+    data = peaks.table
+    met = data["parameter"].to_numpy()[data["kind"].to_numpy() == "optimum"]
+    near = abs(met - found.value) <= _SAME * abs(found.value)
+    return peaks if peaks.outcome.ok and near.any() else found.branch
+
+
+_SAME = 1e-6

@@ -1,0 +1,112 @@
+"""``--json``: one document on standard output whatever happens, sentences on standard error, the same exit codes."""
+
+from __future__ import annotations
+
+import errno
+import io
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from slipstick.cli.examples import example
+from slipstick.cli.main import app
+from slipstick.cli.terminal.answers import answering
+
+OSCILLATOR = example("oscillator").path.read_text(encoding="utf-8")
+
+
+def asked(*arguments: object) -> tuple[int, dict[str, Any], str]:
+    """Exit code, document, standard error."""
+    result = CliRunner().invoke(app, [*map(str, arguments), "--json"])
+    assert result.stdout.count("\n") == 1
+    found = json.loads(result.stdout, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    assert found["exit_code"] == result.exit_code
+    return result.exit_code, found, result.stderr
+
+
+def case(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = OSCILLATOR
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "case.toml").write_text(text, encoding="utf-8")
+    return folder / "case.toml"
+
+
+def test_run(tmp_path: Path) -> None:
+    code, found, said = asked(
+        "run", case(tmp_path, ("to = 15.0", "to = 5.0")), "-o", tmp_path / "out", "--figures", "response"
+    )
+    assert code == 0
+    assert found["outcome"] == "COMPLETED"
+    assert found["errors"] == found["warnings"] == []
+    (peak,) = found["peaks"]
+    assert (peak["dof"], peak["omega"]) == ("x", pytest.approx(4.259, rel=1e-3))
+    assert peak["amplitude"] == pytest.approx(4.82, rel=1e-3)
+    files = {Path(path).name for path in found["files"]}
+    assert {"results.nc", "case.toml", "response.png"} <= files
+    assert all(Path(path).is_file() for path in found["files"])
+    assert "peak of x" in said
+
+
+def test_run_that_stops_early_and_one_that_is_refused(tmp_path: Path) -> None:
+    path = case(tmp_path, ("to = 15.0", "to = 15.0\nmax_points = 5\noutput_step = 1.0"))
+    code, found, _ = asked("run", path, "-o", tmp_path / "out", "--no-figures")
+    assert (code, found["points"]) == (1, 5)
+    assert found["outcome"] != "COMPLETED"
+    code, found, said = asked("run", path, "-o", tmp_path / "out")
+    assert code == 2
+    assert "already holds results.nc" in found["errors"][0]
+    assert f"error: {found['errors'][0]}" in said
+
+
+def test_check(tmp_path: Path) -> None:
+    code, found, _ = asked("check", case(tmp_path, ('harmonics = "0..10"', "harmonics = [0, 1]")))
+    assert code == 0
+    assert found["natural_frequencies"] == [pytest.approx(40**0.5)]
+    assert (found["unknowns"], found["contacts"], found["outputs"]) == (3, ["damper"], ["x"])
+    assert any("harmonics [0, 1]" in sentence for sentence in found["warnings"])
+    assert found["linear"][0]["amplitude"] == pytest.approx(39.548, rel=2e-3)
+    code, found, _ = asked("check", case(tmp_path, ("mu =", "mue ="), ("kt =", "kt_ =")))
+    assert code == 2
+    assert len(found["errors"]) == 2
+    assert "did you mean 'mu'" in " ".join(found["errors"])
+    assert {"where", "statement", "found", "expected", "remedy"} == set(found["faults"][0])
+    code, found, _ = asked("check", case(tmp_path, ("mu = 0.3", "mu = -1.0")))
+    (fault,) = found["faults"]
+    assert (fault["where"][0], fault["where"][-1], fault["found"]) == ("contact", "mu", "-1.0")
+
+
+def test_info_and_verify() -> None:
+    code, found, _ = asked("info")
+    assert code == 0
+    assert {"slipstick", "numpy", "python"} <= set(found["versions"])
+    code, found, _ = asked("verify", "--only", "CF3")
+    assert code == 0
+    assert all(check["ok"] and check["name"] == "CF3" for check in found["checks"])
+    code, found, _ = asked("verify", "--only", "nothing")
+    assert code == 2
+    assert found["errors"]
+
+
+def test_a_parameter_curve_names_its_values(tmp_path: Path) -> None:
+    sweep = ("from = 2.0", 'parameter = "damper.velocity"\nomega = 4.0\nfrom = 10.0')
+    _, found, _ = asked("run", case(tmp_path, sweep), "-o", tmp_path / "out", "--no-figures", "-q")
+    assert (found["followed"], found["range"], found["omega"]) == ("damper.velocity", [10.0, 15.0], 4.0)
+
+
+def test_a_full_disk_behind_the_document_is_told_in_a_sentence(monkeypatch, capsys) -> None:
+    class Full(io.StringIO):
+        def flush(self) -> None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(sys, "stdout", Full())
+    with pytest.raises(typer.Exit) as ended, answering(True):
+        raise typer.Exit(0)
+    assert ended.value.exit_code == 2
+    assert capsys.readouterr().err == "error: the disk is full; free some space or choose another folder with -o\n"

@@ -1,0 +1,100 @@
+"""What a run shows while it computes."""
+
+from __future__ import annotations
+
+import pytest
+from rich.console import Console
+
+from slipstick.cli.terminal import progress as module
+from slipstick.cli.terminal.progress import Live, Progress, Silent, progress
+from slipstick.progress import Position, duration
+
+
+def test_turning_back_never_lowers_the_fraction() -> None:
+    position = Position(2.0, 12.0)
+    for value, fraction in ((2.0, 0.0), (7.0, 0.5), (4.0, 0.5), (12.0, 1.0), (13.0, 1.0)):
+        position.update(value)
+        assert position.fraction == fraction
+    down = Position(12.0, 2.0)
+    down.update(7.0)
+    assert down.fraction == 0.5
+
+
+def test_a_range_of_one_value_is_at_its_beginning() -> None:
+    position = Position(3.0, 3.0)
+    position.update(3.0)
+    assert position.fraction == 0.0
+    assert position.left is None
+
+
+def test_time_left_is_judged_by_the_pace(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    position = Position(0.0, 10.0)
+    assert position.left is None
+    now[0] += 30.0
+    position.update(2.5)
+    assert position.left == pytest.approx(90.0)
+
+
+def test_plain_lines_come_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    with progress(0.0, 10.0, " rad/s") as shown:
+        assert type(shown) is Progress
+        for i in range(1, 10):
+            now[0] += 1.0
+            shown.at(float(i), 0.01, "slip 100 %")
+        shown.note("a remark")
+    assert capsys.readouterr().out.splitlines() == [
+        "  5 rad/s, point 5, step 0.01, slip 100 %, 50%, about 5 s left",
+        "a remark",
+    ]
+
+
+def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress(0.0, 10.0, "", quiet=True) as shown:
+        assert isinstance(shown, Silent)
+        shown.at(1.0, 0.1, "")
+        shown.note("a remark")
+        assert shown.points == 1
+    assert capsys.readouterr().out == ""
+
+
+def test_a_terminal_gets_a_live_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "200")
+    with progress(0.0, 10.0, " rad/s") as shown:
+        shown.note("start [here]")
+        shown.at(5.0, 0.1, "stick 10 % slip 90 %")
+    assert "start [here]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("columns", [20, 30, 40, 60, 80, 100, 110, 200])
+def test_the_live_line_fits(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On one line of the terminal, with what matters most on a narrow one."""
+    now, lines = [0.0], []
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TERM", "xterm")
+    with progress(0.0, 10.0, " rad/s") as shown:
+        assert isinstance(shown, Live)
+        for text in ("stick 25 % slip 70 % separation 5 %", "no contact"):
+            now[0] += 100.0
+            shown.at(4.259352, 0.0352, text)
+            plain = Console(width=columns, color_system=None, force_terminal=False)
+            with plain.capture() as captured:
+                plain.print(shown._bar.make_tasks_table(shown._bar.tasks))
+            lines.append([line.rstrip() for line in captured.get().splitlines() if line.strip()])
+    assert all(len(line) == 1 and len(line[0]) <= columns for line in lines)
+    assert all("43% 4.25935 rad/s" in line[0] for line in lines)
+    if columns >= 60:
+        assert all("about" in line[0] for line in lines)
+    if columns >= 200:
+        assert "point 1, step 0.035, stick 25 %" in lines[0][0]
+
+
+@pytest.mark.parametrize("seconds, words", [(0.5, "0.5 s"), (59.0, "59 s"), (61.0, "1 min 1 s"), (7260.0, "2 h 1 min")])
+def test_durations(seconds: float, words: str) -> None:
+    assert duration(seconds) == words

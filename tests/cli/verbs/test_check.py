@@ -1,0 +1,112 @@
+"""What ``check`` says about rubbing: which way each contact slides, is held, and where the opposing surface goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.cases import oscillator
+from typer.testing import CliRunner
+
+import slipstick as ss
+from slipstick.cli.main import app
+from slipstick.cli.verbs.check import dragged
+
+FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
+STRUCTURE = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=40.0 * np.eye(2), dofs=["x", "y"])
+
+
+def said(*pairs: ss.ContactPair, omega: tuple[float, float] = (2.0, 15.0), **more: Any) -> list[str]:
+    problem = ss.Problem(STRUCTURE, contacts=pairs, loads=ss.Load(dof="x", sin=1.0), harmonics=range(4), **more)
+    return list(dragged(problem, omega))
+
+
+def pair(name: str = "damper", tangential: Any = "x", contact: Any = FRICTION, **rub: Any) -> ss.ContactPair:
+    ports = {"ports": {"x": tangential}} if contact is not FRICTION else {"tangential": tangential}
+    return ss.ContactPair(name=name, contact=contact, rubbing=ss.RubbingMotion(**rub), **ports)
+
+
+@pytest.mark.parametrize(
+    "tangential, velocity, ahead, back",
+    [
+        ("x", 10.0, "+x", "-x"),
+        ("x", -10.0, "-x", "+x"),
+        ({"x": -1.0}, 10.0, "-x", "+x"),
+        ({"x": 1.0, "y": -1.0}, -10.0, "-x + y", "x - y"),
+    ],
+)
+def test_a_contact_with_rubbing(tangential: Any, velocity: float, ahead: str, back: str) -> None:
+    assert said(pair(tangential=tangential, velocity=velocity)) == [
+        f"contact 'damper': its side slides at 10 over the opposing surface in the direction of {ahead}: "
+        f"friction holds it back, pushing it towards {back}; the opposing surface moves towards {back}"
+    ]
+
+
+def test_the_case_file_page_shows_the_sentence() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "case-file.md").read_text(encoding="utf-8")
+    assert said(pair(velocity=10.0))[0].removeprefix("contact 'damper': ") in " ".join(page.split())
+
+
+def test_without_rubbing_nothing_is_said() -> None:
+    assert said(pair(), pair("b", cos={0: 1.0}), pair("c", cos={1: 0.0})) == []
+
+
+def test_units_and_periodic_parts() -> None:
+    (first,) = said(pair(velocity=-3.0, sin={1: 2.0}), units={"length": "mm", "time": "s", "force": "N"})
+    assert "slides at 3 mm/s and to and fro with order 1 over the opposing surface in the direction of -x:" in first
+    (second,) = said(pair(cos={2: 0.5, 3: 1.0}))
+    assert second == (
+        "contact 'damper': its side slides to and fro with order 2, 3 over the opposing surface, positive towards +x: "
+        "it has no mean direction"
+    )
+
+
+def test_a_velocity_that_sweeps() -> None:
+    """One direction where its sign is the same over the range, else none."""
+    (one,) = said(pair(velocity_per_omega=-0.2))
+    assert "slides at 0.2 x omega over the opposing surface in the direction of -x" in one
+    (both,) = said(pair(velocity=5.0, velocity_per_omega=-1.0))
+    assert "5 + -1 x omega over the opposing surface, positive towards +x" in both
+    assert "no mean direction" in both
+
+
+def test_many_contacts_are_one_sentence() -> None:
+    many = ss.ContactPair(
+        name="tip", contact=FRICTION, tangential=["x", "y"] * 50, rubbing=ss.RubbingMotion(velocity=[1.0] * 99 + [2.0])
+    )
+    found = said(many)
+    assert len(found) == 2
+    assert found[0].startswith("contacts 'tip.1', 'tip.2', ")
+    assert (
+        "(99): their sides slide at 1 over the opposing surface in the direction of +x, +y: friction holds them"
+        in found[0]
+    )
+    assert max(map(len, found)) < 400
+
+
+def test_a_law_that_is_no_friction_is_not_said_to_hold() -> None:
+    spring = ss.SampledLaw(force=lambda q, velocity, k: k * q**3, parameters={"k": 1.0}, ports=("x",))
+    (found,) = said(pair(contact=spring, velocity=2.0))
+    assert found == (
+        "contact 'damper': its side slides at 2 over the opposing surface in the direction of +x: "
+        "the opposing surface moves towards -x"
+    )
+
+
+def test_the_damping_ratio_of_every_mode_that_is_listed(tmp_path: Path) -> None:
+    """``C / (2 w)`` of unit masses, and half the loss factor; verbs of other tables are named."""
+    (tmp_path / "case.toml").write_text(
+        oscillator(
+            head="harmonics = [0, 1, 2, 3, 4]\n",
+            rubbing="velocity = 10.0",
+            response="from = 2.0\nto = 15.0\n[track]\nparameter = 'damper.mu'\nfrom = 0.1\nto = 0.5\n",
+        ).replace("stiffness", "loss_factor = 0.02\nstiffness"),
+        encoding="utf-8",
+    )
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "case.toml")])
+    ratio = 0.4 / (2.0 * np.sqrt(40.0)) + 0.01
+    assert result.exit_code == 0
+    assert f"1  6.32456 rad/s (1.0066 Hz), damping ratio {ratio:.3g}\n" in result.output
+    assert f"[track]: 'slipstick track {tmp_path / 'case.toml'}' computes it" in result.output

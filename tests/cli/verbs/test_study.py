@@ -1,0 +1,198 @@
+"""The study verb as a user meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+import xarray
+from helpers.study_case import CASE
+from typer.testing import CliRunner, Result
+
+import slipstick as ss
+from slipstick.cli.main import app
+from slipstick.errors import TimeIsUp
+from slipstick.io.loading import load_dataset
+from slipstick.studies import solving, workers
+from slipstick.studies.folder import StudyFolder
+
+BARE = ("--no-figures", "--workers", "1")
+
+
+def slipstick(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+def told(result: Result) -> str:
+    return " ".join(result.output.split())
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+def result_of(folder: Path) -> xarray.Dataset:
+    return load_dataset(folder / "study.nc").drop_vars("seconds").drop_attrs(deep=False)
+
+
+def whole(case: Path) -> xarray.Dataset:
+    assert slipstick("study", case, "-o", case.parent / "whole", *BARE).exit_code == 0
+    return result_of(case.parent / "whole")
+
+
+def test_a_study_leaves_its_results_and_figures(case: Path) -> None:
+    out = case.parent / "out"
+    result = slipstick("study", case, "-o", out, "--workers", 1)
+    assert result.exit_code == 0, told(result)
+    assert "oscillator: 3 cases, damper.velocity (3); 3 to compute" in told(result)
+    assert "largest peak of x: " in told(result)
+    data = load_dataset(out / "study.nc")
+    assert data["damper.velocity"].to_numpy().tolist() == [20.0, 30.0, 40.0]
+    assert data["outcome"].to_numpy().tolist() == ["COMPLETED"] * 3
+    assert data.attrs["case"] == CASE
+    names = {path.name for path in out.iterdir()}
+    assert names == {"study.nc", "curves.nc", "report.html", "map.png", "map.svg", "curves.png", "curves.svg"}
+    with xarray.open_dataset(out / "study.nc", engine="h5netcdf") as opened:
+        assert opened["peak_amplitude"].dims == ("damper.velocity", "dof")
+    result = slipstick("resume", out)
+    assert (result.exit_code, "nothing is left to do" in told(result)) == (0, True)
+
+
+def test_json(case: Path) -> None:
+    result = slipstick("study", case, "-o", case.parent / "out", "--json", "-q", *BARE)
+    answer = json.loads(result.stdout)
+    assert (answer["exit_code"], answer["cases"], answer["computed"], answer["failed"]) == (0, 3, 3, 0)
+    assert answer["outcome"] == "COMPLETED"
+    assert [Path(name).name for name in answer["files"]] == ["curves.nc", "report.html", "study.nc"]
+
+
+@pytest.mark.parametrize("error", [TimeIsUp(), KeyboardInterrupt()])
+def test_an_interrupted_study_keeps_its_cases_and_goes_on(
+    case: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    add, out = StudyFolder.add, case.parent / "out"
+
+    def stop(self: StudyFolder, solved: solving.CaseSolved) -> None:
+        if len(self.found) == 2:
+            raise error
+        add(self, solved)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(StudyFolder, "add", stop)
+        result = slipstick("study", case, "-o", out, *BARE)
+    assert result.exit_code == 1
+    assert "go on with: slipstick resume" in told(result)
+    assert load_dataset(out / "study.nc").attrs["outcome_text"] == "2 of 3 cases are computed"
+    refused = slipstick("study", case, "-o", out, *BARE)
+    assert refused.exit_code == 2
+    assert "already holds a study" in told(refused)
+    assert slipstick("resume", out, "--no-figures").exit_code == 0
+    assert result_of(out).identical(whole(case))
+
+
+def test_the_time_limit(case: Path) -> None:
+    result = slipstick("study", case, "-o", case.parent / "out", "--time-limit", "0.001 s", *BARE)
+    assert result.exit_code == 1
+    assert "stopped at the time limit" in told(result)
+    assert load_dataset(case.parent / "out" / "study.nc").attrs["outcome_text"] == "1 of 3 cases are computed"
+
+
+def test_shares_of_jobs_come_together(case: Path) -> None:
+    out = case.parent / "out"
+    for index in (1, 0):
+        result = slipstick("study", case, "-o", out, "--index", index, "--of", 2)
+        assert result.exit_code == 0, told(result)
+    assert "share 0 of 2: 2 cases computed, 0 left" in told(result)
+    found = ss.resume(out).drop_vars("seconds").drop_attrs(deep=False)
+    assert found.identical(whole(case))
+    assert found.identical(result_of(out))
+    assert not list(out.glob("*.journal"))
+
+
+def test_a_case_that_fails_is_a_row_and_missing_computes_it(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    solve, out = workers.solve, case.parent / "out"
+
+    def sometimes(job: solving.Job, plan: object, number: int) -> solving.CaseSolved:
+        return solving.CaseSolved.failed(number, "no luck") if number == 1 else solve(job, plan, number)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(workers, "solve", sometimes)
+        result = slipstick("study", case, "-o", out, *BARE)
+    assert result.exit_code == 1
+    assert "1 cases did not complete: 1 failed: a fault ended it, which its message names case 1: no luck" in told(
+        result
+    )
+    assert load_dataset(out / "study.nc")["outcome"].to_numpy().tolist() == ["COMPLETED", "FAILED", "COMPLETED"]
+    assert slipstick("study", case, "-o", out, "--missing", *BARE).exit_code == 0
+    assert result_of(out).identical(whole(case))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (('"damper.velocity" = [20, 30, 40]', ""), "[study]: no parameter is given"),
+        (('"damper.velocity"', '"damper.velocit"'), "there is no parameter 'damper.velocit'; did you mean 'damper.vel"),
+        (("[20, 30, 40]", "[]"), "[study] damper.velocity: found an empty list; expected at least one value"),
+        (("[20, 30, 40]", "[20, 20]"), "[study] damper.velocity: found 20 twice"),
+        (("[20, 30, 40]", '"fast"'), "[study] damper.velocity: found 'fast'; expected a list of numbers"),
+        (("[study]", '[study]\nmethod = "gird"'), "[study] method: found 'gird'; did you mean 'grid'?"),
+        (("[study]", "[studi]"), "unknown key 'studi'"),
+        (('[study]\n"damper.velocity" = [20, 30, 40]', ""), "[study] is missing; give the parameters"),
+        (("[20, 30, 40]", "[20]\n[damper]\nmu = 3"), "unknown key 'damper'"),
+    ],
+)
+def test_bad_input_is_one_clear_sentence(case: Path, change: tuple[str, str], sentence: str) -> None:
+    case.write_text(CASE.replace(*change))
+    result = slipstick("study", case, "-o", case.parent / "out", *BARE)
+    assert result.exit_code == 2, told(result)
+    assert sentence in told(result)
+    assert "Traceback" not in told(result)
+    assert not (case.parent / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--index", 0), "--index and --of go together"),
+        (("--index", 3, "--of", 3), "--index: found 3 of 3 shares; expected a number from 0 to 2"),
+        (("--workers", 2, "--scheduler", "tcp://x:1"), "--workers and --scheduler are both given"),
+        (("--time-limit", "soon"), "--time-limit: found 'soon'"),
+    ],
+)
+def test_options_that_do_not_go_together(case: Path, options: tuple[object, ...], sentence: str) -> None:
+    result = slipstick("study", case, "-o", case.parent / "out", *options)
+    assert result.exit_code == 2
+    assert sentence in told(result)
+
+
+def test_another_study_in_the_folder_is_refused(case: Path) -> None:
+    out = case.parent / "out"
+    assert slipstick("study", case, "-o", out, "--index", 0, "--of", 2).exit_code == 0
+    case.write_text(CASE.replace("40]", "50]"))
+    result = slipstick("study", case, "-o", out, "--index", 1, "--of", 2)
+    assert result.exit_code == 2
+    assert "another study is in it, or the case has changed since" in told(result)
+    result = slipstick("resume", out)
+    assert result.exit_code == 2
+    assert "case.toml: the case has changed since the run began" in told(result).replace(os.sep, "/")
+
+
+def test_names_without_quotes_mean_the_same(case: Path) -> None:
+    case.write_text(
+        CASE.replace('"damper.velocity" = [20, 30, 40]', "damper.velocity = { from = 20, to = 40, count = 3 }")
+    )
+    assert slipstick("study", case, "-o", case.parent / "out", *BARE).exit_code == 0
+    assert load_dataset(case.parent / "out" / "study.nc")["damper.velocity"].to_numpy().tolist() == [20.0, 30.0, 40.0]
+
+
+def test_run_and_check_say_what_the_table_is_for(case: Path) -> None:
+    checked = slipstick("check", case)
+    assert "study: 3 cases, damper.velocity (3): 'slipstick study" in told(checked)
+    result = slipstick("run", case, "-o", case.parent / "run", "--no-figures", "--no-report")
+    assert result.exit_code == 0
+    assert "[study] is for 'slipstick study'; this computes the case itself" in told(result)
