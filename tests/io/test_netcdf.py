@@ -11,6 +11,7 @@ from helpers.results import opened
 
 from slipstick.errors import InputError
 from slipstick.io.loading import load_dataset
+from slipstick.io.netcdf import Group, write_netcdf
 from slipstick.io.store import save_dataset
 
 
@@ -55,3 +56,17 @@ def test_a_claimed_size_is_refused(tmp_path: Path) -> None:
         file.create_dataset("x", (10**7, 10**7), dtype="f8", chunks=(100, 100))
     with pytest.raises(InputError, match="claims 100000000000000 entries, more than the file holds"):
         load_dataset(tmp_path / "r.nc")
+
+
+def test_a_failed_write_holds_no_buffer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A view of the image, alive in the traceback, would make a fault of its collection (from Python 3.13 on)."""
+    written: list[object] = []
+
+    def full(path: Path, data: object) -> int:
+        written.append(data)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="No space"):
+        write_netcdf(tmp_path / "r.nc", Group(variables={}))
+    assert [type(data) for data in written] == [bytes]

@@ -69,7 +69,7 @@ def write_netcdf(path: Path, root: Group, groups: Mapping[str, Group] | None = N
         image_end = sealed(own)
     image.seek(0, SEEK_END)
     image.write(image_end)
-    path.write_bytes(image.getbuffer())
+    path.write_bytes(image.getvalue())  # a view would outlive a failure to write in its traceback, and hold the buffer
 
 
 def _write(place: h5py.Group, group: Group, numbers: Iterator[int]) -> None:
