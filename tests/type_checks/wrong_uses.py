@@ -16,7 +16,7 @@ def wrong(branch: ss.Branch) -> None:
     ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0 + 1j)
     ss.FrictionContact(100.0, 0.3, 1.0, -800.0)
     ss.FrictionContact(kt=100.0, mu=0.3, load=800.0)
-    ss.FrictionContact(kt=100.0)
+    ss.FrictionContact(kn="1e4", gap=1e-3)
     ss.RubbingMotion(velocity="10 m/s")
     ss.RubbingMotion(cos=[2.0])
     ss.RubbingMotion(cos={"1": 2.0})

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slipstick.contact.forces import ContactForces, element_forces
 from slipstick.contact.friction_law import FrictionLaw
+from slipstick.contact.law import default
 from slipstick.contact.rubbing import RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, Gathering, frequency, number_or_numbers, numbers, one, plain, same_length, shown
@@ -105,8 +106,8 @@ class FrictionContact(FrictionLaw):
         """Static preload at ``y = 0``: ``kn max(-gap, 0)``."""
         return np.asarray(self.kn, dtype=float) * np.maximum(-np.asarray(self.gap, dtype=float), 0.0)
 
-    @property
-    def values(self) -> dict[str, Numbers]:
+    @default
+    def values(self) -> Mapping[str, Numbers]:
         """Every parameter by name."""
         return {"kt": self.kt, "mu": self.mu, "kn": self.kn, "gap": self.gap}
 
@@ -138,7 +139,7 @@ class FrictionContact(FrictionLaw):
         object.__setattr__(new, "_loaded", "normal_load" in values or (self._loaded and "gap" not in values))
         return new
 
-    @property
+    @default
     def optional_ports(self) -> tuple[str, ...]:
         """The normal, whose load is constant then; without kt and mu the tangential port too."""
         frictionless = not (np.any(np.asarray(self.kt) != 0) or np.any(np.asarray(self.mu) != 0))

@@ -67,6 +67,8 @@ class Response:
     """What the law itself wants to find again."""
 
 
+_T = TypeVar("_T")
+
 Interval = tuple[float, float, str]
 """Start and end, rad, and the state between."""
 
@@ -105,7 +107,10 @@ class TimeSlopes(NamedTuple):
 
 
 if TYPE_CHECKING:
-    default = property
+
+    def default(function: Callable[[Any], _T]) -> _T:
+        """To type checkers it is an attribute, which a subclass may set."""
+
 else:
 
     class default:
@@ -159,14 +164,8 @@ class Law(ABC):
     """
 
     if TYPE_CHECKING:
-
-        @property
-        def ports(self) -> tuple[str, ...]:
-            """Names of the ports."""
-
-        @property
-        def values(self) -> Mapping[str, Numbers]:
-            """Every parameter by name."""
+        ports: tuple[str, ...]
+        values: Mapping[str, Numbers]
 
     @default
     def derived_parameters(self) -> tuple[str, ...]:

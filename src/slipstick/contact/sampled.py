@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from slipstick.contact.law import ByPort, Law, Motion, Response, TimeSlopes, add_to
+from slipstick.contact.law import ByPort, Law, Motion, Response, TimeSlopes, add_to, default
 from slipstick.errors import InputError
 from slipstick.faults import MOST_ITEMS, Gathering, names, number_or_numbers, same_length, shown, table, whole, wrong
 from slipstick.trig.harmonics import Harmonics
@@ -94,12 +94,12 @@ class SampledLaw(Law):
                 )
                 return
 
-    @property
+    @default
     def kind(self) -> tuple[Hashable, ...]:
         """Laws with the same function are computed together."""
         return self.force, self.ports, self.samples
 
-    @property
+    @default
     def values(self) -> Mapping[str, Numbers]:
         """Every parameter by name."""
         return cast(Mapping[str, Numbers], self.parameters)
