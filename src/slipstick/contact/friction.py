@@ -122,11 +122,11 @@ class FrictionContact(FrictionLaw):
             shown = again
         else:
             shown["gap"] = self.gap
-        return f"FrictionContact({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
+        return f"{type(self).__name__}({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
 
     def _says(self, given: Mapping[str, Any]) -> bool:
         """Whether such arguments make the same contact."""
-        return bool(np.array_equal(FrictionContact(**given).gap, self.gap))
+        return bool(np.array_equal(type(self)(**given).gap, self.gap))
 
     def changed(self, **values: Reals) -> FrictionContact:
         """A copy with other parameters; a normal load becomes a gap at the present ``kn``."""
@@ -135,7 +135,7 @@ class FrictionContact(FrictionLaw):
             del numbers["kt"], numbers["mu"]
         if "normal_load" in values:
             del numbers["gap"]
-        new = FrictionContact(**numbers)
+        new = type(self)(**numbers)
         object.__setattr__(new, "_loaded", "normal_load" in values or (self._loaded and "gap" not in values))
         return new
 

@@ -14,7 +14,7 @@ force at the start of the period ``f1, f2``.
 from __future__ import annotations
 
 from math import pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -1026,15 +1026,47 @@ def periodic(
     return LOST
 
 
+@compiled(allocates=True)
+def settle(
+    p: Planar, whole: bool, arcs: Array, tolerance: float, grid: Grid, room: Room, pieces: Pieces, P: Array
+) -> tuple[int, Array, Array]:
+    """The periodic state in ``pieces``: their number, ``FULL`` or ``LOST``.
+
+    A contact that never slips has one piece, of all the period, with the mean force in the place of that at the start;
+    that mean is one of many: it is returned with its derivatives (2,), (2, columns); else arrays of no length.
+    """
+    none, nothing = np.zeros(0), np.zeros((0, 0))
+    if not whole:
+        count, _, _ = march(p, 0.0, 0.0, arcs, tolerance, grid, room, pieces, P)
+        return count, none, nothing
+    o, f1, f2 = room.state, 0.0, 0.0
+    look(p, 0.0, grid, room, o)
+    limit, speed = p.b * o[4], np.sqrt(p.v1 * p.v1 + p.v2 * p.v2)
+    if speed > 0.0:
+        f1, f2 = limit * p.v1 / speed, limit * p.v2 / speed
+    else:
+        w1, w2 = o[0], o[1]
+        least, c1, c2, dc = resting_mean(p, grid, room)
+        f1, f2 = c1 + p.kt * w1, c2 + p.kt * w2
+        if least <= 0.0:
+            pieces.kind[0] = STICK
+            pieces.at[0, 0], pieces.at[0, 1], pieces.at[0, 2], pieces.at[0, 3] = 0.0, TWO_PI, f1, f2
+            return 1, np.array([c1, c2]), dc
+        size = np.sqrt(f1 * f1 + f2 * f2)
+        if size > limit:
+            f1, f2 = f1 * limit / size, f2 * limit / size
+    return periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, P), none, nothing
+
+
 @compiled(allocates=True, nogil=True)
 def run_planar(
-    first: int, last: int, X: Array, par: Array, tables: tuple, tolerance: float, capacity: int, outputs: tuple
+    first: int, last: int, X: Array, par: Array, tables: Any, tolerance: float, capacity: int, outputs: Any
 ) -> int:
     """Elements from ``first`` to ``last``: motion (n, 3, L), parameters ``v1 v2 kt mu kn gap`` (n, 6).
 
     Outputs: forces (n, 3, L), derivatives (n, 3, L, 3 L + 6), scalars (n, 4): fractions of stick, slip, separation, and
     whether the mean is one of many. Returns -1, or the element whose pieces do not fit, or, less 2 and negative, the one
-    without a periodic state.
+    without a periodic state. Motion that is no number has nan for an answer.
     """
     grid = Grid(*tables)
     forces, derivatives, scalars = outputs
@@ -1043,47 +1075,34 @@ def run_planar(
     room, pieces, P = new_room(grid), new_pieces(capacity), np.zeros((2, 2))
     for e in range(first, last):
         F, dF = forces[e], derivatives[e]
+        if not (np.isfinite(X[e]).all() and np.isfinite(par[e]).all()):
+            F[:], dF[:], scalars[e] = np.nan, np.nan, np.nan
+            continue
         F[:], dF[:], scalars[e] = 0.0, 0.0, 0.0
         p = element(X[e], par[e])
         whole, arcs = contact_arcs(p, grid)
-        length = normal_force(p, arcs, par[e, 5], grid, F[2], dF[2])
+        length = normal_force(p, arcs, grid, F[2], dF[2])
         scalars[e, 2] = 1.0 - length / TWO_PI
-        if arcs.shape[0] == 0:
-            continue
-        if p.mu == 0.0 or p.kt == 0.0:
+        if arcs.shape[0] == 0 or p.mu == 0.0 or p.kt == 0.0:
             scalars[e, 1] = length / TWO_PI
             continue
-        f1, f2 = 0.0, 0.0
-        if whole:
-            look(p, 0.0, grid, room, room.state)
-            limit, speed = p.b * room.state[4], np.sqrt(p.v1 * p.v1 + p.v2 * p.v2)
-            if speed > 0.0:
-                f1, f2 = limit * p.v1 / speed, limit * p.v2 / speed
-            else:
-                least, c1, c2, dc = resting_mean(p, grid, room)
-                if least <= 0.0:
-                    for r in range(2):
-                        x = p.X1 if r == 0 else p.X2
-                        F[r, 0] = c1 if r == 0 else c2
-                        for i in range(1, L):
-                            F[r, i] = p.kt * x[i]
-                            dF[r, i, r * L + i] = p.kt
-                            dF[r, i, q + KT] = x[i]
-                        for j in range(kept):
-                            dF[r, 0, j] = dc[r, j]
-                    scalars[e, 0], scalars[e, 3] = 1.0, 1.0
-                    continue
-                look(p, 0.0, grid, room, room.state)
-                f1, f2 = c1 + p.kt * room.state[0], c2 + p.kt * room.state[1]
-                size = np.sqrt(f1 * f1 + f2 * f2)
-                if size > limit:
-                    f1, f2 = f1 * limit / size, f2 * limit / size
-        count = periodic(p, arcs, f1, f2, tolerance, grid, room, pieces, P) if whole else march(
-            p, 0.0, 0.0, arcs, tolerance, grid, room, pieces, P)[0]
+        count, mean, dc = settle(p, whole, arcs, tolerance, grid, room, pieces, P)
         if count == FULL:
             return e
         if count == LOST:
             return -2 - e
+        if mean.size > 0:
+            for r in range(2):
+                x = p.X1 if r == 0 else p.X2
+                F[r, 0] = mean[r]
+                for i in range(1, L):
+                    F[r, i] = p.kt * x[i]
+                    dF[r, i, r * L + i] = p.kt
+                    dF[r, i, q + KT] = x[i]
+                for j in range(kept):
+                    dF[r, 0, j] = dc[r, j]
+            scalars[e, 0], scalars[e, 3] = 1.0, 1.0
+            continue
         G, dG, D = differentiate(p, pieces, count, arcs, grid, room)
         a, b, c, d = 1.0 - D[0, kept], -D[0, kept + 1], -D[1, kept], 1.0 - D[1, kept + 1]
         det = a * d - b * c
@@ -1106,6 +1125,21 @@ def run_planar(
     return -1
 
 
+@compiled(allocates=True, nogil=True)
+def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) -> Any:
+    """Pieces of one element's period (motion (3, L), parameters (6,)): their number, kinds, ``at``, angles at the nodes.
+
+    None of a contact that is open, or has no friction; the arcs of contact come last.
+    """
+    grid = Grid(*tables)
+    p = element(X, par)
+    whole, arcs = contact_arcs(p, grid)
+    pieces, count = new_pieces(capacity), 0
+    if arcs.shape[0] > 0 and p.mu > 0.0 and p.kt > 0.0:
+        count, _, _ = settle(p, whole, arcs, tolerance, grid, new_room(grid), pieces, np.zeros((2, 2)))
+    return count, pieces.kind, pieces.at, pieces.theta, arcs
+
+
 @compiled(allocates=True)
 def element(X: Array, par: Array) -> Planar:
     """One element: the tangential means do not matter."""
@@ -1116,7 +1150,7 @@ def element(X: Array, par: Array) -> Planar:
 
 
 @compiled(allocates=True)
-def normal_force(p: Planar, arcs: Array, gap: float, grid: Grid, F: Array, dF: Array) -> float:
+def normal_force(p: Planar, arcs: Array, grid: Grid, F: Array, dF: Array) -> float:
     """Normal force (L,) and its derivatives (L, columns); returns the length of contact."""
     L = 2 * grid.n + 1
     q = 3 * L
@@ -1140,3 +1174,12 @@ def normal_force(p: Planar, arcs: Array, gap: float, grid: Grid, F: Array, dF: A
         F[i] = p.kn * dF[i, q + KN]
         dF[i, q + GAP] = -p.kn * W[i, 0]
     return length
+
+
+def angle_within(first: float, theta: Array, way: Array, kind: int) -> Array:
+    """Angles at parts ``way`` (0 to 1) of a piece of slip: the polynomial through its start and its nodes."""
+    if kind == LAST_SLIP:
+        return np.full(way.shape, first)
+    nodes, angles = np.concatenate([[0.0], _C]), np.concatenate([[first], theta])
+    powers_of = np.vander(nodes, increasing=True)
+    return np.asarray(np.vander(way, nodes.size, increasing=True) @ np.linalg.solve(powers_of, angles), dtype=float)
