@@ -1008,17 +1008,17 @@ def periodic(
             return count
         stalled = stalled + 1 if gap >= 0.5 * best else 0
         best = min(best, gap)
-        if stalled > 1:  # panels that change from lap to lap: good enough, or finer ones
+        if stalled > 1 and gap <= 100.0 * tolerance * limit:  # panels that change from lap to lap
             if gap <= tolerance * limit:
                 return count
-            tolerance, best, stalled = 0.1 * tolerance, 1e300, 0
+            tolerance, best, stalled = max(0.1 * tolerance, 1e-14), 1e300, 0
         a, b, c, d = 1.0 - P[0, 0], -P[0, 1], -P[1, 0], 1.0 - P[1, 1]
         det = a * d - b * c
         n1, n2 = g1, g2
-        if abs(det) > 1e-9:
+        if det != 0.0 and lap % 6 < 5:
             s1, s2 = (d * r1 - b * r2) / det, (a * r2 - c * r1) / det
-            if max(abs(s1), abs(s2)) < 50.0 * gap and lap % 8 < 6:
-                n1, n2 = f1 + s1, f2 + s2
+            shorter = min(1.0, 0.5 * limit / max(abs(s1), abs(s2), 1e-300))
+            n1, n2 = f1 + shorter * s1, f2 + shorter * s2
         size = np.sqrt(n1 * n1 + n2 * n2)
         if size > limit:
             n1, n2 = n1 * limit / size, n2 * limit / size
