@@ -5,9 +5,9 @@ from __future__ import annotations
 import builtins
 import keyword
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator
 
@@ -21,7 +21,18 @@ from slipstick.case.rotor import (
     rotor_motion,
 )
 from slipstick.case.script_text import GivenText, call, listed_text, literal
-from slipstick.case.table import Cosines, NotNegative, Periodic, Table, is_whole, unexpected, vector
+from slipstick.case.table import (
+    AlongSurface,
+    Cosines,
+    Directions,
+    NotNegative,
+    Periodic,
+    PeriodicAlong,
+    Table,
+    is_whole,
+    unexpected,
+    vector,
+)
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
@@ -33,17 +44,20 @@ if TYPE_CHECKING:
     from slipstick.contact.rubbing import RubbingMotion
     from slipstick.models.reduced_body import ReducedBody
 
+PLANAR = "planar"
 _NEUTRAL = {"kt": 1.0, "mu": 0.0, "kn": 1.0, "normal_load": 1.0}
 """In place of what is at fault, where a contact is only looked at and not computed with."""
 
 
 class RubbingTable(Table):
-    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``."""
+    """``rubbing = { velocity = 10.0, cos = { "1" = 2.0 } }``; along two directions ``{ velocity = [3.0, 0.0] }``."""
 
-    velocity: float = Field(default=0.0, description="a finite number, length/time")
-    velocity_per_omega: float = Field(default=0.0, description="a finite number, length: added for each rad/s of omega")
-    cos: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
-    sin: Periodic = Field(default={}, description='a table such as { "1" = 2.0 }')
+    velocity: AlongSurface = Field(default=0.0, description="a finite number, length/time")
+    velocity_per_omega: AlongSurface = Field(
+        default=0.0, description="a finite number, length: added for each rad/s of omega"
+    )
+    cos: PeriodicAlong = Field(default={}, description='a table such as { "1" = 2.0 }')
+    sin: PeriodicAlong = Field(default={}, description='a table such as { "1" = 2.0 }')
     normal_cos: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
     normal_sin: Periodic = Field(default={}, description='a table such as { "2" = 3.7e-4 }')
 
@@ -52,7 +66,10 @@ class ContactTable(Table):
     """``[[contact]]``."""
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
-    tangential: Cosines = Field(description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }')
+    tangential: Directions = Field(
+        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }, or two of a surface that slides in its '
+        'plane such as ["x", "y"]'
+    )
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
     mu: NumberOrTable = Field(description="a number >= 0, the friction coefficient")
@@ -80,7 +97,7 @@ class ContactTable(Table):
             faults.append(Fault("kn", IS_MISSING, remedy=remedy))
         elif raw.get("kn") == 0 and raw.get("normal_load"):
             faults.append(Fault("kn", found="0, which cannot carry a normal load", expected="kn > 0"))
-        return faults
+        return faults + list(_vector_faults(raw))
 
 
 class StopTable(ContactTable):
@@ -90,6 +107,23 @@ class StopTable(ContactTable):
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
+
+
+def is_planar(table: ContactTable) -> bool:
+    """Whether its surface slides in both directions."""
+    return isinstance(getattr(table, "tangential", None), tuple) or getattr(table, "friction", None) == PLANAR
+
+
+def _vector_faults(raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """Vectors of rubbing motion where the surface slides in one direction alone."""
+    rubbing = raw.get("rubbing")
+    if isinstance(raw.get("tangential"), list) or raw.get("friction") == PLANAR or not isinstance(rubbing, Mapping):
+        return
+    for key, value in rubbing.items():
+        values = value.values() if isinstance(value, Mapping) else (value,)
+        if any(isinstance(one, list) for one in values):
+            remedy = 'give tangential = ["x", "y"], or friction = "planar" on a surface'
+            yield Fault(("rubbing", key), "is a vector, but the contact slides in one direction", remedy=remedy)
 
 
 def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
@@ -140,6 +174,9 @@ class SurfaceContactTable(ContactTable):
     )
     axis: AxisTable | None = Field(default=None, description="a table such as { direction = [0, 0, 1] }")
     rotor: RotorTable | None = Field(default=None, description="a table such as { engine_order = 2 }")
+    friction: Literal["planar"] | None = Field(
+        default=None, description='"planar": the surface slides along direction and across it'
+    )
     normal_load_total: NotNegative | None = Field(
         default=None, description="a number >= 0, the normal load of all points, shared by area"
     )
@@ -274,7 +311,9 @@ def _any_direction(body: ReducedBody) -> Any:
 def _law(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> FrictionContact:
     """The parameters of a contact, cold; neutral ones where these are at fault, and all faults that are its own."""
     from slipstick.contact.friction import FrictionContact
+    from slipstick.contact.planar import PlanarFrictionContact
 
+    law = PlanarFrictionContact if is_planar(row.table) else FrictionContact
     background, given = background_of(row.table, None if thermal is None else thermal.table), dict[str, Any]()
     for key in ("kt", "mu", "kn"):
         value = row.get(key)
@@ -289,11 +328,11 @@ def _law(row: ReadTable, thermal: ReadTable | None, found: Gathering) -> Frictio
     else:
         given = {**_NEUTRAL, **given, "gap": None}
     try:
-        return FrictionContact(**given)
+        return law(**given)
     except InputError as error:
         told = [fault for fault in error.faults if row.complete or fault.where]
         found.faults += [fault.inside(*row.where) for fault in told]
-        return FrictionContact(**_NEUTRAL)
+        return law(**_NEUTRAL)
 
 
 def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
@@ -302,7 +341,8 @@ def _rubbing(row: ReadTable, found: Gathering) -> RubbingMotion:
 
     rub = row.table.rubbing
     given = {} if rub is None else rub.given
-    return found.inside(row.where, lambda: RubbingMotion(**given)) or RubbingMotion()
+    motion = found.inside(row.where, lambda: RubbingMotion(**given)) or RubbingMotion()
+    return motion.parted() if is_planar(row.table) else motion
 
 
 def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
@@ -356,23 +396,31 @@ def _law_text(given: GivenText, thermal: ThermalTable | None) -> str:
     total = given.take("normal_load_total")
     values["normal_load"] = values["normal_load"] if total is None else total
     cold = {name: cold_value(value, background) for name, value in values.items() if value is not None}
-    return call("ss.FrictionContact", **{name: literal(value) for name, value in cold.items()})
+    law = "ss.PlanarFrictionContact" if is_planar(given.table) else "ss.FrictionContact"
+    return call(law, **{name: literal(value) for name, value in cold.items()})
 
 
 def _pair_text(given: GivenText, law: str) -> str:
     arguments = {"name": literal(given.take("name")), "contact": law}
     for port in ("tangential", "normal"):
         direction = given.take(port)
-        if direction is not None:
-            alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
-            arguments[port] = literal(next(iter(direction)) if alone else direction)
+        if isinstance(direction, tuple):
+            arguments[port] = f"({', '.join(map(_direction_text, direction))})"
+        elif direction is not None:
+            arguments[port] = _direction_text(direction)
     return call("ss.ContactPair", **arguments, **_rubbing_text(given))
+
+
+def _direction_text(direction: Mapping[str, float]) -> str:
+    alone = len(direction) == 1 and next(iter(direction.values())) == 1.0
+    return literal(next(iter(direction)) if alone else direction)
 
 
 def _surface_text(given: GivenText, law: str) -> str:
     direction = given.take("direction")
     arguments = {"contact": law, "direction": literal(direction if isinstance(direction, str) else list(direction))}
     points, _, normal = given.take("points"), given.take("tangential"), given.take("normal")
+    given.take("friction")
     arguments |= {} if points in (None, "all") else {"points": literal(points)}
     arguments |= {} if normal is None else {"normal": literal(normal) if normal in WORDS else "True"}
     axis, rotor = axis_arguments(given.take("axis")), given.take("rotor")
@@ -389,6 +437,10 @@ def _rubbing_text(given: GivenText) -> dict[str, str]:
     rub = given.take("rubbing")
     if rub is None:
         return {}
+    if is_planar(given.table):
+        from slipstick.contact.rubbing import RubbingMotion
+
+        return {"rubbing": f"ss.{RubbingMotion(**rub.given).parted()!r}"}
     return {"rubbing": call("ss.RubbingMotion", **{key: literal(value) for key, value in rub.given.items()})}
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from slipstick.balance.contacts import ContactPair
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.law import Law
-from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.rubbing import SECOND, RubbingMotion
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering, one, shown, text, truth
 from slipstick.fem.axis import DIRECTIONS, Axis
@@ -39,7 +39,8 @@ def surface_contacts(
         Made by :func:`reduced_body` with a ``surface``, or by :func:`reduced_blade`.
     contact
         The law with its parameters: numbers for all, or arrays (n,), one value for each of the chosen points in their
-        order.
+        order. With a ``PlanarFrictionContact`` the points slide in the plane of the surface: along ``direction``, and
+        along normal x direction, perpendicular to it.
     direction
         Rubbing direction (3,), projected on the surface at every point; with an ``axis`` also "circumferential"
         (towards growing angles), "axial" or "radial".
@@ -53,7 +54,8 @@ def surface_contacts(
         carries it.
     rubbing
         How the points slide over the opposing surface beside their vibration, along ``direction`` (that surface itself
-        moves the opposite way), and how it comes nearer, against the normal; numbers or arrays (n,) as above.
+        moves the opposite way), and how it comes nearer, against the normal; numbers or arrays (n,) as above. Points
+        that slide in two directions take vectors of two, the same for all.
         With an ``axis`` also a function of the radius and angle of the points, (n,) each, that gives it, such as
         ``lambda radius, angles: ss.casing_motion(profile, radius=radius, angles=angles, lobes=2)``.
     axis
@@ -78,15 +80,21 @@ def surface_contacts(
     found.end()
     at, along = chosen or [], directions or []
     across = places.normal if turned is None else places.cosines(turned)
+    second = None
+    if "second" in contact.ports:
+        first = places.tangents(direction, axis=about, across=turned)
+        second = places.cosines(np.cross(places.normals if turned is None else turned, first))
     if shared:
         contact = _sharing(contact, places.share(1.0, [k + 1 for k in at]))
     motion = _motion(rubbing, about, places.positions[at])
+    if second is not None:
+        motion = _parted(motion, len(at))
     _require_sizes(len(at), {**contact.values, **dict(motion.components())})
     return [
         ContactPair(
             name=f"{name} {k + 1}",
             contact=contact.changed(**_part(contact.values, i)),
-            tangential=along[k],
+            tangential=along[k] if second is None else (along[k], second[k]),
             normal=across[k] if normal else None,
             rubbing=_motion_of(motion, i),
         )
@@ -139,6 +147,17 @@ def _sharing(contact: Law, shares: Array) -> Law:
     if np.ndim(contact.normal_load):
         raise InputError(Fault("shared", found="a normal load for each contact", expected="one, that of all of them"))
     return contact.changed(normal_load=float(contact.normal_load) * shares)
+
+
+def _parted(motion: RubbingMotion, n: int) -> RubbingMotion:
+    """Vectors of two numbers along the two directions of a surface; arrays of n points stay as they are."""
+    along = [value for name, value in motion.components() if not name.startswith("normal_")]
+    if any(name.startswith(SECOND) for name in motion.names) or max(map(np.size, along)) != 2:
+        return motion
+    if n == 2:
+        remedy = "give second_velocity, second_cos or second_sin too: then each is of one direction"
+        raise InputError(Fault("rubbing", "two values may be a vector, or those of two points", remedy=remedy))
+    return motion.parted()
 
 
 def _require_sizes(n: int, values: Mapping[str, ArrayLike]) -> None:

@@ -255,7 +255,7 @@ def law_variables(law: Law) -> dict[str, Variable]:
     dimension."""
     own, taken = law.variables, {*VARIABLES, *STABILITY, *_DIMENSIONS}
     if not is_friction(law):
-        taken |= FrictionLaw.variables.keys()
+        taken |= {name for name, its in FrictionLaw.variables.items() if own.get(name) != its}
     return {f"law_{name}" if name in taken else name: own[name] for name in own}
 
 
