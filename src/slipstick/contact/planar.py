@@ -84,6 +84,17 @@ class PlanarFrictionContact(FrictionContact):
             raise InputError(Fault("tolerance", found=str(tolerance), expected="1e-12 to 1e-3"))
         object.__setattr__(self, "tolerance", tolerance)
 
+    def __repr__(self) -> str:
+        own = "" if self.tolerance == TOLERANCE else f", tolerance={self.tolerance:g}"
+        return f"{super().__repr__()[:-1]}{own})"
+
+    def changed(self, **values: Reals) -> PlanarFrictionContact:
+        """A copy with other parameters, of the same tolerance."""
+        new = super().changed(**values)
+        assert isinstance(new, PlanarFrictionContact)
+        object.__setattr__(new, "tolerance", self.tolerance)
+        return new
+
     @default
     def kind(self) -> Hashable:  # type: ignore[override]
         """Planar contacts of one tolerance are computed together."""

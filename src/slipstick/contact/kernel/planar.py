@@ -106,7 +106,7 @@ class Room(NamedTuple):
     """Motion at a time: ``w1, w2, w1', w2', penetration, its rate``."""
 
 
-@inlined
+@compiled
 def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
     """``w1, w2, w1', w2', y - gap, y'`` at a time."""
     c, s, m = room.c, room.s, grid.orders
@@ -124,7 +124,7 @@ def look(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
     out[0], out[1], out[2], out[3], out[4], out[5] = w1, w2, d1, d2, y, dy
 
 
-@inlined
+@compiled
 def look_rates(p: Planar, t: float, grid: Grid, room: Room, out: Array) -> None:
     """``w1', w2', y - gap, y'`` at a time."""
     c, s, m = room.c, room.s, grid.orders
@@ -164,6 +164,40 @@ def solve(J: Array, r: Array) -> None:
         for j in range(k + 1, n):
             total -= J[k, j] * r[j]
         r[k] = total / J[k, k]
+
+
+@compiled
+def eliminate(J: Array, B: Array, r: Array) -> float:
+    """``B = J^-1 B`` and ``r = J^-1 r``; all are overwritten. Returns the size of the determinant of ``J``."""
+    n, m, det = r.size, B.shape[1], 1.0
+    for k in range(n):
+        p = k
+        for i in range(k + 1, n):
+            if abs(J[i, k]) > abs(J[p, k]):
+                p = i
+        if p != k:
+            for j in range(n):
+                J[k, j], J[p, j] = J[p, j], J[k, j]
+            for j in range(m):
+                B[k, j], B[p, j] = B[p, j], B[k, j]
+            r[k], r[p] = r[p], r[k]
+        det *= J[k, k]
+        inverse = 1.0 / J[k, k]
+        for i in range(n):
+            if i == k:
+                continue
+            factor = J[i, k] * inverse
+            for j in range(k, n):
+                J[i, j] -= factor * J[k, j]
+            for j in range(m):
+                B[i, j] -= factor * B[k, j]
+            r[i] -= factor * r[k]
+    for k in range(n):
+        inverse = 1.0 / J[k, k]
+        for j in range(m):
+            B[k, j] *= inverse
+        r[k] *= inverse
+    return abs(det)
 
 
 @compiled
@@ -285,7 +319,7 @@ def begin_slip(p: Planar, t: float, grid: Grid, room: Room) -> tuple[bool, float
     return True, theta, onset_rate(p, speed, theta, o[5], grid, room)
 
 
-@inlined
+@compiled
 def onset_rate(p: Planar, speed: float, theta: float, dy: float, grid: Grid, room: Room) -> float:
     """``theta'`` where a contact closes slipping; the basis of that time stands in the room.
 
@@ -593,6 +627,7 @@ def polished(
     L, k = 2 * grid.n + 1, times.size
     columns = 3 * L + COLUMNS
     unknowns = 2 * k + 2  # means, margin, times, weights but one
+    dc = np.zeros((2, columns))
     x, A, R, S = np.zeros(unknowns), np.zeros((unknowns, unknowns)), np.zeros(unknowns), np.zeros((unknowns, columns))
     o, H, dH = np.zeros(6), np.zeros(L), np.zeros(L)
     x[0], x[1], x[2] = c1 / size, c2 / size, least / size
@@ -625,7 +660,7 @@ def polished(
             f1, f2 = x[0] + kt * o[0], x[1] + kt * o[1]
             f = np.sqrt(f1 * f1 + f2 * f2)
             if f == 0.0:
-                return least, c1, c2, S[:2]
+                return least, c1, c2, dc
             n1, n2 = f1 / f, f2 / f
             along = kt * (n1 * o[2] + n2 * o[3])
             t1, t2 = (kt * o[2] - along * n1) / f, (kt * o[3] - along * n2) / f  # dn/dt
@@ -666,20 +701,27 @@ def polished(
             S[i, q + GAP] = b
         if converged:
             break
-        if not np.isfinite(A).all() or abs(np.linalg.det(A)) < 1e-12:
+        if not abs(eliminate(A, S, R)) > 1e-12:
             break
-        d = np.linalg.solve(A, R)
-        largest = np.abs(d[3 : 3 + k]).max()
+        largest, others = 0.0, 0.0
+        for i in range(3 + k):
+            others = max(others, abs(R[i]))
+            if i >= 3:
+                largest = max(largest, abs(R[i]))
         if not largest < 1.0:
             break
-        x -= d
-        converged = max(largest, np.abs(d[:3]).max()) < 1e-12
-    good = converged
-    for i in range(k):
-        weight = x[3 + k + i] if i < k - 1 else 1.0 - x[3 + k : 3 + 2 * k - 1].sum()
-        good = good and weight > -1e-9
-    if good and x[2] * size >= least - 1e-9 * size:
-        return x[2] * size, x[0] * size, x[1] * size, -size * np.linalg.solve(A, S)[:2]
+        for i in range(unknowns):
+            x[i] -= R[i]
+        converged = others < 1e-12
+    good, last = converged, 1.0
+    for i in range(k - 1):
+        last -= x[3 + k + i]
+        good = good and x[3 + k + i] > -1e-9
+    if good and last > -1e-9 and x[2] * size >= least - 1e-9 * size:
+        eliminate(A, S, R)
+        for j in range(columns):
+            dc[0, j], dc[1, j] = -size * S[0, j], -size * S[1, j]
+        return x[2] * size, x[0] * size, x[1] * size, dc
     # times that cannot be told apart from their neighbours (a circle): the sampled ones, which stand still to first order
     n, T = np.zeros((3, 3)), np.zeros((3, columns))
     for i in range(k):
@@ -698,9 +740,10 @@ def polished(
         T[i, q + MU], T[i, q + KN], T[i, q + GAP] = -p.kn * o[4], -p.mu * o[4], p.b
     if k == 2:
         n[2, 0], n[2, 1], n[2, 2] = -n[0, 1], n[0, 0], 0.0
-    if abs(np.linalg.det(n)) < 1e-9:
-        return least, c1, c2, np.zeros((2, columns))
-    return least, c1, c2, -np.linalg.solve(n, T)[:2]
+    if abs(eliminate(n, T, np.zeros(3))) > 1e-9:
+        for j in range(columns):
+            dc[0, j], dc[1, j] = -T[0, j], -T[1, j]
+    return least, c1, c2, dc
 
 
 @compiled
@@ -909,37 +952,6 @@ def differentiate(p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid
             for j in range(columns):
                 dF[r, i, j] += by_angle[r * L + i, j]
     return F, dF, D
-
-
-@compiled
-def eliminate(J: Array, B: Array, r: Array) -> None:
-    """``B = J^-1 B`` and ``r = J^-1 r``; all are overwritten."""
-    n = r.size
-    for k in range(n):
-        p = k
-        for i in range(k + 1, n):
-            if abs(J[i, k]) > abs(J[p, k]):
-                p = i
-        if p != k:
-            for j in range(n):
-                J[k, j], J[p, j] = J[p, j], J[k, j]
-                B[k, j], B[p, j] = B[p, j], B[k, j]
-            r[k], r[p] = r[p], r[k]
-        inverse = 1.0 / J[k, k]
-        for i in range(n):
-            if i == k:
-                continue
-            factor = J[i, k] * inverse
-            for j in range(k, n):
-                J[i, j] -= factor * J[k, j]
-            for j in range(n):
-                B[i, j] -= factor * B[k, j]
-            r[i] -= factor * r[k]
-    for k in range(n):
-        inverse = 1.0 / J[k, k]
-        for j in range(n):
-            B[k, j] *= inverse
-        r[k] *= inverse
 
 
 @compiled(allocates=True)
