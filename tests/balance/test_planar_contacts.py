@@ -34,7 +34,18 @@ def test_two_directions_and_vectors() -> None:
     assert pair.n_ports == 3
     assert pair.direction("second") == {"y": 1.0}
     assert "tangential=('x', 'y')" in repr(pair)
-    assert eval(repr(pair), {"ContactPair": ss.ContactPair, **vars(ss), "PlanarFrictionContact": ss.PlanarFrictionContact, "RubbingMotion": ss.RubbingMotion}) == pair
+    assert (
+        eval(
+            repr(pair),
+            {
+                "ContactPair": ss.ContactPair,
+                **vars(ss),
+                "PlanarFrictionContact": ss.PlanarFrictionContact,
+                "RubbingMotion": ss.RubbingMotion,
+            },
+        )
+        == pair
+    )
     assert pair.with_value("second_velocity", 7.0).rubbing.second_velocity == 7.0
     assert pair.with_value("mu", 0.1).contact.tolerance == 1e-9
 
@@ -47,7 +58,11 @@ def test_many_contacts_in_one_pair() -> None:
     assert len(pair) == 2
     assert [pair.direction("tangential", k) for k in (0, 1)] == [{"x": 1.0}, {"y": 1.0}]
     np.testing.assert_array_equal(pair.with_value("velocity", 9.0, 1).rubbing.velocity, [3.0, 9.0])
-    velocities = [ss.ContactPair(name="f", contact=FOOT, tangential=(["x", "y"], ["y", "x"]), rubbing=ss.RubbingMotion(velocity=[3.0, 4.0]))]
+    velocities = [
+        ss.ContactPair(
+            name="f", contact=FOOT, tangential=(["x", "y"], ["y", "x"]), rubbing=ss.RubbingMotion(velocity=[3.0, 4.0])
+        )
+    ]
     np.testing.assert_array_equal(velocities[0].rubbing.velocity, [3.0, 4.0])  # of two contacts, and no vector
 
 
@@ -72,9 +87,7 @@ def test_what_cannot_be(given: dict[str, Any], said: str) -> None:
 
 
 def test_a_second_velocity_is_no_parameter_of_one_direction() -> None:
-    own = problem(
-        ss.ContactPair(name="c", contact=ss.FrictionContact(kt=9.0, mu=0.1, normal_load=1.0), tangential="x")
-    )
+    own = problem(ss.ContactPair(name="c", contact=ss.FrictionContact(kt=9.0, mu=0.1, normal_load=1.0), tangential="x"))
     with pytest.raises(InputError, match="second_velocity"):
         ss.parameter_response(own, "c.second_velocity", (0.0, 1.0), omega=9.0)
 
@@ -82,11 +95,17 @@ def test_a_second_velocity_is_no_parameter_of_one_direction() -> None:
 def test_the_second_velocity_and_the_turned_contact(tmp_path: Path) -> None:
     """Rubbing along the second direction of a contact is that along the first of the contact turned by 90 degrees."""
     one = problem(
-        ss.ContactPair(name="foot", contact=FOOT, tangential=("x", "y"), normal="z", rubbing=ss.RubbingMotion(velocity=(1.0, 2.0)))
+        ss.ContactPair(
+            name="foot", contact=FOOT, tangential=("x", "y"), normal="z", rubbing=ss.RubbingMotion(velocity=(1.0, 2.0))
+        )
     )
     turned = problem(
         ss.ContactPair(
-            name="foot", contact=FOOT, tangential=("y", {"x": -1.0}), normal="z", rubbing=ss.RubbingMotion(velocity=(2.0, -1.0))
+            name="foot",
+            contact=FOOT,
+            tangential=("y", {"x": -1.0}),
+            normal="z",
+            rubbing=ss.RubbingMotion(velocity=(2.0, -1.0)),
         )
     )
     first, second = (ss.steady_response(p, omega=[9.0, 15.0]) for p in (one, turned))
@@ -118,12 +137,16 @@ def test_derivatives_by_the_second_velocity() -> None:
     )
     names = ["foot.second_velocity", "foot.velocity", "foot.mu", "foot.kt"]
     branch = ss.steady_response(problem(pair), omega=9.0)
-    slopes = branch.sensitivity(names, dof="x").to_numpy().ravel()
+    slopes = branch.sensitivity(names, dof="x")["amplitude"].to_numpy().ravel()
     for name, slope in zip(names, slopes, strict=True):
         quantity = name.partition(".")[2]
         value, step = float(pair.values(quantity)[0]), 1e-4
         ends = [
-            float(ss.steady_response(problem(pair.with_value(quantity, value * (1 + s))), omega=9.0).dataset["amplitude"][0, 0])
+            float(
+                ss.steady_response(problem(pair.with_value(quantity, value * (1 + s))), omega=9.0).dataset["amplitude"][
+                    0, 0
+                ]
+            )
             for s in (step, -step)
         ]
         assert abs((ends[0] - ends[1]) / (2 * step * value) - slope) < 1e-5 * abs(slope) + 1e-9

@@ -104,7 +104,7 @@ class TestClosedForms:
         assert r.detail.slip_fraction[0] == 1.0
 
     def test_forced_circle(self) -> None:
-        """Peak of an oscillator on a circular orbit: ``a |k - w^2 + b l/a^2 + i (c w + b sqrt(a^2 - l^2)/a^2)| = p``."""
+        """On a circular orbit ``a |k - w^2 + b l/a^2 + i (c w + b sqrt(a^2 - l^2)/a^2)| = p``."""
         branch = ss.steady_response(forced_circle(), omega=[8.858092073412])
         np.testing.assert_allclose(branch.dataset["amplitude"].to_numpy(), 3.811432571339, rtol=1e-11)
 
@@ -183,7 +183,9 @@ class TestBesideMarching:
     @pytest.mark.parametrize(("states", "count"), [(random_states, 10_000), (structured_states, 2_000)])
     def test_many_states(self, states: Any, count: int) -> None:
         X, par = states(count, seed=2)
-        error = np.concatenate([worst_beside_marching(X[i : i + 1000], par[i : i + 1000], 100) for i in range(0, count, 1000)])
+        error = np.concatenate(
+            [worst_beside_marching(X[i : i + 1000], par[i : i + 1000], 100) for i in range(0, count, 1000)]
+        )
         assert len(error) > 0.97 * count
         assert np.quantile(error, 0.99) < 1e-8, np.sort(error)[-20:]
         assert error.max() < 1e-6, np.sort(error)[-20:]  # slips of a thousandth of a step are missed in marching

@@ -99,7 +99,9 @@ class Marched:
                 fresh[born] = False
             h = np.minimum(h0, end - t)
             h = np.minimum(h, np.maximum(0.15 * (t - since), 1e-7))
-            _, _, d1, d2, y, _ = self.motion(t, everyone)  # an explicit method: no longer than the angle takes to follow
+            _, _, d1, d2, y, _ = self.motion(
+                t, everyone
+            )  # an explicit method: no longer than the angle takes to follow
             stable = mu * kn * np.maximum(y, 0.0) / np.maximum(kt * np.hypot(d1, d2), 1e-300)
             h = np.where(slipping, np.minimum(h, np.maximum(stable, 1e-7)), h)
             # contact ends or begins within the step
@@ -176,7 +178,7 @@ class Marched:
 
 
 def marched(orders: Array, X: Array, par: Array, *, steps: int = 400, periods: int = 40) -> tuple[Array, Array]:
-    """Coefficients (n, 2, L) of the friction forces in the steady state, and by how much the last period was not closed.
+    """Coefficients (n, 2, L) of the steady friction forces, and by how much the last period was not closed.
 
     Contacts that separate start where they close and need one period.
     """

@@ -67,8 +67,8 @@ class ContactTable(Table):
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
     tangential: Directions = Field(
-        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }, or two of a surface that slides in its '
-        'plane such as ["x", "y"]'
+        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }; two such as ["x", "y"] where the surface '
+        "slides in both directions"
     )
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")
@@ -103,7 +103,7 @@ class ContactTable(Table):
 class StopTable(ContactTable):
     """``[[contact]]`` without friction and without a tangential direction."""
 
-    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")
     normal: Cosines = Field(description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(default=0.0, description="0: there is no friction")
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
@@ -168,7 +168,7 @@ class SurfaceContactTable(ContactTable):
     direction: Annotated[Any, PlainValidator(_along)] = Field(
         description='the rubbing direction such as [0, 1, 0], projected on the surface; with an axis "circumferential"'
     )
-    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")  # type: ignore[assignment]
+    tangential: Cosines | None = Field(default=None, exclude=True, description="the dof that slides")
     normal: Annotated[Any, PlainValidator(_from_surface)] = Field(
         default=None, description='"surface", for a normal load that varies with the motion; with an axis "radial"'
     )

@@ -637,7 +637,7 @@ def polished(
             x[3 + k + i] = 1.0 / k
     q, a, scale = 3 * L, 2 * k, 1.0 / size
     converged = False
-    for lap in range(40):
+    for _ in range(40):
         A[:], R[:], S[:] = 0.0, 0.0, 0.0
         for i in range(k):
             t = x[3 + i]
@@ -722,7 +722,7 @@ def polished(
         for j in range(columns):
             dc[0, j], dc[1, j] = -size * S[0, j], -size * S[1, j]
         return x[2] * size, x[0] * size, x[1] * size, dc
-    # times that cannot be told apart from their neighbours (a circle): the sampled ones, which stand still to first order
+    # times that cannot be told apart from their neighbours (a circle): the sampled ones, which stand still
     n, T = np.zeros((3, 3)), np.zeros((3, columns))
     for i in range(k):
         t = TWO_PI * times[i] / samples
@@ -757,12 +757,14 @@ def basis_row(t: float, grid: Grid, room: Room, H: Array, dH: Array) -> None:
 
 
 @compiled(allocates=True)
-def differentiate(p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room) -> tuple[Array, Array, Array]:
-    """Friction force (2, L) of one period, its derivatives (2, L, columns) and those of the force at its end (2, columns).
+def differentiate(
+    p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid, room: Room
+) -> tuple[Array, Array, Array]:
+    """Friction force (2, L) of a period, its derivatives (2, L, columns), those of the force at its end (2, columns).
 
     The last two columns are those of the force at the start of the period.
     """
-    L, n, z = 2 * grid.n + 1, grid.n, STAGES - 1
+    L, z = 2 * grid.n + 1, STAGES - 1
     columns, q = 3 * L + COLUMNS, 3 * L
     F, dF = np.zeros((2, L)), np.zeros((2, L, columns))
     D = np.zeros((2, columns))
@@ -956,7 +958,7 @@ def differentiate(p: Planar, pieces: Pieces, count: int, arcs: Array, grid: Grid
 
 @compiled(allocates=True)
 def contact_arcs(p: Planar, grid: Grid) -> tuple[bool, Array]:
-    """Whether the contact is closed all period, and its arcs ``(start, end, closed before)``, (k, 3); none: it never is."""
+    """Whether the contact is closed all period, and its arcs ``(start, end, closed before)``, (k, 3)."""
     total = 0.0
     for j in range(1, p.Y.size):
         total += abs(p.Y[j])
@@ -1077,7 +1079,7 @@ def run_planar(
     """Elements from ``first`` to ``last``: motion (n, 3, L), parameters ``v1 v2 kt mu kn gap`` (n, 6).
 
     Outputs: forces (n, 3, L), derivatives (n, 3, L, 3 L + 6), scalars (n, 4): fractions of stick, slip, separation, and
-    whether the mean is one of many. Returns -1, or the element whose pieces do not fit, or, less 2 and negative, the one
+    whether the mean is one of many. Returns -1, the element whose pieces do not fit, or, negative and less 2, the one
     without a periodic state. Motion that is no number has nan for an answer.
     """
     grid = Grid(*tables)
@@ -1139,7 +1141,7 @@ def run_planar(
 
 @compiled(allocates=True, nogil=True)
 def trace(X: Array, par: Array, tables: Any, tolerance: float, capacity: int) -> Any:
-    """Pieces of one element's period (motion (3, L), parameters (6,)): their number, kinds, ``at``, angles at the nodes.
+    """Pieces of an element's period (motion (3, L), parameters (6,)): their number, kinds, ``at``, angles at the nodes.
 
     None of a contact that is open, or has no friction; the arcs of contact come last.
     """
