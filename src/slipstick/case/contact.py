@@ -67,8 +67,8 @@ class ContactTable(Table):
 
     name: str = Field(min_length=1, description='a name for the contact, such as "damper"')
     tangential: Directions = Field(
-        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }; two such as ["x", "y"] where the surface '
-        "slides in both directions"
+        description='the dof that slides, such as "x" or { x = 1.0, x2 = -1.0 }, or both directions '
+        'of the surface such as ["x", "y"]'
     )
     normal: Cosines | None = Field(default=None, description='the dof across the contact, such as "z" or { z = 1.0 }')
     kt: NumberOrTable = Field(description="a number >= 0, the tangential contact stiffness (force/length)")

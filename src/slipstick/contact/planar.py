@@ -30,9 +30,9 @@ class PlanarFrictionContact(FrictionContact):
     """A friction contact whose surface slides in both tangential directions (the Coulomb circle).
 
     The friction force is a vector ``f`` of length at most ``mu f_y``. While stuck ``f' = kt w'`` for the relative
-    motion ``w`` in the plane; while slipping it points along the velocity of slip. Along one straight line it is the element
-    of ``FrictionContact``, which is exact and some 30 times quicker; this one is integrated to ``tolerance``, its
-    derivatives likewise.
+    motion ``w`` in the plane; while slipping it points along the velocity of slip. Along one straight line it is the
+    element of ``FrictionContact``, which is exact and some 30 times quicker; this one is integrated to ``tolerance``,
+    its derivatives likewise.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class PlanarFrictionContact(FrictionContact):
     def forces_in_time(self, motion: Motion, values: Mapping[str, Array], tau: Array) -> tuple[Array, ...]:
         """Both friction forces and the normal one (n, k) at phases (k,), with their corners."""
         f = _Inputs(motion, values, self.tolerance)
-        return tuple(np.stack(rows) for rows in zip(*(f.in_time(e, tau) for e in range(f.count)), strict=True))  # type: ignore[return-value]
+        return tuple(np.stack(rows) for rows in zip(*(f.in_time(e, tau) for e in range(f.count)), strict=True))
 
     @staticmethod
     def undecided(response: Response) -> NDArray[np.bool_]:
