@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.balance.contacts import ContactPair
@@ -215,12 +216,12 @@ def test_heat_off_is_the_plain_problem() -> None:
 
 
 def test_constant_normal_load_refuses_a_table_of_kn() -> None:
-    with pytest.raises(InputError, match="'a': kn depends on temperature but the contact has no normal direction"):
+    with raises_fault("contact", "a", says="kn depends on temperature but the contact has no normal direction"):
         two_contacts(ThermalModel(curve=WITH_KN, background=25.0, resistance=1.0))
 
 
 def test_faults_of_the_thermal_model_come_with_the_others() -> None:
-    with pytest.raises(InputError, match="10 of contact a lies outside its table"):
+    with raises_fault("thermal", "background", says="10 of contact a lies outside its table"):
         two_contacts(ThermalModel(curve=FALLING, background=10.0, resistance=1.0))
 
 
@@ -264,5 +265,5 @@ def test_cold_values_are_those_of_the_curves_at_the_background():
 def test_a_constant_load_does_not_follow_a_stiffness():
     p = heated_pair()
     assert not list(state_faults(p.contacts, p.batches, p.contact_states))
-    with pytest.raises(ss.InputError, match="contact 'hot': kn depends on temperature but the contact has no normal"):
+    with raises_fault("contact", "hot", says="kn depends on temperature but the contact has no normal"):
         ss.forced_response(heated_pair(normal=None), omega=(2.0, 3.0))

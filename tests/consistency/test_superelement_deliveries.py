@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.nastran import write_text
 from helpers.superelement import Frame, pairs_of, write_delivery
 
@@ -158,7 +159,7 @@ def test_holding_points_by_name(tmp_path, free, points):
     model = read_model(files, ImportOptions(fixed=("n3", "n7x")))
     assert model.dofs[:3] == ("n7y", "n7z", "n12x")
     assert [3, 2] in model.constrained.tolist()
-    with pytest.raises(InputError, match="no free dof 'n4'"):
+    with raises_fault("fixed", says="no free dof 'n4'"):
         read_model(files, ImportOptions(fixed=("n4",)))
 
 

@@ -126,7 +126,7 @@ def test_results_that_cannot_be_written_leave_the_cases(
 
     with monkeypatch.context() as patch:
         patch.setattr(folder_module, "save_dataset", full)
-        with pytest.raises(InputError, match="cannot be written \\(no space left on device\\); choose another folder"):
+        with pytest.raises(InputError, match=r"cannot be written \(no space left on device\)"):
             place.write()
     assert (tmp_path / "study.journal").exists()
     assert opened_after(place).todo() == []

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers.cases import oscillator as oscillator_case
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.analysis.curve.follow import frequency_request
@@ -158,7 +159,7 @@ def test_too_few_harmonics_for_the_accuracy_are_told() -> None:
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, "1e-3", True])
 def test_what_is_no_accuracy_is_refused(value: object) -> None:
-    with pytest.raises(ss.InputError, match=r"adapt_harmonics: found .*; expected a number between 0 and 1"):
+    with raises_fault("options, adapt_harmonics", says="expected a number between 0 and 1"):
         ss.forced_response(oscillator(10.0), omega=(2.0, 15.0), options={"adapt_harmonics": value})
 
 

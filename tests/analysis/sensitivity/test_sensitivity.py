@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from consistency.random_systems import random_system
+from helpers.faults import raises_fault
 from helpers.problems import random_problem
 from helpers.resolved import assert_sensitive
 
@@ -99,7 +100,7 @@ def test_a_name_of_all_contacts_moves_each_from_its_own_value():
 def test_a_normal_load_of_an_open_contact_is_refused():
     """A load of 0 stands for a gap of 0: the contact, open at rest, would jump there."""
     branch = ss.forced_response(random_problem(1), omega=(6.0, 6.1), options=POINT)
-    with pytest.raises(ss.InputError, match=r"c2.normal_load: does not say the gap of 'c2', which is open at rest"):
+    with raises_fault("c2.normal_load", says="does not say the gap of 'c2', which is open at rest"):
         branch.sensitivity("c2.normal_load")
     assert "c2.normal_load" not in branch.sensitivity().parameter
 
@@ -154,7 +155,7 @@ def test_heat_is_in_the_derivatives(dof):
 def test_parameters_that_follow_the_temperature_are_refused_by_name():
     problem = heated()
     branch = ss.forced_response(problem, omega=(6.5, 6.6), options=POINT)
-    with pytest.raises(ss.InputError, match=r"one.mu follows the temperature by its table; use the factor 'friction'"):
+    with pytest.raises(ss.InputError, match="use the factor 'friction'"):
         branch.sensitivity(["one.mu", "load"])
     assert "one.mu" not in branch.sensitivity().parameter
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 from helpers.laws import Spring
 
 import slipstick as ss
@@ -44,5 +45,5 @@ def test_other_laws_are_not_known():
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
     pair = ss.ContactPair(name="s", contact=law, ports={"along": "x"})
     p = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)], harmonics=range(4))
-    with pytest.raises(InputError, match="contact 's' follows a law that does not tell its rate"):
+    with raises_fault("time integration", says="contact 's' follows a law that does not tell its rate"):
         friction_system(p, 5.0)

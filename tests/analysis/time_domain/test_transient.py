@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.faults import raises_fault
 
 import slipstick as ss
 from slipstick.analysis.time_domain.initial_state import HarmonicStart
@@ -231,7 +232,7 @@ def test_held_parameters_replace_those_of_the_problem():
     np.testing.assert_allclose(
         light.coefficients, ss.transient(oscillator(velocity=10.0, normal_load=400.0), 6.0).coefficients, atol=1e-8
     )
-    with pytest.raises(ss.InputError, match="expected one of mu, kt, kn, gap"):
+    with raises_fault("time integration, held", found="'k'", expected="one of mu, kt, kn, gap"):
         ss.transient(problem, 6.0, held={"k": np.ones(1)})
 
 

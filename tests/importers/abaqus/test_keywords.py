@@ -188,7 +188,7 @@ def test_couplings_beside_matrices_are_in_the_matrices(tmp_path):
     with pytest.warns(SlipstickWarning, match=r"the mesh beside them .*, 1\.28 % apart"):
         read_model(files)
     path.write_text(wrong + HELD)
-    with pytest.raises(InputError, match=r"the matrices have the mass .*, the mesh beside them .*same units"):
+    with pytest.raises(InputError, match="same units"):
         read_model(files)
     path.write_text(CUBE + HELD + "*ELSET, ELSET=TWICE\n1\n*SOLID SECTION, ELSET=TWICE, MATERIAL=STEEL\n")
     with pytest.warns(SlipstickWarning, match=r"is not compared .* element 1 has more than one material"):

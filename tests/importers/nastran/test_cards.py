@@ -39,7 +39,7 @@ def test_a_star_in_column_eight_is_a_large_field(tmp_path):
 
 def test_numbers_beyond_the_fields_of_a_line_are_no_names_of_continuations(tmp_path):
     (tmp_path / "m.bdf").write_text(BULK.replace("GRID,1,,", "GRID*,1,,"))
-    with pytest.raises(InputError, match=r"'GRID\*,1,,2.5,-1.5,.3' has 5 fields; a line of large fields .* holds four"):
+    with pytest.raises(InputError, match=r"'GRID\*,1,,2.5,-1.5,.3' has 5 fields"):
         read_bulk(tmp_path / "m.bdf")
 
 
