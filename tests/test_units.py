@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.cases import oscillator
+from helpers.oscillator import damper, one_mass
 from typer.testing import CliRunner
 
 import slipstick as ss
@@ -14,43 +16,15 @@ from slipstick.cli.verbs.run import peak_lines
 from slipstick.units import Units, after_number
 
 NAMES = {"length": "mm", "force": "N", "time": "s", "temperature": "degC"}
-CASE = """
-format = 1
-harmonics = "0..3"
-units = { length = "mm", force = "N", time = "s" }
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = "0.9 Hz"
-to = "60 rpm"
-"""
+CASE = oscillator(
+    head='harmonics = "0..3"\nunits = { length = "mm", force = "N", time = "s" }\n',
+    rubbing="velocity = 10.0",
+    response='from = "0.9 Hz"\nto = "60 rpm"\n',
+)
 
 
 def problem(**units: str) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(
-        name="damper",
-        contact=ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0),
-        tangential="x",
-        rubbing=ss.RubbingMotion(velocity=10.0),
-    )
-    return ss.Problem(
-        structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 2, 3], units=units
-    )
+    return one_mass(damper(10.0), units=units)
 
 
 @pytest.mark.parametrize(

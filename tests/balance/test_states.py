@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.balance.contacts import ContactPair
@@ -170,21 +171,9 @@ def test_frozen_parameters_lose_quadratic_convergence() -> None:
 
 def oscillator(velocity: float, resistance: float) -> Problem:
     """The oscillator of the published study with a falling mu(T)."""
-    structure = MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ContactPair(
-        name="damper",
-        contact=FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
-        tangential="x",
-        rubbing=RubbingMotion(velocity=velocity),
-    )
     curve = FrictionCurve(temperature=[25, 200, 400, 800, 1200, 3000], mu=[0.3, 0.27, 0.23, 0.18, 0.15, 0.1])
-    return Problem(
-        structure,
-        contacts=[pair],
-        loads=[Load(dof="x", sin=100.0)],
-        harmonics=Harmonics(range(11)),
-        thermal=ThermalModel(curve=curve, background=25.0, resistance=resistance),
-    )
+    thermal = ThermalModel(curve=curve, background=25.0, resistance=resistance)
+    return one_mass(damper(velocity), harmonics=range(11), thermal=thermal)
 
 
 def test_permanent_slip_of_the_oscillator() -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 
 import slipstick as ss
 from slipstick.balance.ports import Balance
@@ -11,19 +12,7 @@ from slipstick.balance.start import FirstPoint
 
 
 def oscillator(C=0.4, harmonics=range(11), **load):
-    return ss.Problem(
-        ss.MatrixStructure(M=[[1.0]], C=[[C]], K=[[40.0]], dofs=["x"]),
-        contacts=[
-            ss.ContactPair(
-                name="damper",
-                contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
-                tangential={"x": 1.0},
-                rubbing=ss.RubbingMotion(velocity=10.0),
-            )
-        ],
-        loads=[ss.Load(dof="x", sin=100.0, **load)],
-        harmonics=ss.Harmonics(harmonics),
-    )
+    return one_mass(damper(10.0), C=C, loads=ss.Load(dof="x", sin=100.0, **load), harmonics=harmonics)
 
 
 def test_a_plateau_has_no_peaks():

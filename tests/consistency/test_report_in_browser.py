@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import blocks
+from helpers.oscillator import UNITS, damper, one_mass
 from helpers.reports import branch
 from helpers.study_case import CASE
 from typer.testing import CliRunner
@@ -281,11 +282,7 @@ def kinds() -> dict[str, Any]:
 
 
 def oscillator_with(velocity: float) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=800.0)
-    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", rubbing=ss.RubbingMotion(velocity=velocity))
-    units = {"length": "mm", "force": "N", "time": "s"}
-    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6), units=units)
+    return one_mass(damper(velocity), harmonics=range(6), units=UNITS)
 
 
 def heated() -> ss.Branch:

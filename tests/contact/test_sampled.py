@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
+from helpers.oscillator import with_law
 
 import slipstick as ss
 from slipstick.contact.law import Law, Motion
@@ -135,8 +136,6 @@ def test_too_few_samples_are_refused() -> None:
     ],
 )
 def test_a_force_that_is_no_number_is_told_in_one_sentence(force: Any, said: str) -> None:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="a", contact=ss.SampledLaw(force=force, parameters={"k": 1.0}), ports={"x": "x"})
     with pytest.raises(ss.InputError, match=said) as caught:
-        ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
+        with_law(ss.SampledLaw(force=force, parameters={"k": 1.0}), name="a")
     assert len(caught.value.sentences) == 1

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from helpers.faults import raises_fault
+from helpers.oscillator import damper, one_mass
 from helpers.reports import branch
 
 import slipstick as ss
@@ -42,10 +43,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
     units = {"length": "mm", "force": "N", "time": "s"}
 
     def oscillator(**more: Any) -> ss.Problem:
-        structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-        contact = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=300.0)
-        pair = ss.ContactPair(name="damper", contact=contact, tangential="x")
-        return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=[0, 1, 3], **more)
+        return one_mass(damper(normal_load=300.0), harmonics=[0, 1, 3], **more)
 
     problem = oscillator(units=units)
     response = ss.forced_response(problem, omega=(5.0, 6.0))

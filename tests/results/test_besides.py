@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.cases import oscillator
+from helpers.oscillator import with_law
 from typer.testing import CliRunner
 
 import slipstick as ss
@@ -27,9 +29,7 @@ FRICTION = ss.FrictionContact(kt=100.0, mu=0.3, normal_load=200.0)
 
 
 def problem(contact: Any = FRICTION, port: str = "tangential") -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="damper", contact=contact, ports={port: "x"})
-    return ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=100.0), harmonics=range(4))
+    return with_law(contact, name="damper", port=port, force=100.0)
 
 
 def fails(*_: Any, **__: Any) -> Any:
@@ -212,28 +212,7 @@ def test_a_curve_stays_where_its_subharmonics_fail(monkeypatch: pytest.MonkeyPat
     assert branch.subharmonics == ()
 
 
-CASE = """
-format = 1
-harmonics = "0..3"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = [[1.0]]
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 200.0
-[response]
-from = 8.0
-to = 9.0
-"""
+CASE = oscillator(head='harmonics = "0..3"\n', rubbing="", response="from = 8.0\nto = 9.0\n").replace("800", "200")
 
 
 def test_a_run_goes_on_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from consistency.random_systems import random_system
 from helpers.faults import raises_fault
+from helpers.oscillator import with_law
 from helpers.problems import random_problem
 from helpers.resolved import assert_sensitive
 
@@ -197,9 +198,8 @@ def test_points_that_are_near_solutions_are_brought_to_them():
 
 def test_laws_of_ones_own():
     law = ss.SampledLaw(force=lambda x, v, k=1.0, c=0.1: k * x**3 + c * v, parameters={"k": 2.0, "c": 0.3})
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="cubic", contact=law, ports={"x": "x"})
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=10.0), harmonics=range(6))
+    law = ss.SampledLaw(force=lambda x, v, k=1.0, c=0.1: k * x**3 + c * v, parameters={"k": 2.0, "c": 0.3})
+    problem = with_law(law, name="cubic", force=10.0, harmonics=range(6))
     branch = ss.forced_response(problem, omega=(6.0, 6.1), options=POINT)
     assert_sensitive(branch, ["cubic.k", "cubic.c", "damping"], "x")
 

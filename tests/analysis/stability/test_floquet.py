@@ -7,7 +7,8 @@ import pytest
 from helpers.faults import raises_fault
 from helpers.floquet import distance
 from helpers.laws import Spring
-from helpers.stability import oscillator, point_at
+from helpers.oscillator import damper, one_mass, oscillator, with_law
+from helpers.stability import point_at
 
 import slipstick as ss
 from slipstick.analysis.stability.floquet import unstable
@@ -58,12 +59,7 @@ def test_a_hot_contact_keeps_the_friction_it_has_there() -> None:
 
 
 def test_other_laws_and_structures_without_equations_in_time_are_refused_by_name() -> None:
-    law = Spring(1.0)
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    problem = ss.Problem(
-        structure, contacts=[ss.ContactPair(name="spring", contact=law, ports={"along": "x"})],
-        loads=[ss.Load(dof="x", sin=1.0)], harmonics=3,
-    )  # fmt: skip
+    problem = with_law(Spring(1.0), port="along")
     with raises_fault("stability", says="contact 'spring' follows a law that does not tell its rate"):
         ss.forced_response(problem, omega=(1.0, 2.0), stability=True)
 
@@ -102,10 +98,6 @@ def test_between_solved_points_of_many_contacts_the_verdict_is_theirs() -> None:
 @pytest.mark.parametrize("velocity", [0.0, 1.0])
 def test_a_contact_without_tangential_stiffness_remembers_nothing(velocity) -> None:
     """Its multipliers are those of the structure alone."""
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    contact = ss.FrictionContact(kt=0.0, mu=0.3, normal_load=10.0)
-    rubbing = ss.RubbingMotion(velocity=velocity)
-    pair = ss.ContactPair(name="c", tangential="x", contact=contact, rubbing=rubbing)
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", cos=1.0), harmonics=range(3))
+    problem = one_mass(damper(velocity, kt=0.0, normal_load=10.0), force=1.0)
     found = ss.forced_response(problem, omega=(4.0, 4.1), stability=True).dataset
     assert found.multiplier_max.values == pytest.approx(np.exp(-0.2 * 2.0 * np.pi / found.omega.values))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from helpers.faults import raises_fault
-from helpers.stability import flutter, oscillator, stops, two_dofs
+from helpers.oscillator import oscillator
+from helpers.stability import flutter, stops, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.subharmonics import doubled

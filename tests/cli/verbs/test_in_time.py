@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.oscillator import with_law
 from typer.testing import CliRunner, Result
 
 import slipstick as ss
@@ -83,10 +84,7 @@ def test_wrong_arguments(results: Path, tmp_path: Path) -> None:
 
 
 def test_results_without_their_problem(tmp_path: Path) -> None:
-    law = ss.SampledLaw(force=lambda x, v, k: k * x**3, parameters={"k": 1.0})
-    structure = ss.MatrixStructure(M=[[1.0]], C=[[0.4]], K=[[40.0]], dofs=["x"])
-    pair = ss.ContactPair(name="cubic", contact=law, ports={"x": "x"})
-    problem = ss.Problem(structure, contacts=pair, loads=ss.Load(dof="x", sin=1.0), harmonics=[0, 1, 2, 3])
+    problem = with_law(ss.SampledLaw(force=lambda x, v, k: k * x**3, parameters={"k": 1.0}), name="cubic")
     ss.forced_response(problem, omega=(2.0, 2.1)).save(tmp_path / "r.nc")
     result = verify(tmp_path / "r.nc")
     assert result.exit_code == 2

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from helpers.cases import oscillator
 from typer.testing import CliRunner, Result
 
 import slipstick as ss
@@ -22,32 +23,11 @@ from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
-CASE = """
-format = 1
-title = "oscillator"
-harmonics = "0..3"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = "mass.npz"
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = 4.0
-to = 8.0
-first_step = 0.04
-max_step = 0.04
-"""
+CASE = oscillator(
+    head='title = "oscillator"\nharmonics = "0..3"\n',
+    rubbing="velocity = 10.0",
+    response="from = 4.0\nto = 8.0\nfirst_step = 0.04\nmax_step = 0.04\n",
+).replace("[[1.0]]", '"mass.npz"')
 BARE = ("--no-figures", "--no-report")
 STOPPED_AT = 12
 
