@@ -6,12 +6,11 @@ from pathlib import Path
 
 import pytest
 from helpers.cases import oscillator
+from helpers.command import slipstick
 from helpers.oscillator import damper, one_mass
-from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.cli.verbs.run import peak_lines
 from slipstick.units import Units, after_number
 
@@ -114,11 +113,11 @@ def test_a_followed_parameter_has_its_unit() -> None:
 def test_a_case_is_shown_in_its_units(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(CASE)
-    said = CliRunner().invoke(app, ["check", str(path)]).output
+    said = slipstick("check", path).output
     assert "range: 5.65487 rad/s (0.9 Hz) to 6.28319 rad/s (1 Hz)" in said
     assert "kt 100 N/mm, mu 0.3, normal_load 800 N, rubbing at 10 mm/s" in said
     assert "largest amplitude of x 38.96 mm near 6.28319 rad/s (1 Hz)" in said
-    done = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "out"), "--no-figures"])
+    done = slipstick("run", path, "-o", tmp_path / "out", "--no-figures")
     assert done.exit_code == 0, done.output
     branch = ss.load(tmp_path / "out" / "results.nc")
     assert branch.dataset["displacement"].attrs["units"] == "mm"

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.command import slipstick
 from helpers.faults import raises_fault
-from typer.testing import CliRunner
 
 from slipstick.case.case import Case
-from slipstick.cli.main import app
 from slipstick.errors import InputError, SlipstickWarning
 from slipstick.fem.box import box
 from slipstick.fem.materials import Material
@@ -69,7 +68,7 @@ def tip() -> int:
 
 
 def warned(*arguments: object) -> list[str]:
-    result = CliRunner().invoke(app, [str(a) for a in arguments])
+    result = slipstick(*arguments)
     assert result.exit_code == 0, result.output
     return [line.removeprefix("warning: ") for line in result.stderr.splitlines() if line.startswith("warning: ")]
 
@@ -123,9 +122,7 @@ def test_solids_of_higher_order_are_refused(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((24, 3))
     cells = [("tetra", np.array([[0, 1, 2, 3]])), ("tetra20", np.arange(4, 24)[None, :])]
     meshio.Mesh(points, cells).write(tmp_path / "m.msh", file_format="gmsh22", binary=False)
-    with pytest.raises(
-        InputError, match=r"m\.msh: has elements of Gmsh type 29, which are not read; mesh with order 1 or 2"
-    ):
+    with pytest.raises(InputError, match=r"m\.msh: has elements of Gmsh type 29"):
         read_model(tmp_path / "m.msh", ImportOptions(material=STEEL))
 
 
@@ -142,7 +139,7 @@ def test_a_coupling_ends_every_road_with_the_same_sentence(tmp_path: Path) -> No
         ["check", tmp_path / "case.toml"],
         ["run", tmp_path / "case.toml", "-o", tmp_path / "out"],
     ):
-        result = CliRunner().invoke(app, [str(a) for a in arguments])
+        result = slipstick(*arguments)
         assert result.exit_code == 2
         assert said in result.stderr
         assert "Traceback" not in result.output

@@ -18,13 +18,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from helpers import blocks
+from helpers.command import slipstick
 from helpers.oscillator import UNITS, damper, one_mass
 from helpers.reports import branch
 from helpers.study_case import CASE
-from typer.testing import CliRunner
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.writing import write_report, write_study_report
 
@@ -237,7 +236,7 @@ def test_nothing_is_wider_than_the_window(browser: Any, tmp_path: Path, width: i
 def test_a_study_is_chosen_from_in_map_curves_and_table(browser: Any, tmp_path: Path, width: int, scheme: str) -> None:
     (tmp_path / "case.toml").write_text(GRID)
     arguments = ["study", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-figures", "--workers", "1"]
-    assert CliRunner().invoke(app, arguments).exit_code == 1  # one case is stopped early
+    assert slipstick(*arguments).exit_code == 1  # one case is stopped early
     found = Opened(browser, tmp_path / "out" / "report.html", color_scheme=scheme)
     found.page.set_viewport_size({"width": width, "height": 900})
     found.page.wait_for_timeout(300)

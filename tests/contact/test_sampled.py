@@ -113,7 +113,7 @@ def test_is_a_law_and_refuses_nonsense() -> None:
 def test_a_function_that_is_not_analytic_is_told(force) -> None:
     structure = ss.MatrixStructure(M=[[1.0]], C=[[0.1]], K=[[1.0]], dofs=["x"])
     pair = ss.ContactPair(name="s", contact=ss.SampledLaw(force=force), ports={"x": "x"})
-    with pytest.warns(ss.SlipstickWarning, match="'s': the derivative of its law by complex steps is not the slope"):
+    with pytest.warns(ss.SlipstickWarning, match="'s': the derivative .* by complex steps"):
         ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=1.0)])
 
 

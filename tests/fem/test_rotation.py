@@ -93,7 +93,7 @@ def test_matrices_between_speeds(blade):
 
 
 def test_what_looks_wrong_is_warned_of(blade):
-    with pytest.warns(SlipstickWarning, match=r"the strain at speed is 0\.\d+, beyond what metals bear"):
+    with pytest.warns(SlipstickWarning, match=r"the strain at speed is 0\.\d+"):
         at_speed(blade, 9000.0, axis=ABOUT)
     heavy = replace(blade, M=1.5 * blade.M)
     with pytest.warns(SlipstickWarning, match="centrifugal forces are those of the mesh"):

@@ -38,6 +38,14 @@ def oscillator(velocity: float = 0.0, harmonics: int = 11, **parts: Any) -> ss.P
     return one_mass(damper(velocity, **parts), harmonics=range(harmonics))
 
 
+def opening() -> ss.Problem:
+    """A contact that opens and closes: from 2 rad/s the branch comes back, as from 10; from 15 rad/s it does not."""
+    structure = ss.MatrixStructure(M=np.eye(2), C=0.4 * np.eye(2), K=[[40.0, -10.0], [-10.0, 60.0]], dofs=["x", "y"])
+    contact = ss.FrictionContact(kt=400.0, mu=0.3, kn=400.0, gap=-2.0)
+    pair = ss.ContactPair(name="damper", contact=contact, tangential="x", normal="y")
+    return ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=400.0)], harmonics=range(11))
+
+
 def closed(a: float, m: float = 1.0, k: float = 40.0, c: float = 0.4, kt: float = 100.0, load: float = 240.0):
     """Frequency and damping ratio of its nonlinear mode with one harmonic."""
     limit = load / kt

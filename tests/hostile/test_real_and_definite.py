@@ -225,7 +225,7 @@ def test_reduce_refuses_indefinite_stiffness_with_every_solver(solver: str | Non
     n = 30
     K = np.diag(np.r_[np.linspace(1.0, 2.0, n - 1), -1e6])
     K[0, 1] = K[1, 0] = 0.1
-    with pytest.raises(InputError, match="negative eigenvalues, so the structure is unstable"):
+    with pytest.raises(InputError, match="negative eigenvalues"):
         ss.reduce(K, np.eye(n), dofs=[f"u{k}" for k in range(n)], keep=["u3"], modes=3, solver=solver)
 
 

@@ -64,7 +64,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
 def test_another_file_is_not_replaced(made: ss.Branch, tmp_path: Path) -> None:
     path = tmp_path / "results.nc"
     path.write_bytes(b"numbers")
-    with pytest.raises(ss.InputError, match=r"results\.nc: there is a file that is no report"):
+    with pytest.raises(ss.InputError, match=r"results\.nc: a file that is no report"):
         made.report(path)
     assert path.read_bytes() == b"numbers"
 
@@ -77,7 +77,7 @@ def test_a_failure_leaves_the_earlier_report(made: ss.Branch, tmp_path: Path, mo
         raise OSError(28, "No space left on device", str(self))
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(ss.InputError, match=r"r\.html: the report cannot be written \(no space left on device\)"):
+    with pytest.raises(ss.InputError, match=r"r\.html: .* \(no space left on device\)"):
         made.report(path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["r.html"]

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.cases import oscillator
+from helpers.command import slipstick
 from helpers.oscillator import with_law
-from typer.testing import CliRunner
 
 import slipstick as ss
 from slipstick.analysis.curve import request
@@ -21,7 +21,6 @@ from slipstick.analysis.curve.follow import frequency_request
 from slipstick.analysis.modes import nonlinear_modes as modes_module
 from slipstick.analysis.peaks import events as peaks_module
 from slipstick.analysis.stability import floquet, subharmonics
-from slipstick.cli.main import app
 from slipstick.results import record
 from slipstick.results.besides import Besides
 
@@ -218,7 +217,7 @@ CASE = oscillator(head='harmonics = "0..3"\n', rubbing="", response="from = 8.0\
 def test_a_run_goes_on_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(record, "truncation", fails)
     (tmp_path / "case.toml").write_text(CASE)
-    done = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "out"), "--no-report"])
+    done = slipstick("run", tmp_path / "case.toml", "-o", tmp_path / "out", "--no-report")
     assert done.exit_code == 0, done.output
     assert "warning: truncation is not known at" in done.output
     data = ss.load(tmp_path / "out" / "results.nc").dataset

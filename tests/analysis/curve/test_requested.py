@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.cases import oscillator as case_text
-from typer.testing import CliRunner
+from helpers.command import slipstick
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.io.loading import load_dataset
 from slipstick.report.content import content_of
 from slipstick.solve.continuation.locate import Locator
@@ -68,7 +67,7 @@ def test_what_is_not_found_is_named_by_run_and_in_the_report(tmp_path: Path, mon
     monkeypatch.chdir(tmp_path)
     case = tmp_path / "case.toml"
     case.write_text(CASE)
-    result = CliRunner().invoke(app, ["run", str(case), "--no-figures"])
+    result = slipstick("run", case, "--no-figures")
     assert result.exit_code == 0, result.output
     said = " ".join(result.output.split())
     assert said.count("at 5.1 rad/s a point was requested") == 1

@@ -101,7 +101,7 @@ def test_a_name_of_all_contacts_moves_each_from_its_own_value():
 def test_a_normal_load_of_an_open_contact_is_refused():
     """A load of 0 stands for a gap of 0: the contact, open at rest, would jump there."""
     branch = ss.forced_response(random_problem(1), omega=(6.0, 6.1), options=POINT)
-    with raises_fault("c2.normal_load", says="does not say the gap of 'c2', which is open at rest"):
+    with raises_fault("c2.normal_load", says="the gap of 'c2'"):
         branch.sensitivity("c2.normal_load")
     assert "c2.normal_load" not in branch.sensitivity().parameter
 
@@ -211,7 +211,7 @@ def test_without_a_problem_or_contacts():
         branch.sensitivity("damper.nu")
     with pytest.raises(ss.InputError, match="there is no dof"):
         branch.sensitivity("damper.mu", "y")
-    with pytest.raises(ss.InputError, match="the problem of the branch, which is not known: it was made from a data"):
+    with pytest.raises(ss.InputError, match="the problem of the branch"):
         ss.Branch(branch.dataset, branch.outcome).sensitivity()
     with pytest.raises(ss.InputError, match="linear response"):
         ss.linear_response(problem, omega=[4.0]).sensitivity()

@@ -60,7 +60,7 @@ def test_a_hot_contact_keeps_the_friction_it_has_there() -> None:
 
 def test_other_laws_and_structures_without_equations_in_time_are_refused_by_name() -> None:
     problem = with_law(Spring(1.0), port="along")
-    with raises_fault("stability", says="contact 'spring' follows a law that does not tell its rate"):
+    with raises_fault("stability", says="'spring' .* does not tell its rate"):
         ss.forced_response(problem, omega=(1.0, 2.0), stability=True)
 
 

@@ -42,5 +42,5 @@ def test_what_cannot_be_held(held, said):
 
 def test_other_laws_are_not_known():
     p = with_law(Spring(1.0), name="s", port="along")
-    with raises_fault("time integration", says="contact 's' follows a law that does not tell its rate"):
+    with raises_fault("time integration", says="'s' .* does not tell its rate"):
         friction_system(p, 5.0)

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.cases import oscillator
-from typer.testing import CliRunner
+from helpers.command import slipstick as called
 
 import slipstick as ss
 import slipstick.report.content
 import slipstick.report.writing
-from slipstick.cli.main import app
 from slipstick.cli.verbs.report import labels
 from slipstick.errors import InputError
 from slipstick.io.loading import load_dataset
@@ -32,7 +31,7 @@ def case(tmp_path: Path) -> Path:
 
 
 def command(*words: object) -> tuple[int, str]:
-    found = CliRunner().invoke(app, [str(word) for word in words])
+    found = called(*words)
     return found.exit_code, found.output
 
 

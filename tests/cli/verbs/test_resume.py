@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 import xarray
 from helpers.cases import oscillator
-from typer.testing import CliRunner, Result
+from helpers.command import slipstick
+from typer.testing import Result
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.cli.run_options import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
@@ -30,10 +30,6 @@ CASE = oscillator(
 ).replace("[[1.0]]", '"mass.npz"')
 BARE = ("--no-figures", "--no-report")
 STOPPED_AT = 12
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def told(result: Result) -> str:

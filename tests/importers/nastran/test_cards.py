@@ -63,7 +63,7 @@ def test_cards_that_couple_are_refused_beside_matrices_that_lack_them(tmp_path, 
     assert f"m.bdf, line 9: {said}" in str(caught.value)
     (folder / "m.bdf").write_text(BULK.replace("ENDDATA", card + "\nASET1,2,1,2\nENDDATA"))
     write_op4(folder / "aa.op4", {"KAA": 9 * np.eye(2), "MAA": np.eye(2)})
-    with pytest.warns(SlipstickWarning, match=r"a dof it removes can carry no contact or load"):
+    with pytest.warns(SlipstickWarning, match=r"a dof it removes can carry no"):
         model = read_model([folder / "aa.op4", folder / "m.bdf"])
     assert model.dofs == ("n1y", "n2y")
 

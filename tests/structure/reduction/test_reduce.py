@@ -145,7 +145,7 @@ def test_number_of_modes_follows_from_the_accuracy(
     made = reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=reached, frequency_range=(0.0, highest))
     assert made.structure.omega.size == least.structure.omega.size
     monkeypatch.setattr(reduction_compute, "MOST_MODES", 40)
-    with pytest.raises(EigenError, match=r"40 modes leave.*ask for less accuracy or a lower highest frequency"):
+    with pytest.raises(EigenError, match=r"40 modes leave"):
         reduce_model(beam.K, beam.M, dofs=beam.dofs, keep=tip, accuracy=1e-15, frequency_range=(0.0, highest))
 
 
