@@ -12,11 +12,9 @@ from slipstick.errors import InputError
 
 
 @contextmanager
-def raises_fault(
-    *where: str | int, says: str = "", kind: type[InputError] = InputError, **data: str
-) -> Generator[pytest.ExceptionInfo[InputError]]:
+def raises_fault(*where: str | int, says: str = "", **data: str) -> Generator[pytest.ExceptionInfo[InputError]]:
     """One of the faults has this path, if any is given, these fields (``found``, ...) and ``says`` in its words."""
-    with pytest.raises(kind) as caught:
+    with pytest.raises(InputError) as caught:
         yield caught
     assert any(
         where in ((), fault.where)
