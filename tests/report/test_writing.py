@@ -64,7 +64,7 @@ def test_results_with_other_axes_or_units_are_refused(made: ss.Branch, tmp_path:
 def test_another_file_is_not_replaced(made: ss.Branch, tmp_path: Path) -> None:
     path = tmp_path / "results.nc"
     path.write_bytes(b"numbers")
-    with pytest.raises(ss.InputError, match=r"results\.nc: a file that is no report"):
+    with pytest.raises(ss.InputError, match=r"results\.nc: .* a file that is no report"):
         made.report(path)
     assert path.read_bytes() == b"numbers"
 
