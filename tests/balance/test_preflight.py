@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.oscillator import one_mass
 
 import slipstick as ss
 from slipstick.balance.preflight import problem_warnings
@@ -94,9 +95,8 @@ SUSPICIOUS: list[tuple[Callable[[], Any], str]] = [
 ]  # fmt: skip
 
 
-def free(C: Any = ((0.4,),)) -> ss.Problem:
-    structure = ss.MatrixStructure(M=[[1.0]], C=C, K=[[40.0]], dofs=["x"])
-    return ss.Problem(structure, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
+def free(C: float | None = 0.4) -> ss.Problem:
+    return one_mass(C=C, loads=ss.Load(dof="x", cos=1.0), harmonics=1)
 
 
 def modal(residual: float = 0.01, **damping: float) -> ss.Problem:
@@ -166,11 +166,10 @@ def test_even_multiples_of_what_moves_count() -> None:
 @pytest.mark.parametrize(("count", "said"), [(16, True), (17, False)])
 def test_of_many_contacts_proportions_are_looked_at_with_the_curve(count: int, said: bool) -> None:
     """The static compliance between their ports is not computed for a problem alone, only where it is needed anyway."""
-    structure = ss.MatrixStructure(M=np.eye(1), C=[[0.4]], K=[[40.0]], dofs=["x"])
     hard = ss.FrictionContact(kt=1e9, mu=0.3, normal_load=1.0)
     pair = ss.ContactPair(name="c", contact=hard, tangential=["x"] * count, rubbing=ss.RubbingMotion(velocity=10.0))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        many = ss.Problem(structure, contacts=[pair], loads=ss.Load(dof="x", sin=1.0), harmonics=10)
+        many = one_mass(pair, force=1.0, harmonics=10)
     assert any("check the units of both" in sentence for sentence in problem_warnings(many)) == said
     assert any("check the units of both" in sentence for sentence in problem_warnings(many, (2.0, 3.0)))

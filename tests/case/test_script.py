@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse
+from helpers.cases import BLOCKS
 
 import slipstick as ss
 from slipstick.case.load import LoadTable
@@ -122,26 +123,6 @@ def test_matrices_in_files(tmp_path: Path) -> None:
     same(tmp_path / "case.toml")
 
 
-BLOCKS = """
-[[contact]]
-name = "pad"
-points = [2, 1]
-direction = [0.0, 1.0, 1.0]
-normal = "surface"
-kt = 1e5
-kn = 2e4
-mu = { table = [[20, 0.4], [200, 0.2]] }
-normal_load_total = 1.0
-rubbing = { velocity = 0.005 }
-thermal = { resistance = 2.0 }
-[[contact]]
-name = "curve"
-points = [3]
-direction = [1.0, 0.0, 0.0]
-kt = 2e5
-mu = 0.3
-normal_load = 0.7
-"""
 SINGLE = """
 [[contact]]
 name = "beside"

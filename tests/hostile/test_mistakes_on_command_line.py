@@ -9,11 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.command import slipstick
 from helpers.gmsh import beam, write_inp, write_msh
 from helpers.study_case import CASE
-from typer.testing import CliRunner, Result
-
-from slipstick.cli.main import app
+from typer.testing import Result
 
 MATERIAL = ("--young", "2e11", "--poisson", "0.3", "--density", "7800")
 
@@ -219,10 +218,6 @@ MISTAKES: dict[str, tuple[tuple[object, ...], tuple[str, ...]]] = {
         ("afile.map: what it is for does not show",),
     ),
 }
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 @pytest.fixture(scope="module")

@@ -88,7 +88,7 @@ def test_another_study_is_refused(tmp_path: Path, solved: list[CaseSolved]) -> N
     place.add(solved[0])
     place.release()
     other = make_plan(JOB.problem, {"damper.velocity": [10.0, 20.0, 31.0]})
-    with pytest.raises(InputError, match="another study is in it, or the case has changed since"):
+    with pytest.raises(InputError, match="another study is in it"):
         StudyFolder(tmp_path, JOB, other, about={})
     with pytest.raises(InputError, match="another study is in it"):
         StudyFolder(tmp_path, Job(problem=JOB.problem, span=(5.0, 7.1)), PLAN, about={})
@@ -126,7 +126,7 @@ def test_results_that_cannot_be_written_leave_the_cases(
 
     with monkeypatch.context() as patch:
         patch.setattr(folder_module, "save_dataset", full)
-        with pytest.raises(InputError, match="cannot be written \\(no space left on device\\); choose another folder"):
+        with pytest.raises(InputError, match=r"cannot be written \(no space left on device\)"):
             place.write()
     assert (tmp_path / "study.journal").exists()
     assert opened_after(place).todo() == []

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from helpers.stability import oscillator, point_at, two_dofs
+from helpers.oscillator import oscillator
+from helpers.stability import point_at, two_dofs
 
 import slipstick as ss
 from slipstick.analysis.stability.argument_principle import count_unstable, folded, net_turns, strip

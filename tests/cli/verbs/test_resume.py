@@ -13,47 +13,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from typer.testing import CliRunner, Result
+from helpers.cases import oscillator
+from helpers.command import slipstick
+from typer.testing import Result
 
 import slipstick as ss
-from slipstick.cli.main import app
 from slipstick.cli.run_options import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
 
-CASE = """
-format = 1
-title = "oscillator"
-harmonics = "0..3"
-[structure]
-kind = "matrices"
-dofs = ["x"]
-mass = "mass.npz"
-damping = [[0.4]]
-stiffness = [[40.0]]
-[[load]]
-dof = "x"
-sin = 100.0
-[[contact]]
-name = "damper"
-tangential = "x"
-kt = 100.0
-mu = 0.3
-normal_load = 800.0
-rubbing = { velocity = 10.0 }
-[response]
-from = 4.0
-to = 8.0
-first_step = 0.04
-max_step = 0.04
-"""
+CASE = oscillator(
+    head='title = "oscillator"\nharmonics = "0..3"\n',
+    rubbing="velocity = 10.0",
+    response="from = 4.0\nto = 8.0\nfirst_step = 0.04\nmax_step = 0.04\n",
+).replace("[[1.0]]", '"mass.npz"')
 BARE = ("--no-figures", "--no-report")
 STOPPED_AT = 12
-
-
-def slipstick(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def told(result: Result) -> str:
