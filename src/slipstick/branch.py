@@ -194,19 +194,26 @@ class Branch:
         Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
         numbers that are none.
         """
-        own = next((own for own in contacts_at(self, point) if own.law is not None and is_friction(own.law)), None)
-        if own is None:
+        friction = next(
+            (
+                friction
+                for friction in contacts_at(self, point)
+                if friction.law is not None and is_friction(friction.law)
+            ),
+            None,
+        )
+        if friction is None:
             raise InputError(NO_FRICTION)
-        count, omega = self.table.sizes["contact"], float(np.asarray(own.motion.omega))
+        count, omega = self.table.sizes["contact"], float(np.asarray(friction.motion.omega))
 
         def among_all(values: Array) -> Array:
             out = np.full((count, *values.shape[1:]), np.nan)
-            out[own.elements] = values
+            out[friction.elements] = values
             return out
 
-        X, Y = map(among_all, own.motion.Q)
-        given = {name: among_all(values) for name, values in own.values.items()}
-        forces = element_forces(self.harmonics, X, Y, v=among_all(own.motion.drift[0]), **given)
+        X, Y = map(among_all, friction.motion.Q)
+        parameters = {name: among_all(values) for name, values in friction.values.items()}
+        forces = element_forces(self.harmonics, X, Y, v=among_all(friction.motion.drift[0]), **parameters)
         forces.omega = omega
         return forces
 
@@ -243,16 +250,16 @@ class Branch:
         (``slipstick.state.thermal.search``). Raises InputError where the problem is not known or nothing is heated.
         """
         d, problem = self.point(point), self.problem_at(point)
-        heated = next((own for own in problem.contact_states if isinstance(own, HeatedContacts)), None)
+        heated = next((state for state in problem.contact_states if isinstance(state, HeatedContacts)), None)
         if heated is None:
             raise InputError("no contact of this branch is heated; give the problem a thermal model")
-        batch, given = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
+        batch, inputs = problem.batches[heated.batch], problem.inputs.batches[heated.batch]
         omega = float(d["omega"])
         Q = tuple(
-            d[f"contact_{port}"].to_numpy()[batch.elements] + given.motion[i] for i, port in enumerate(batch.law.ports)
+            d[f"contact_{port}"].to_numpy()[batch.elements] + inputs.motion[i] for i, port in enumerate(batch.law.ports)
         )
-        motion = Motion(self.harmonics, omega, Q, given.drift(omega), given.velocity_per_omega)
-        return heated.all_equilibria(batch.law, motion, given.values)
+        motion = Motion(self.harmonics, omega, Q, inputs.drift(omega), inputs.velocity_per_omega)
+        return heated.all_equilibria(batch.law, motion, inputs.values)
 
     @property
     def plot(self) -> BranchPlots:

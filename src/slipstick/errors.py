@@ -137,9 +137,9 @@ class InputError(SlipstickError, ValueError):
         return type(self), (self.faults, self._say)
 
 
-def faults_of(given: str | Fault | Iterable[str | Fault]) -> tuple[Fault, ...]:
+def faults_of(faults: str | Fault | Iterable[str | Fault]) -> tuple[Fault, ...]:
     """Faults, each once; a text is a fault without a place."""
-    listed = (given,) if isinstance(given, str | Fault) else given
+    listed = (faults,) if isinstance(faults, str | Fault) else faults
     return tuple(dict.fromkeys(Fault(statement=one) if isinstance(one, str) else one for one in listed))
 
 

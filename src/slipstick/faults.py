@@ -130,10 +130,10 @@ def suggestion(name: Any, known: Iterable[str]) -> str:
 
 def number(name: Name, value: Any, expected: str = "a finite number", *, above: float = -float("inf")) -> float:
     """One finite real number >= ``above``."""
-    found = _scalar(value)
-    if isinstance(found, Real) and not isinstance(found, bool):
+    scalar = _scalar(value)
+    if isinstance(scalar, Real) and not isinstance(scalar, bool):
         try:
-            result = float(found)
+            result = float(scalar)
         except (OverflowError, ValueError):
             result = float("inf")
         if 0.0 < abs(result) < SMALLEST:
@@ -147,10 +147,10 @@ def number(name: Name, value: Any, expected: str = "a finite number", *, above: 
 
 def frequency(name: Name, value: Any, units: Units | None = None) -> float:
     """One frequency > 0, rad/s, from a number or a text such as "15 Hz", "3000 rpm"."""
-    found = in_radians(name, value, units)
-    if isinstance(value, str) and found <= 0:
+    omega = in_radians(name, value, units)
+    if isinstance(value, str) and omega <= 0:
         raise wrong(name, value, "a frequency > 0")
-    return number(name, found, "a frequency > 0 in rad/s", above=SMALLEST)
+    return number(name, omega, "a frequency > 0 in rad/s", above=SMALLEST)
 
 
 def in_radians(name: Name, value: Any, units: Units | None = None) -> Any:
@@ -174,12 +174,12 @@ def whole(name: Name, value: Any, least: int = 0, most: int | None = None) -> in
     """One whole number; 2.0 is one too."""
     limits = f">= {least}" if most is None else f"from {least} to {most}"
     expected = f"a whole number {limits}"
-    found = _scalar(value)
-    if isinstance(found, float) and found.is_integer():
-        found = int(found)
-    if isinstance(found, bool) or not isinstance(found, Integral):
+    scalar = _scalar(value)
+    if isinstance(scalar, float) and scalar.is_integer():
+        scalar = int(scalar)
+    if isinstance(scalar, bool) or not isinstance(scalar, Integral):
         raise wrong(name, value, expected)
-    result = int(found)
+    result = int(scalar)
     if result < least or (most is not None and result > most):
         raise wrong(name, value, expected)
     return result
@@ -195,10 +195,10 @@ def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Ar
         raise wrong(name, value, expected) from None
     if array.dtype.kind not in "iuf":
         raise wrong(name, value, expected)
-    own = array.astype(float)
-    if not np.abs(own).max(initial=0.0) <= LARGEST:
+    copy = array.astype(float)
+    if not np.abs(copy).max(initial=0.0) <= LARGEST:
         raise wrong(name, value, _below_largest(expected) if np.all(np.isfinite(array)) else expected)
-    return own
+    return copy
 
 
 def count_or_numbers(name: Name, value: Any, expected: str) -> int | Array:
@@ -251,8 +251,8 @@ def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
         pass
     except (OSError, ValueError) as error:  # too long, not permitted, a zero character
         reason = getattr(error, "strerror", None) or str(error)
-        found = f"{shown(fspath(value))}, which cannot be reached ({reason})"
-        raise InputError(Fault(path_of(name), found=found, expected=expected)) from None
+        described = f"{shown(fspath(value))}, which cannot be reached ({reason})"
+        raise InputError(Fault(path_of(name), found=described, expected=expected)) from None
     return Path(value)
 
 
@@ -269,12 +269,12 @@ def listed(name: Name, value: Any, expected: str) -> tuple[Any, ...]:
         raise wrong(name, value, expected)
     most = None if isinstance(value, list | tuple) or hasattr(value, "shape") else MOST_ITEMS + 1
     try:
-        found = tuple(islice(value, most))
+        items = tuple(islice(value, most))
     except TypeError:  # such as an array without dimensions
         raise wrong(name, value, expected) from None
-    if len(found) == most:
+    if len(items) == most:
         raise wrong(name, value, f"{expected}, at most {MOST_ITEMS} of them")
-    return found
+    return items
 
 
 def table(name: Name, value: Any, expected: str) -> dict[str, Any]:
@@ -290,15 +290,15 @@ def several(name: Name, value: Any, kind: type[T], expected: str) -> tuple[T, ..
     """Objects of a class; one alone is taken too. ``expected`` names one of them, such as "an ss.Load"."""
     if isinstance(value, kind):
         return (value,)
-    found = listed(name, value, f"{expected}, or a list of them")
+    items = listed(name, value, f"{expected}, or a list of them")
     faults = [
         Fault((*path_of(name), place), found=shown(item), expected=expected)
-        for place, item in enumerate(found)
+        for place, item in enumerate(items)
         if not isinstance(item, kind)
     ]
     if faults:
         raise InputError(faults[:_LISTED])
-    return found
+    return items
 
 
 def names(name: Name, value: Any, expected: str = "the name of a dof") -> tuple[str, ...]:

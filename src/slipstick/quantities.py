@@ -49,8 +49,8 @@ def read_angle(value: Any) -> float:
     >>> round(read_angle("90 deg"), 4)
     1.5708
     """
-    found = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
-    return math.fmod(found, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else found
+    angle = _quantity(value, _ANGLE, 'a number in rad, or text with a unit such as "90 deg"')
+    return math.fmod(angle, 2.0 * math.pi) if isinstance(value, str) and "rad" not in value.lower() else angle
 
 
 def read_duration(value: Any) -> float:
@@ -59,17 +59,17 @@ def read_duration(value: Any) -> float:
     >>> read_duration("90"), read_duration("1.5 h")
     (90.0, 5400.0)
     """
-    given = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
-    found = _quantity(given, _DURATION, 'a time such as 3600, "90 s", "45 min" or "1.5 h"')
-    if found <= 0:
+    plain = float(value) if isinstance(value, str) and re.fullmatch(rf"\s*{_NUMBER}\s*", value) else value
+    seconds = _quantity(plain, _DURATION, 'a time such as 3600, "90 s", "45 min" or "1.5 h"')
+    if seconds <= 0:
         raise ValueError("expected a time > 0")
-    return found
+    return seconds
 
 
 def unit_of_time_fault(where: Where, shown: str, time: str, angular: str) -> Fault:
     """A frequency in Hz, rpm or rad/s, shown as it is given, where the unit of time is another than the second."""
-    found = f'{shown}, which counts in seconds, but the unit of time is "{time}"'
-    return Fault(where, found=found, remedy=f"give a plain number in {angular}")
+    described = f'{shown}, which counts in seconds, but the unit of time is "{time}"'
+    return Fault(where, found=described, remedy=f"give a plain number in {angular}")
 
 
 def _unexpected(expected: str) -> InputError:

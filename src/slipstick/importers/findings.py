@@ -94,8 +94,8 @@ class Findings:
     @property
     def couplings(self) -> tuple[Coupling, ...]:
         """What an assembly here would leave out."""
-        own = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
-        return (*own, *self.elsewhere)
+        counted = (Coupling(where=where, what=what) for where, what in self._of(Verdict.COUPLING))
+        return (*counted, *self.elsewhere)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -115,14 +115,14 @@ class Findings:
     def _of(self, verdict: Verdict) -> list[tuple[str, str]]:
         return [
             (f"{self.place(lines[0])}{_more(len(lines) - 1)}: {name}", what)
-            for (found, name, what), lines in self.met.items()
-            if found is verdict
+            for (of, name, what), lines in self.met.items()
+            if of is verdict
         ]
 
     def _list(self, verdict: Verdict) -> list[str]:
         counts: dict[str, int] = {}
-        for (found, name, _), lines in self.met.items():
-            if found is verdict:
+        for (of, name, _), lines in self.met.items():
+            if of is verdict:
                 counts[name] = counts.get(name, 0) + len(lines)
         return [f"{name} ({count})" if count > 1 else name for name, count in counts.items()]
 

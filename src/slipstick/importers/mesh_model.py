@@ -46,8 +46,8 @@ def stated_each(equations: Sequence[NodalEquation]) -> Iterator[Stated]:
     places: dict[str, list[NodalEquation]] = {}
     for equation in equations:
         places.setdefault(equation.where, []).append(equation)
-    for where, own in places.items():
-        yield Stated(where=where, equations=partial(_same, own))
+    for where, equations_there in places.items():
+        yield Stated(where=where, equations=partial(_same, equations_there))
 
 
 def _same(equations: list[NodalEquation], mesh: Mesh) -> list[NodalEquation]:

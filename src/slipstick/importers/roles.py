@@ -176,9 +176,13 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
 
 def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
     """Options of matrices, given with a mesh or a model file."""
-    given: dict[str, object] = {"dof_map": options.dof_map, "nodes": options.nodes, "names": options.names or None}
+    of_matrices: dict[str, object] = {
+        "dof_map": options.dof_map,
+        "nodes": options.nodes,
+        "names": options.names or None,
+    }
     if path.suffix.lower() not in BULK:
-        given["constraints"] = options.constraints
-    for key, value in given.items():
+        of_matrices["constraints"] = options.constraints
+    for key, value in of_matrices.items():
         if value is not None:
             yield Fault(key, f"has no effect on {path.name}, which is no matrix", remedy="leave it out")

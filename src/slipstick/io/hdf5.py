@@ -71,9 +71,9 @@ def opened(path: Path) -> Iterator[h5py.File]:
 def seal(path: Path) -> None:
     """Append the hash of a closed file to it."""
     with path.open("rb") as stream:
-        found = hashlib.file_digest(stream, _hash).digest()
+        digest = hashlib.file_digest(stream, _hash).digest()
     with path.open("ab") as stream:
-        stream.write(_SEAL + found)
+        stream.write(_SEAL + digest)
 
 
 def sealed(image: memoryview) -> bytes:
@@ -92,8 +92,8 @@ def _is_whole(data: mmap) -> bool:
     end = len(data) - len(_SEAL) - _HASH
     if len(data) <= int.from_bytes(data[28:36], "little"):
         return True
-    with memoryview(data) as view, view[: max(end, 0)] as own:
-        return data[max(end, 0) :] == sealed(own)
+    with memoryview(data) as view, view[: max(end, 0)] as before:
+        return data[max(end, 0) :] == sealed(before)
 
 
 def check_summed(shape: tuple[int, ...], itemsize: int, limits: tuple[int | None, ...] | None = None) -> dict[str, Any]:
@@ -168,7 +168,7 @@ def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:
     """Attributes by name but those skipped; raises ValueError for lists of texts and for huge ones."""
     import h5py
 
-    found = {}
+    kept = {}
     for name in node.attrs:
         if name in skipped:
             continue
@@ -176,5 +176,5 @@ def attributes(node: h5py.Dataset, skipped: set[str]) -> dict[str, Any]:
         size = prod(known.shape)
         if size > (1 if h5py.check_string_dtype(known.dtype) else _MOST_IN_ATTRIBUTE):
             raise ValueError(f"attribute '{name}' of '{node.name}' is a list of {size}")
-        found[name] = node.attrs[name]
-    return found
+        kept[name] = node.attrs[name]
+    return kept

@@ -169,25 +169,25 @@ _Records = list[tuple[NDArray[np.float64], bytes, int]]
 
 def _records(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
     """Rows of at least ``least`` bytes with their notes and ends, up to ``size``; and what is wrong with the next."""
-    found: _Records = []
+    records: _Records = []
     while True:
         head = stream.read(_HEAD)
         if len(head) < _HEAD or not any(head):  # a loss of power may leave zeros that nobody wrote
-            return found, ""
+            return records, ""
         length, begin = int.from_bytes(head[:8], "little"), stream.tell()
         if _crc(head[:12]) != head[12:] or length < least:
-            return found, "damaged"
+            return records, "damaged"
         if length > size - begin:
-            return found, ""
+            return records, ""
         payload = stream.read(length)
         if _crc(payload) != head[8:12]:
-            return found, "damaged"
-        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+            return records, "damaged"
+        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
 
 
 def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records, str]:
     """The same of version 3, in which damage cannot be told from a record cut short."""
-    found: _Records = []
+    records: _Records = []
     while len(head := stream.read(_HEAD_BEFORE)) == _HEAD_BEFORE:
         length, begin = int.from_bytes(head[4:], "little"), stream.tell()
         if not least <= length <= size - begin:  # more than the file holds is not even asked for
@@ -195,8 +195,8 @@ def _records_before(stream: IO[bytes], least: int, size: int) -> tuple[_Records,
         payload = stream.read(length)
         if _crc(payload) != head[:4]:
             break
-        found.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
-    return found, ""
+        records.append((np.frombuffer(payload[:least], dtype="<f8"), payload[least:], begin + length))
+    return records, ""
 
 
 def _crc(data: bytes) -> bytes:
@@ -234,8 +234,8 @@ def _header(line: bytes, path: Path) -> tuple[Layout, dict[str, Any]]:
         ) from None
 
 
-def _plain(given: Any) -> dict[str, Any]:
-    return {str(k): v for k, v in given.items() if isinstance(v, str | int | float)}
+def _plain(attributes: Any) -> dict[str, Any]:
+    return {str(k): v for k, v in attributes.items() if isinstance(v, str | int | float)}
 
 
 def _declared(dims: Any, units: Any, long_name: Any, whole: Any, texts: Any) -> Declared:

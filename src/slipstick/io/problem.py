@@ -71,12 +71,12 @@ _WORDS = {kind: word for word, (kind, _) in STORED_PARTS.items()}
 
 def describe(problem: Problem) -> Group:
     """A problem as the variables and attributes of a group; without variables, and the reason, where it cannot be."""
-    own = [p for p in problem.contacts if type(p.contact) not in _WORDS]
+    unstorable = [p for p in problem.contacts if type(p.contact) not in _WORDS]
     if type(problem.structure) not in _WORDS:
         return _left_out(f"its structure is a {type(problem.structure).__name__}, which is code and not numbers")
-    if own:
-        law = type(own[0].contact).__name__
-        return _left_out(f"the law of contact '{own[0].name}' is a {law}, which is code and not numbers")
+    if unstorable:
+        law = type(unstorable[0].contact).__name__
+        return _left_out(f"the law of contact '{unstorable[0].name}' is a {law}, which is code and not numbers")
     arrays: dict[str, StoredVariable] = {}
     try:
         text = json.dumps(_plain(problem, "", arrays), allow_nan=False)
@@ -184,8 +184,8 @@ def misfit(problem: Any, table: ResultTable) -> str:
     """Why the numbers cannot be those of a problem, or nothing."""
     if not isinstance(problem, Problem):
         raise InputError("problem: expected an ss.Problem")
-    own = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
-    for dim, names in own.items():
+    labels = {"dof": problem.outputs or (), "coefficient": problem.harmonics.labels, "contact": problem.elements}
+    for dim, names in labels.items():
         if dim in table and [str(n) for n in table[dim].to_numpy()] != list(names):
             return f"its {dim} labels are {', '.join(names[:8])}, those of the results are others"
     return ""

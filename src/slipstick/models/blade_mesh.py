@@ -96,15 +96,15 @@ class BladeShape:
         gathered.end()
         faults = []
         if not self.height > self.root_height + self.shroud_height:
-            found = f"{self.height}, which leaves no aerofoil above root_height + shroud_height"
-            faults.append(Fault(("blade", "height"), found=found))
+            described = f"{self.height}, which leaves no aerofoil above root_height + shroud_height"
+            faults.append(Fault(("blade", "height"), found=described))
         if not faults and not self.element_size < self.chord:
-            found = f"{self.element_size}, which is not below the chord, {self.chord}"
-            faults.append(Fault(("blade", "element_size"), found=found, remedy="give metres"))
+            described = f"{self.element_size}, which is not below the chord, {self.chord}"
+            faults.append(Fault(("blade", "element_size"), found=described, remedy="give metres"))
         across = self.chord / self.element_size
         if not faults and self.height / (self.stretch * self.element_size) * across * across > MOST_ELEMENTS:
-            found = f"{self.element_size}, which makes too many elements"
-            faults.append(Fault(("blade", "element_size"), found=found, remedy="give a larger one"))
+            described = f"{self.element_size}, which makes too many elements"
+            faults.append(Fault(("blade", "element_size"), found=described, remedy="give a larger one"))
         if faults:
             raise InputError(faults)
 

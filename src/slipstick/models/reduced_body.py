@@ -230,44 +230,46 @@ def _wanted(
     modes: Any, accuracy: Any, up_to: Any, loss_factor: Any, damping_ratio: Any, force: Any, cache: Any, listener: Any,
 ) -> _Wanted:  # fmt: skip
     """The request, checked for kinds."""
-    found = Gathering()
-    found.take(one, "model", model, ImportedModel, "what ss.import_model returns")
+    gathering = Gathering()
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model returns")
     if not (surface is None or isinstance(surface, str | Surface)):
-        surface = found.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
     pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
-    shapes = {} if pressure is None else found.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
+    shapes = (
+        {} if pressure is None else gathering.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
+    )
     for name, on in (shapes or {}).items():
-        found.take(text, ("pressure", name), on, "the name of a surface")
+        gathering.take(text, ("pressure", name), on, "the name of a surface")
     expected = "convection coefficients by surface"
-    coefficients = {} if films is None else found.take(table, "films", films, expected)
+    coefficients = {} if films is None else gathering.take(table, "films", films, expected)
     for name, film in (coefficients or {}).items():
-        found.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
+        gathering.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
     if cold is not None:
-        found.take(text, "cold", cold, "the name of a node set or surface")
+        gathering.take(text, "cold", cold, "the name of a node set or surface")
     checked = {
-        "radius": None if radius is None else found.take(number, "radius", radius, "a length > 0", above=SMALLEST),
-        "base": found.take(_axes, base),
-        "keep": found.take(names, "keep", keep),
-        "modes": None if modes is None else found.take(whole, "modes", modes, 1),
-        "accuracy": None if accuracy is None else found.take(number, "accuracy", accuracy, "a relative error"),
-        "up_to": None if up_to is None else found.take(frequency, "up_to", up_to),
+        "radius": None if radius is None else gathering.take(number, "radius", radius, "a length > 0", above=SMALLEST),
+        "base": gathering.take(_axes, base),
+        "keep": gathering.take(names, "keep", keep),
+        "modes": None if modes is None else gathering.take(whole, "modes", modes, 1),
+        "accuracy": None if accuracy is None else gathering.take(number, "accuracy", accuracy, "a relative error"),
+        "up_to": None if up_to is None else gathering.take(frequency, "up_to", up_to),
     }
-    found.take(non_negative, "loss_factor", loss_factor)
-    found.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
-    found.take(truth, "force", force)
-    found.take(tools, None, cache, listener)
-    found.end()
+    gathering.take(non_negative, "loss_factor", loss_factor)
+    gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
+    gathering.take(truth, "force", force)
+    gathering.take(tools, None, cache, listener)
+    gathering.end()
     request: dict[str, Any] = {"surface": surface, "contacts": contacts, "pressure": shapes, "films": coefficients}
     return _Wanted(**request, cold=cold, **cast(Any, checked))
 
 
-def _axes(given: Any) -> tuple[str, ...]:
+def _axes(axes: Any) -> tuple[str, ...]:
     """Directions of a support's motion, each once."""
-    found = names("base", given, 'a direction "x", "y" or "z", or a list of them')
-    for axis in found:
+    directions = names("base", axes, 'a direction "x", "y" or "z", or a list of them')
+    for axis in directions:
         if axis not in COMPONENTS[:3]:
             raise wrong("base", axis, 'a direction "x", "y" or "z"')
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(directions))
 
 
 def _base_shapes(model: ImportedModel, axes: Sequence[str]) -> dict[str, Array]:

@@ -71,11 +71,11 @@ def surface_contacts(
     places = body.points
     if places is None:
         raise InputError(Fault("points", "the body has no contact points", remedy="give surface where it is reduced"))
-    found = Gathering()
-    chosen = found.take(places.chosen, points)
-    turned = found.take(places.outward, about, normal) if isinstance(normal, str) else None
-    directions = found.take(places.tangential, direction, axis=about, across=turned)
-    found.end()
+    gathering = Gathering()
+    chosen = gathering.take(places.chosen, points)
+    turned = gathering.take(places.outward, about, normal) if isinstance(normal, str) else None
+    directions = gathering.take(places.tangential, direction, axis=about, across=turned)
+    gathering.end()
     at, along = chosen or [], directions or []
     across = places.normal if turned is None else places.cosines(turned)
     if shared:
@@ -96,23 +96,25 @@ def surface_contacts(
 
 def _checked(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any, axis: Any) -> Axis | None:
     """The axis, if there is one; InputError with everything that is of another kind."""
-    found = Gathering()
-    found.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
-    found.take(text, "name", name)
+    gathering = Gathering()
+    gathering.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")
+    gathering.take(text, "name", name)
     if not isinstance(contact, Law):
-        found.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
+        gathering.faults.append(Fault("contact", found=shown(contact), expected="ss.FrictionContact(...), or a law"))
     if not isinstance(normal, str):
-        found.take(truth, "normal", normal)
+        gathering.take(truth, "normal", normal)
     elif normal not in DIRECTIONS:
         expected = f"true, false, or with an axis one of {', '.join(DIRECTIONS)}"
-        found.faults.append(Fault("normal", found=shown(normal), expected=expected))
-    found.take(truth, "shared", shared)
-    about = None if axis is None else found.take(Axis.of, axis)
+        gathering.faults.append(Fault("normal", found=shown(normal), expected=expected))
+    gathering.take(truth, "shared", shared)
+    about = None if axis is None else gathering.take(Axis.of, axis)
     if rubbing is not None and not callable(rubbing):
-        found.take(one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, a function that gives one, or None")
+        gathering.take(
+            one, "rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion, a function that gives one, or None"
+        )
     elif callable(rubbing) and axis is None:
-        found.faults.append(Fault("rubbing", "a function of radius and angle needs an axis", remedy="give axis"))
-    found.end()
+        gathering.faults.append(Fault("rubbing", "a function of radius and angle needs an axis", remedy="give axis"))
+    gathering.end()
     return about
 
 

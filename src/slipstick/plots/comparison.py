@@ -45,9 +45,9 @@ def compare(
     InputError
         For labels that are not as many as the branches, other names, or branches that do not fit in one figure.
     """
-    found = datasets(branches)
-    pairs = dict(zip(_labels(found, labels), (dataset for _, dataset in found), strict=True))
-    (name,) = chosen(found[0][1], "dof", dof)
+    overlaid = datasets(branches)
+    pairs = dict(zip(_labels(overlaid, labels), (dataset for _, dataset in overlaid), strict=True))
+    (name,) = chosen(overlaid[0][1], "dof", dof)
     moved = any(values_of(d, "mean", "dof", chosen(d, "dof", name)[0]).any() for d in pairs.values())
     rubbed = all("dissipated_power" in d and d.sizes.get("contact", 0) for d in pairs.values())
     kinds = ["amplitude", *(["mean"] if moved else []), *(["power"] if rubbed else [])]
@@ -64,16 +64,18 @@ def compare(
         if kind != "amplitude" and ax.get_legend() is not None:
             ax.get_legend().remove()
         ax.label_outer()
-    titled(figure, title_of(found), name, held_text(found[0][1]))
+    titled(figure, title_of(overlaid), name, held_text(overlaid[0][1]))
     return list(axes.values())
 
 
-def _labels(found: Sequence[tuple[str | None, Any]], labels: Sequence[str] | None) -> list[str]:
+def _labels(overlaid: Sequence[tuple[str | None, Any]], labels: Sequence[str] | None) -> list[str]:
     if labels is None:
-        titles = [own or str(dataset.attrs.get("title", "")) for own, dataset in found]
+        titles = [label or str(dataset.attrs.get("title", "")) for label, dataset in overlaid]
         distinct = len(set(titles)) == len(titles) and all(titles)
-        return titles if distinct else [f"branch {k}" for k in range(1, len(found) + 1)]
-    given = texts("labels", labels, "a name for each branch")
-    if len(given) != len(found) or len(set(given)) < len(given):
-        raise InputError(f"labels: found {len(given)} for {len(found)} branches; expected a different name for each")
-    return list(given)
+        return titles if distinct else [f"branch {k}" for k in range(1, len(overlaid) + 1)]
+    texts_of = texts("labels", labels, "a name for each branch")
+    if len(texts_of) != len(overlaid) or len(set(texts_of)) < len(texts_of):
+        raise InputError(
+            f"labels: found {len(texts_of)} for {len(overlaid)} branches; expected a different name for each"
+        )
+    return list(texts_of)

@@ -106,9 +106,9 @@ def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[
     return 0.7 * low, high * (high / low) ** 0.05
 
 
-def _references(given: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def _references(references: Any) -> list[tuple[str | None, xarray.Dataset]]:
     """Linear responses by label; there may be none."""
-    return [] if given is None or (isinstance(given, Mapping) and not given) else datasets(given)
+    return [] if references is None or (isinstance(references, Mapping) and not references) else datasets(references)
 
 
 def phase(
@@ -137,8 +137,8 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
     if order not in orders:
         raise InputError(f"harmonic: found {order}; the results hold {', '.join(str(m) for m in orders[1:])}")
     X = dataset["displacement"].to_numpy()
-    own = X[:, [str(n) for n in dataset["dof"].to_numpy()].index(dof)]
-    return phase_of(own, orders.index(order), branch_parts(dataset), ROUNDING * float(np.abs(X).max(initial=0.0)))
+    x = X[:, [str(n) for n in dataset["dof"].to_numpy()].index(dof)]
+    return phase_of(x, orders.index(order), branch_parts(dataset), ROUNDING * float(np.abs(X).max(initial=0.0)))
 
 
 def mean(

@@ -58,13 +58,13 @@ def loop(
     """
     if not isinstance(over, str) or over not in LOOP_MOTIONS:
         raise InputError(f"over: found {shown(over)}; expected 'vibration' or 'sliding'")
-    found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
+    drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     point = point_number(dataset, point)
     names, (key, text) = chosen(dataset, "contact", contact), LOOP_MOTIONS[over]
     unit, limit = units_of(dataset), truth("limit", limit)
     if label is not None:
         one_text("label", label)
-    periods = {name: found.loop(point, name) for name in names}
+    periods = {name: drawn.loop(point, name) for name in names}
     force = with_unit(force_text(periods), unit.label("force"))
     ax = styled(ax, with_unit(text, unit.label("length")), force)
     for name, period in periods.items():

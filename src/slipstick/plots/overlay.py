@@ -38,29 +38,29 @@ class Curves:
         self.new = self.ax is None
         self.abscissa = abscissa(self.first, self.frequency)
         for _, dataset in self.found[1:]:  # frequencies all in the unit of the first
-            own, other = (quantity(d, abscissa(d).name) for d in (self.first, dataset))
-            if own != other:
-                raise InputError(f"branches over {own} and over {other} do not fit in one figure")
+            first, other = (quantity(d, abscissa(d).name) for d in (self.first, dataset))
+            if first != other:
+                raise InputError(f"branches over {first} and over {other} do not fit in one figure")
 
     @property
     def first(self) -> xarray.Dataset:
         """The dataset that sets the axes."""
         return self.found[0][1]
 
-    def draw(self, name: str, dim: str, given: Names) -> DrawnAxes:
+    def draw(self, name: str, dim: str, names: Names) -> DrawnAxes:
         """A variable of named dofs or contacts."""
         labels = {quantity(d, name) for _, d in self.found if name in d}
         if len(labels) > 1:
             raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
-        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, given)} for _, d in self.found}
+        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, names)} for _, d in self.found}
         return self.draw_values(labels.pop(), values)
 
     def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:
         """Values (point,) by the id of their dataset and by name."""
         ax = styled(self.ax, self.abscissa.label, y_label)
-        for own, dataset in self.found:
+        for label_of, dataset in self.found:
             for name, series in values[id(dataset)].items():
-                label = self._label(own, name, len(values[id(dataset)]))
+                label = self._label(label_of, name, len(values[id(dataset)]))
                 stable = dataset["stable"].to_numpy() if "stable" in dataset else np.ones(dataset.sizes["point"])
                 x, y, stable, corners = parted(
                     dataset, self.abscissa.values(dataset), series, stable, corners_of(dataset)
@@ -69,11 +69,11 @@ class Curves:
                     x, y = smooth(x, y, corners)
                     stable = np.ones(len(x))
                 _line(ax, x, y, stable, label)
-        every = np.concatenate([series for own in values.values() for series in own.values()])
+        every = np.concatenate([series for label_of in values.values() for series in label_of.values()])
         if self.new:
             _limits(ax, every)
             self._scale(ax)
-            alone = {name for own in values.values() for name in own}
+            alone = {name for label_of in values.values() for name in label_of}
             about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
             titled(ax.figure, title_of(self.found), *about)
         self.ax = ax
@@ -84,9 +84,9 @@ class Curves:
         assert self.ax is not None
         legend(self.ax, least=2 if self.new and self.label is None and self.found[0][0] is None else 1)
 
-    def _label(self, own: str | None, name: str, names: int) -> str:
+    def _label(self, branch_label: str | None, name: str, names: int) -> str:
         """A branch by its label, else a curve by its dof or contact."""
-        branch = own or self.label or ""
+        branch = branch_label or self.label or ""
         return ", ".join(part for part in (branch, name) if part) if names > 1 or not branch else branch
 
     def _scale(self, ax: Axes) -> None:

@@ -37,10 +37,10 @@ def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = 
 
     A contact whose law does not tell its states is a grey bar, "unknown".
     """
-    found, dataset, new = branch_of(branch), dataset_of(branch), ax is None
+    drawn, dataset, new = branch_of(branch), dataset_of(branch), ax is None
     every = [str(name) for name in dataset["contact"].to_numpy()] if "contact" in dataset.coords else []
     names, point = chosen(dataset, "contact", every if contact is None else contact), point_number(dataset, point)
-    intervals = found.states(point)
+    intervals = drawn.states(point)
     ax = draw_states({name: intervals[name] for name in names}, ax)
     if new:
         point_titled(ax, dataset, point, names)
@@ -175,7 +175,7 @@ def _motion(dataset: Any, point: int, dof: str) -> Array:
 def _forces(dataset: Any, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
     """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
     at, names = dataset.isel(point=point), known_names(dataset, "contact")
-    found = {name: force_of(at, names.index(name)) for name in contacts}
-    text = "Friction force" if all(friction for _, friction in found.values()) else "Contact force"
-    forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in found.items()}
+    variables = {name: force_of(at, names.index(name)) for name in contacts}
+    text = "Friction force" if all(friction for _, friction in variables.values()) else "Contact force"
+    forces = {name: np.asarray(at[variable].sel(contact=name)) for name, (variable, _) in variables.items()}
     return with_unit(text, units_of(dataset).label("force")), forces

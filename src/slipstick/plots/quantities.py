@@ -27,10 +27,10 @@ ROUNDING = 1e-11
 
 def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
-    found = _labelled(branches)
-    if not all(dataset.sizes.get("point", 1) for _, dataset in found):
+    labelled = _labelled(branches)
+    if not all(dataset.sizes.get("point", 1) for _, dataset in labelled):
         raise InputError(NO_POINTS)
-    return found
+    return labelled
 
 
 def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
@@ -41,10 +41,10 @@ def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
         pairs = ((one_text("label", label), branch) for label, branch in branches.items())
     else:
         pairs = ((None, branch) for branch in listed("nothing to draw", branches, "a branch, or several"))
-    found = [(label, dataset_of(branch)) for label, branch in pairs]
-    if not found:
+    labelled = [(label, dataset_of(branch)) for label, branch in pairs]
+    if not labelled:
         raise InputError(f"nothing to draw: found {shown(branches)}; expected a branch, or several")
-    return found
+    return labelled
 
 
 def _is_one(branch: Any) -> bool:
@@ -61,10 +61,10 @@ def dataset_of(branch: Any) -> xarray.Dataset:
     return dataset
 
 
-def chosen(dataset: xarray.Dataset, dim: str, given: str | Sequence[str] | None) -> list[str]:
+def chosen(dataset: xarray.Dataset, dim: str, wanted: str | Sequence[str] | None) -> list[str]:
     """Names along a dimension: one, several, or the first; InputError for one that is not there."""
     known = known_names(dataset, dim)
-    names = known[:1] if given is None else list(texts(dim, given, f"the name of a {dim}"))
+    names = known[:1] if wanted is None else list(texts(dim, wanted, f"the name of a {dim}"))
     for name in names:
         if name not in known:
             raise InputError(f"there is no {dim} {shown(name)} in the results; {suggestion(name, known)}")
@@ -127,9 +127,9 @@ def units_of(dataset: xarray.Dataset) -> Units:
     return Units.of_results(dataset.attrs)
 
 
-def title_of(found: Sequence[tuple[str | None, xarray.Dataset]]) -> str:
+def title_of(labelled: Sequence[tuple[str | None, xarray.Dataset]]) -> str:
     """The title that all of them share."""
-    titles = {str(dataset.attrs.get("title", "")) for _, dataset in found}
+    titles = {str(dataset.attrs.get("title", "")) for _, dataset in labelled}
     return titles.pop() if len(titles) == 1 else ""
 
 

@@ -159,11 +159,11 @@ def study_curves(
     y, part = curves["amplitude"].sel(dof=one).to_numpy(), curves["branch_part"].to_numpy()
     present = np.unique(case)
     drawn = _evenly(present, by_case)
-    for own_case in drawn:
-        own = slice(*np.searchsorted(case, [own_case, own_case + 1]))
-        broken = np.where(np.diff(part[own], prepend=part[own][:1]) != 0, np.nan, y[own])
-        text = f"{by_case[own_case]:.6g}" if present.size <= _FEW else None
-        ax.plot(x[own], broken, color=cividis(norm(by_case[own_case])), linewidth=1.1, linestyle="-", label=text)
+    for shown_case in drawn:
+        span = slice(*np.searchsorted(case, [shown_case, shown_case + 1]))
+        broken = np.where(np.diff(part[span], prepend=part[span][:1]) != 0, np.nan, y[span])
+        text = f"{by_case[shown_case]:.6g}" if present.size <= _FEW else None
+        ax.plot(x[span], broken, color=cividis(norm(by_case[shown_case])), linewidth=1.1, linestyle="-", label=text)
     if len(drawn) < present.size:
         ax.set_title(f"{len(drawn)} of {present.size} curves", fontsize="small")
     if present.size <= _FEW:
@@ -198,12 +198,12 @@ def _study(given: Any) -> xarray.Dataset:
     return found
 
 
-def _over(data: xarray.Dataset, given: Any) -> tuple[str, ...]:
+def _over(data: xarray.Dataset, parameters: Any) -> tuple[str, ...]:
     """The one or two parameters that are drawn."""
     known = str(data.attrs["study_parameters"]).splitlines()
-    if given is None:
+    if parameters is None:
         return tuple(known[:2])
-    names = name_list("over", given, "the name of a parameter")
+    names = name_list("over", parameters, "the name of a parameter")
     for name in names:
         if name not in known:
             raise InputError(f"there is no parameter {shown(name)} in the study; {suggestion(name, known)}")

@@ -107,18 +107,18 @@ def short(names: Sequence[str], most: int = _LONGEST_NAME) -> list[str]:
 
 def legend(ax: Axes, *, least: int = 1) -> None:
     """Legend of at least so many names, once each, markers last; beside the axes where it is long."""
-    found = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    found = {name: handle for name, handle in found.items() if name and not name.startswith("_")}
-    if PEAK in found:
-        found[PEAK] = found.pop(PEAK)
-    if len(found) < max(least, 1):
+    entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    entries = {name: handle for name, handle in entries.items() if name and not name.startswith("_")}
+    if PEAK in entries:
+        entries[PEAK] = entries.pop(PEAK)
+    if len(entries) < max(least, 1):
         return
-    many, names = len(found) > _MOST_INSIDE, short(list(found))
-    if len(found) > _MOST_NAMED:
+    many, names = len(entries) > _MOST_INSIDE, short(list(entries))
+    if len(entries) > _MOST_NAMED:
         names = [*names[: _MOST_NAMED - 1], f"... ({len(names)} in all)"]
     place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
     made = ax.legend(
-        list(found.values())[: len(names)], names, frameon=True, framealpha=0.85, edgecolor="none",
+        list(entries.values())[: len(names)], names, frameon=True, framealpha=0.85, edgecolor="none",
         fontsize="small", **place,
     )  # fmt: skip
     for text in made.get_texts():

@@ -56,8 +56,8 @@ def scripts() -> tuple[str, str]:
 
 @cache
 def _script(names: tuple[str, ...]) -> str:
-    own = "\n".join(part(name) for name in names)
-    return f'"use strict";\n(() => {{\n{own}\n}})();'
+    source = "\n".join(part(name) for name in names)
+    return f'"use strict";\n(() => {{\n{source}\n}})();'
 
 
 def page(title: str, content: Any) -> str:
@@ -65,8 +65,8 @@ def page(title: str, content: Any) -> str:
 
     Its policy forbids every request, and every script and style but the very ones it was written with.
     """
-    library, own = scripts()
-    return _filled("page.html", title, content, style(), {"library": library, "script": own})
+    library, script = scripts()
+    return _filled("page.html", title, content, style(), {"library": library, "script": script})
 
 
 def study_page(title: str, content: Any) -> str:

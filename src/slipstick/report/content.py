@@ -76,14 +76,14 @@ def _check(dataset: ResultTable, label: str) -> None:
     """InputError where a dataset, perhaps a stranger's, is not as the schema has it."""
     if not {"omega", "amplitude", "displacement"} <= set(dataset):
         raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
-    dims = {name: declared.dims for name, declared in VARIABLES.items()}
+    dims = {name: variable.dims for name, variable in VARIABLES.items()}
     dims |= {name: ("contact", *own.dims) for name, own in FrictionLaw.variables.items()}
     dims |= dict.fromkeys(COEFFICIENTS, ("contact", "coefficient"))
     for name in set(dims) & set(dataset):
-        found, kinds = dataset[name], "biuf"
+        column, kinds = dataset[name], "biuf"
         if name in VARIABLES:
             kinds = "biu" if VARIABLES[name].whole else "OUS" if VARIABLES[name].texts else kinds
-        if found.dims != ("point", *dims[name]) or found.to_numpy().dtype.kind not in kinds:
+        if column.dims != ("point", *dims[name]) or column.to_numpy().dtype.kind not in kinds:
             wanted = ", ".join(("point", *dims[name]))
             raise InputError(f"{label}: '{name}' is not as results hold it, numbers over {wanted}; compute them again")
     labels = [str(name) for name in dataset["coefficient"].to_numpy()]
@@ -146,11 +146,11 @@ def _residuals(dataset: ResultTable) -> list[list[str]]:
     between = (
         dataset["kind"].to_numpy() == "interpolated" if "kind" in dataset else np.zeros(residual.shape, dtype=bool)
     )
-    found = [["largest residual", f"{float(residual[~between].max(initial=0.0)):.2g}"]]
+    rows = [["largest residual", f"{float(residual[~between].max(initial=0.0)):.2g}"]]
     if between.any():
         of = f"{int(between.sum())} of {between.size}, residual up to {float(residual[between].max()):.2g}"
-        found.append(["interpolated points", of])
-    return found
+        rows.append(["interpolated points", of])
+    return rows
 
 
 def _text(value: Any) -> str:
@@ -201,23 +201,23 @@ def _notes(dataset: ResultTable, kept: Indices, analysis: str) -> list[list[Any]
     if "kind" not in dataset:
         return []
     place, kinds = {int(d): i for i, d in enumerate(kept)}, dataset["kind"].to_numpy()
-    found: list[list[Any]] = [
+    notes: list[list[Any]] = [
         [int(p), -1, str(kinds[p])] for p in np.flatnonzero(np.isin(kinds, np.array(_NOTED[analysis], dtype=str)))
     ]
     if "peak_dof" in dataset and analysis in ("response", "parameter"):
         of = dataset["peak_dof"].to_numpy()
-        found += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
-    return found
+        notes += [[int(p), place[int(of[p])], "peak"] for p in np.flatnonzero(of >= 0) if int(of[p]) in place]
+    return notes
 
 
 def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
     dataset = branch.table
     friction = friction_of(dataset, branch.harmonics, kept)
-    own = np.array(friction["of"] if friction else [], dtype=np.intp)
+    friction_places = np.array(friction["of"] if friction else [], dtype=np.intp)
     force = next((n for n in ("friction_force", "normal_force") if n in dataset), None)
     return _named(dataset, "contact", kept) | {
         "friction": friction,
-        "series": series_of(dataset, kept, own) if len(kept) else [],
+        "series": series_of(dataset, kept, friction_places) if len(kept) else [],
         "force_units": meaning(dataset, force)["units"] if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }

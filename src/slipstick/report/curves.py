@@ -47,9 +47,9 @@ def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> lis
     dataset = branch.table
     if not len(branch):
         return []
-    found = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
+    curves = [*_of_dofs(branch, kept["dof"]), *_of_contacts(dataset, kept["contact"]), *_of_points(dataset, analysis)]
     first = _BEGIN.get(analysis, "amplitude")
-    return sorted(found, key=lambda curve: curve["key"] != first)
+    return sorted(curves, key=lambda curve: curve["key"] != first)
 
 
 def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
@@ -112,8 +112,8 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
     """Variables over point and contact that say something: those that vary along the branch, power and friction."""
     if not len(kept):
         return
-    found = [name for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
-    for name in sorted(found, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
+    names = [name for name, v in dataset.data_vars.items() if v.dims == ("point", "contact")]
+    for name in sorted(names, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
         values = dataset[name].to_numpy().astype(float)
         known = values[:, np.isfinite(values).any(axis=0)]
         if not known.size or not (name in _ALWAYS or (known != known[:1]).any()):

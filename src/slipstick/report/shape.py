@@ -21,11 +21,11 @@ def shape_of(branch: Branch) -> dict[str, Any] | None:
     structure = getattr(branch.problem, "structure", None)
     if getattr(structure, "skin", None) is None or not len(branch):
         return None
-    found = deflection_of(branch, small=UNSEEN)
-    size = float(np.abs(found.fields).max()) or 1.0
+    deflection = deflection_of(branch, small=UNSEEN)
+    size = float(np.abs(deflection.fields).max()) or 1.0
     return {
-        "nodes": packed(found.skin.nodes, "f4"),
-        "triangles": packed(found.skin.triangles, "u2"),
-        "fields": packed(found.fields.T / size, "f4"),
-        "coefficients": fixed(found.coefficients * size, 3),
+        "nodes": packed(deflection.skin.nodes, "f4"),
+        "triangles": packed(deflection.skin.triangles, "u2"),
+        "fields": packed(deflection.fields.T / size, "f4"),
+        "coefficients": fixed(deflection.coefficients * size, 3),
     }

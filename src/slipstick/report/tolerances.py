@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs that are kept, with the tolerances in words."""
     names = [str(name) for name in branch.table["dof"].to_numpy()]
-    found = [amplitude_band(branch, names[d], tolerances) for d in kept]
+    bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
     return {
-        "low": packed(np.array([band.low for band in found]).T),
-        "high": packed(np.array([band.high for band in found]).T),
+        "low": packed(np.array([band.low for band in bands]).T),
+        "high": packed(np.array([band.high for band in bands]).T),
         "said": said,
     }
 

@@ -64,7 +64,12 @@ def write_report(
     most["tolerances"] = tolerances
     results = [content_of(branch, label, **most) for label, branch in labelled(branches)]
     _check_together(results)
-    title = title or results[0]["title"] or ", ".join(filter(None, (own["label"] for own in results[:3]))) or "Results"
+    title = (
+        title
+        or results[0]["title"]
+        or ", ".join(filter(None, (result["label"] for result in results[:3])))
+        or "Results"
+    )
     content = {"title": title, "version": __version__, "written": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"}
     _write(target, page(title, content | {"results": results}))
     return target

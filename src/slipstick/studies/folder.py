@@ -98,7 +98,7 @@ class StudyFolder:
 
     def _read(self) -> dict[int, CaseSolved]:
         """Every case in the journals; of several of one case a complete one, else the last."""
-        found: dict[int, CaseSolved] = {}
+        cases: dict[int, CaseSolved] = {}
         for path in sorted(self.folder.glob(JOURNALS)):
             recorded = read_journal(path)
             if recorded.about.get("study") != self._mark:
@@ -107,10 +107,10 @@ class StudyFolder:
                     "another folder with -o"
                 )
             for solved in self._cases(recorded):
-                known = found.get(solved.row["case"])
+                known = cases.get(solved.row["case"])
                 if known is None or solved.outcome.ok or not known.outcome.ok:
-                    found[solved.row["case"]] = solved
-        return found
+                    cases[solved.row["case"]] = solved
+        return cases
 
     def _cases(self, recorded: Recorded) -> list[CaseSolved]:
         size = self.job.curve_layout.size

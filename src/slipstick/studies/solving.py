@@ -62,10 +62,10 @@ class Job:
 
     def request(self, problem: Problem) -> CurveRequest:
         """The branch of one case."""
-        given = (self.requested, self.peaks_of, self.options, (), None, self.stability)
+        arguments = (self.requested, self.peaks_of, self.options, (), None, self.stability)
         if self.parameter:
-            return parameter_request(problem, self.parameter, self.span, self.omega, *given)
-        return frequency_request(problem, self.span, *given)
+            return parameter_request(problem, self.parameter, self.span, self.omega, *arguments)
+        return frequency_request(problem, self.span, *arguments)
 
     @cached_property
     def curve_layout(self) -> Layout:
@@ -74,7 +74,7 @@ class Job:
         names = [name for name in (*(("parameter",) if self.parameter else ()), *CURVE) if name in full.variables]
         variables = {"case": _CASE, **{name: full.variables[name] for name in names}}
         used = {dim for declared in variables.values() for dim in declared.dims}
-        return Layout(labels={dim: own for dim, own in full.labels.items() if dim in used}, variables=variables)
+        return Layout(labels={dim: labels for dim, labels in full.labels.items() if dim in used}, variables=variables)
 
 
 @dataclass(frozen=True, kw_only=True)

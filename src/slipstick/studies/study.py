@@ -112,8 +112,8 @@ def study(
         if missing:
             said = "it is given without folder"
             raise InputError(Fault(("study", "missing"), said, remedy="give the folder of the study"))
-        found = _in_memory(job, plan, heard, workers, client)
-        return _told(study_dataset(job, plan, found, study_attributes(job, plan, found, about)))
+        cases = _in_memory(job, plan, heard, workers, client)
+        return _told(study_dataset(job, plan, cases, study_attributes(job, plan, cases, about)))
     place = StudyFolder(path(("study", "folder"), folder, "the path of a folder"), job, plan, about=about)
     try:
         todo, total = place.todo(missing=missing), len(plan)
@@ -132,11 +132,11 @@ def study(
 
 
 def _in_memory(job: Job, plan: StudyPlan, heard: Any, workers: int | None, client: Any) -> dict[int, CaseSolved]:
-    found: dict[int, CaseSolved] = {}
+    cases: dict[int, CaseSolved] = {}
     for solved in solutions(job, plan, range(len(plan)), workers=workers, client=client):
-        found[solved.row["case"]] = solved
-        _tell(heard, plan, solved, len(found), len(plan))
-    return found
+        cases[solved.row["case"]] = solved
+        _tell(heard, plan, solved, len(cases), len(plan))
+    return cases
 
 
 def _told(dataset: xarray.Dataset) -> xarray.Dataset:
@@ -151,28 +151,28 @@ def _tell(heard: Iterable[Any], plan: StudyPlan, solved: CaseSolved, done: int, 
         listener(CaseDone(case=case, values=values, solved=solved, done=done, total=total))
 
 
-def _listeners(given: Any) -> tuple[Any, ...]:
-    if callable(given):
-        return (given,)
-    found = listed(("study", "listeners"), given, "a function of one event, or a list of them")
-    for listener in found:
+def _listeners(listeners: Any) -> tuple[Any, ...]:
+    if callable(listeners):
+        return (listeners,)
+    functions = listed(("study", "listeners"), listeners, "a function of one event, or a list of them")
+    for listener in functions:
         if not callable(listener):
             raise wrong(("study", "listeners"), listener, "a function of one event, or a list of them")
-    return found
+    return functions
 
 
 def job_of(
-    given: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
+    problem_or_case: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
 ) -> tuple[Job, dict[str, Any]]:
     """What is done for every case, and what the results say of where it comes from."""
-    if hasattr(given, "study_job"):
+    if hasattr(problem_or_case, "study_job"):
         for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options, "stability": stability}.items():
             if value is not None and value is not False:
                 said = "it is given, but the case says what is followed"
                 raise InputError(Fault(("study", name), said, remedy="leave it out"))
-        job: Job = given.study_job()
-        return job, given.names
-    problem = followed_problem(one(("study", "problem"), given, Problem, "an ss.Problem or an ss.Case"))
+        job: Job = problem_or_case.study_job()
+        return job, problem_or_case.names
+    problem = followed_problem(one(("study", "problem"), problem_or_case, Problem, "an ss.Problem or an ss.Case"))
     if omega is None:
         raise InputError(Fault(("study", "omega"), IS_MISSING, remedy="give frequencies such as omega=(2.0, 15.0)"))
     start, stop = two_frequencies(omega, problem.units)

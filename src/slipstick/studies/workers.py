@@ -93,8 +93,8 @@ def _solve_shared(shared: _Shared, case: int) -> CaseSolved:
 def _outcome_of(future: Any, case: int) -> CaseSolved | None:
     """The case, or None where its worker died."""
     try:
-        found: CaseSolved = future.result()
-        return found
+        solved: CaseSolved = future.result()
+        return solved
     except Exception as error:
         kind = type(error).__name__
         if kind == "KilledWorker":
@@ -224,8 +224,8 @@ def solutions(
         if len(rest) * (time.perf_counter() - begin) * (1.0 - 1.0 / count) > WORTH:
             break
     with ExitStack() as stack:
-        own = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
-        yield from in_turn(job, plan, rest) if own is None else on_cluster(own, job, plan, rest)
+        workers_client = _started(stack, min(count, len(rest)), tell) if rest and count > 1 else None
+        yield from in_turn(job, plan, rest) if workers_client is None else on_cluster(workers_client, job, plan, rest)
 
 
 def _started(stack: ExitStack, count: int, tell: Any) -> Any:

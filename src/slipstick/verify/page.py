@@ -50,8 +50,8 @@ def table_page(rows: Iterable[Row], version: str) -> str:
         "This page: `slipstick verify --markdown docs/validation.md`.\n",
     ]
     for title, (names, about) in SECTIONS.items():
-        own = [row for row in rows if row.name.rstrip("0123456789") in names]
-        parts.append(f"## {title}\n\n{about}\n\n{_table(own)}" if own else "")
+        section = [row for row in rows if row.name.rstrip("0123456789") in names]
+        parts.append(f"## {title}\n\n{about}\n\n{_table(section)}" if section else "")
     return "\n".join(part for part in parts if part)
 
 

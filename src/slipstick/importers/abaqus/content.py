@@ -102,12 +102,12 @@ class Content:
 
     def one_node(self, word: str) -> int:
         """The node of a label, or of a set that holds one."""
-        found = named(word, self.node_sets)
-        if len(set(found)) != 1:
-            raise ValueError(f"{word} has {len(set(found))} nodes; expected one")
-        if found[0] not in self.nodes:
-            raise KeyError(f"node {found[0]}")
-        return found[0]
+        nodes = named(word, self.node_sets)
+        if len(set(nodes)) != 1:
+            raise ValueError(f"{word} has {len(set(nodes))} nodes; expected one")
+        if nodes[0] not in self.nodes:
+            raise KeyError(f"node {nodes[0]}")
+        return nodes[0]
 
 
 def named(word: str, sets: dict[str, list[int]]) -> list[int]:

@@ -64,11 +64,11 @@ def _one_equation(content: Content, block: Block, words: list[str], line: int) -
     missing = [node for nodes, _, _ in parts for node in nodes if node not in content.nodes]
     if missing:
         raise KeyError(f"node {missing[0]}")
-    own = [
+    equations = [
         NodalEquation(terms=tuple((nodes[i % len(nodes)], axis, value) for nodes, axis, value in parts), where=where)
         for i in range(length)
     ]
-    content.stated.append(Stated(where=where, equations=lambda _: in_global(own, frames(content))))
+    content.stated.append(Stated(where=where, equations=lambda _: in_global(equations, frames(content))))
 
 
 def frames(content: Content) -> dict[int, Array]:
@@ -306,14 +306,14 @@ def _distributing(content: Content, joint: _Joint, mesh: Mesh) -> Iterator[Nodal
 def on_distributing_coupling(content: Content, block: Block) -> None:
     """CalculiX: the node of a DCOUP3D element moves as the weighted mean of others."""
     elements = set(content.element_sets[block.parameters["ELSET"]])
-    found = [
+    coupled = [
         nodes
         for kind, table in content.skipped.items()
         if kind.startswith("DCOUP")
         for label, nodes in table.items()
         if label in elements
     ]
-    if len(found) != 1:
+    if len(coupled) != 1:
         content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
         return
     content.read |= elements
@@ -321,12 +321,12 @@ def on_distributing_coupling(content: Content, block: Block) -> None:
     for row in block.rows:
         for node in named(row[0], content.node_sets):
             weights[node] = weights.get(node, 0.0) + (fortran_real(row[1]) if len(row) > 1 and row[1] else 1.0)
-    total, node = sum(weights.values()), found[0][0]
+    total, node = sum(weights.values()), coupled[0][0]
     where = f"{content.where(block.line)}: {block.shown}"
     if not total > 0.0:
         raise ValueError(f"weights whose sum is {total:g}")
-    own = [
+    equations = [
         NodalEquation(terms=((node, axis, 1.0), *((n, axis, -w / total) for n, w in weights.items())), where=where)
         for axis in range(3)
     ]
-    content.stated.append(Stated(where=where, equations=lambda _: own))
+    content.stated.append(Stated(where=where, equations=lambda _: equations))

@@ -38,12 +38,12 @@ def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -
         raise InputError(f"{path.name}: with what it includes it is larger than {LARGEST_TEXT_FILE / 1e9:.3g} GB")
     lines: list[tuple[str, str]] = []
     for number, line in enumerate(text.decode("latin-1").splitlines(), 1):
-        found = _INCLUDE.match(line)
-        if not found:
+        match = _INCLUDE.match(line)
+        if not match:
             lines.append((f"{path.name}, line {number}", line))
             continue
         where = f"{path.name}, line {number}: *INCLUDE"
-        inner = _included(found.group(1), folder, where)
+        inner = _included(match.group(1), folder, where)
         if inner in above or len(above) >= _DEPTH:
             raise InputError(
                 f"{where}: {inner.name} includes itself, or files include each other more than {_DEPTH} deep"
@@ -54,10 +54,10 @@ def _lines(path: Path, folder: Path, above: tuple[Path, ...], read: list[int]) -
 
 def _included(words: str, folder: Path, where: str) -> Path:
     """The file of "INPUT=name", in the folder of the deck."""
-    found = _FILE.match(words)
-    if not found or not found.group(1).strip():
+    match = _FILE.match(words)
+    if not match or not match.group(1).strip():
         raise InputError(f"{where} lacks INPUT=; expected the name of a file")
-    name = found.group(1).strip()
+    name = match.group(1).strip()
     inner = (folder / name.replace("\\", "/")).resolve()
     if not inner.is_relative_to(folder):
         raise InputError(f"{where}: {name} does not lie in the folder of the file; put it there, or merge the two")

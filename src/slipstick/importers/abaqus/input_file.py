@@ -136,16 +136,16 @@ def _node(content: Content, block: Block) -> None:
 
 def _element(content: Content, block: Block) -> None:
     name = block.parameters["TYPE"]
-    found = solid_type(name)
-    labels = _skipped(content, block, name) if found is None else _solids(content, block, name, *found)
+    solid = solid_type(name)
+    labels = _skipped(content, block, name) if solid is None else _solids(content, block, name, *solid)
     if "ELSET" in block.parameters:
         content.element_sets.setdefault(block.parameters["ELSET"], []).extend(labels)
 
 
 def _skipped(content: Content, block: Block, name: str) -> list[int]:
-    found = {whole_number(words[0]): [*map(whole_number, words[1:])] for _, words in block.joined() if words}
-    content.skipped.setdefault(name, {}).update(found)
-    return list(found)
+    elements = {whole_number(words[0]): [*map(whole_number, words[1:])] for _, words in block.joined() if words}
+    content.skipped.setdefault(name, {}).update(elements)
+    return list(elements)
 
 
 def _solids(content: Content, block: Block, name: str, kind: str, same: bool) -> list[int]:

@@ -47,10 +47,10 @@ def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) ->
     others: list[str] = []
     for name, path in files.items():
         element = _parts(path)
-        found = _map(element, path)
-        if dof_map is not None and (len(found) != len(dof_map)):
-            raise InputError(f"{path.name}: has {len(found)} dofs, the other files {len(dof_map)}; they must agree")
-        dof_map = dof_map or found
+        rows = _map(element, path)
+        if dof_map is not None and (len(rows) != len(dof_map)):
+            raise InputError(f"{path.name}: has {len(rows)} dofs, the other files {len(dof_map)}; they must agree")
+        dof_map = dof_map or rows
         for kind, lines in element.matrices.items():
             role = _TYPES.get(kind)
             if role is None:
@@ -59,7 +59,7 @@ def read_user_elements(files: dict[str, Path], dof_map: DofMap | None = None) ->
             role = name if len(element.matrices) == 1 else role
             if role in matrices:
                 raise InputError(f"{path.name}: brings {kind} again; give each matrix once")
-            matrices[role] = _lower_half(lines, len(found), path)
+            matrices[role] = _lower_half(lines, len(rows), path)
     return RawModel(matrices=matrices, dof_map=dof_map, warnings=tuple(others))
 
 

@@ -82,9 +82,9 @@ def read_archive(path: Path) -> MeshModel:
     _check_counts(text, path)
     archive = _parse(reader, path)
     made: Edges = {}
-    own = np.asarray(archive.nnum, dtype=np.int64)
-    parts = _elements(archive, made, own, path)
-    labels, nodes = placed(made, own, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
+    grids = np.asarray(archive.nnum, dtype=np.int64)
+    parts = _elements(archive, made, grids, path)
+    labels, nodes = placed(made, grids, np.asarray(archive.nodes, dtype=float).reshape(-1, 3), path.name)
     blocks = {k: node_indices(labels, part, f"{path.name}: an element") for k, part in parts.blocks.items()}
     groups = {name: np.asarray(part, dtype=np.int64) for name, part in archive.node_components.items()}
     mesh = Mesh(
@@ -97,10 +97,10 @@ def read_archive(path: Path) -> MeshModel:
     )
     findings = Findings(source=path.name)
     supported = classify_commands(findings, text)
-    found = read_materials(findings, text)
+    read = read_materials(findings, text)
     findings.refuse_incomplete()
     used = {name: int(name.split()[1]) for name in parts.sets}
-    materials = {name: found.materials[number] for name, number in used.items() if number in found.materials}
+    materials = {name: read.materials[number] for name, number in used.items() if number in read.materials}
     axes = _turned_nodes(text, path)
     lumps = Lumps(findings, archive, text, dict(zip(labels.tolist(), nodes, strict=True)), axes)
     added = tuple(lumps)
@@ -118,7 +118,7 @@ def read_archive(path: Path) -> MeshModel:
         couplings=(*findings.couplings, *_elements_that_matter(parts.skipped, path)),
         constraints=tuple(stated_each([*in_global(tied, axes), *along, *middle_equations(made, path.name)])),
         lumped=added,
-        material_faults=tuple(fault for number in used.values() for fault in found.faults.get(number, ())),
+        material_faults=tuple(fault for number in used.values() for fault in read.faults.get(number, ())),
         variants=parts.variants,
         axes=axes,
     )
@@ -213,10 +213,10 @@ def _check_counts(text: str, path: Path) -> None:
     for block in re.finditer(
         r"^CMBLOCK,([^,\r\n]*),[^,\r\n]*,\s*(\d+)[^\r\n]*\r?\n\([^\r\n]*\r?\n([-\s\d]*)", text, re.MULTILINE
     ):
-        found = len(block.group(3).split())
-        if found != int(block.group(2)):
+        count = len(block.group(3).split())
+        if count != int(block.group(2)):
             raise InputError(
-                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {found}"
+                f"{path.name}: component {block.group(1).strip()} claims {block.group(2)} numbers, the file has {count}"
             )
 
 
@@ -245,8 +245,8 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
             if kind not in LUMP_TYPES:
                 skipped[kind] = skipped.get(kind, 0) + 1
             continue
-        given = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
-        name, nodes = _shape(given, int(row[8]), path)
+        row_nodes = np.asarray(whole_row(row[_HEAD:].tolist(), kind in _QUADRATIC), dtype=np.int64)
+        name, nodes = _shape(row_nodes, int(row[8]), path)
         nodes = with_middles(name, nodes, int(row[8]), made, first, path.name)
         full = solid[int(row[1])]
         name = _REDUCED.get((full, name), name)
@@ -303,5 +303,5 @@ def _element_components(archive: Any, numbers: dict[str, IntArray]) -> dict[str,
 
 
 def _units(text: str) -> str:
-    found = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
-    return _UNITS.get(found.group(1).upper(), found.group(1)) if found else ""
+    match = re.search(r"^/UNITS,\s*(\w+)", text, re.MULTILINE | re.IGNORECASE)
+    return _UNITS.get(match.group(1).upper(), match.group(1)) if match else ""

@@ -46,10 +46,10 @@ def read_equations(findings: Findings, text: str) -> list[NodalEquation]:
                 _read(sets, last, line, name, words)
             except (ValueError, IndexError) as error:
                 raise InputError(f"{findings.source}, line {line}: {name} cannot be read ({error})") from None
-    found: list[NodalEquation] = []
+    equations: list[NodalEquation] = []
     for (name, _), entry in sets.items():
-        found += _equations(findings, name, entry)
-    return found
+        equations += _equations(findings, name, entry)
+    return equations
 
 
 def _read(sets: dict[tuple[str, str], _Set], last: dict[str, _Set], line: int, name: str, words: list[str]) -> None:

@@ -18,10 +18,10 @@ def read_hbmat(files: dict[str, Path], mapping: Path | None) -> RawModel:
         If a file is damaged. A missing map is refused when the model is built.
     """
     matrices = {name: read_harwell_boeing(path) for name, path in files.items()}
-    found = mapping or next(filter(None, (_mapping_beside(path) for path in files.values())), None)
-    if found is None:
+    map_file = mapping or next(filter(None, (_mapping_beside(path) for path in files.values())), None)
+    if map_file is None:
         return RawModel(matrices=matrices)
-    dof_map, nodes = read_dof_map(found)
+    dof_map, nodes = read_dof_map(map_file)
     return RawModel(matrices=matrices, dof_map=dof_map, nodes=nodes)
 
 

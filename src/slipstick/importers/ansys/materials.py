@@ -95,21 +95,21 @@ def _table(findings: Findings, line: int, faults: dict[int, list[str]], where: s
 
 def _constant(source: str, values: Values, number: int, faults: dict[int, list[str]]) -> dict[str, float]:
     """The properties of one material where they are the same at every temperature and along every axis."""
-    own = {label: found for (material, label), found in values.items() if material == number and found}
+    tables = {label: numbers for (material, label), numbers in values.items() if material == number and numbers}
     known: dict[str, float] = {}
     wrong: list[str] = []
-    for label, found in own.items():
-        if len(set(found)) > 1:
-            wrong.append(f"{label} depends on temperature ({found[0]:.6g} to {found[-1]:.6g})")
-        first = own.get(_OTHER_AXES.get(label, label), found)
-        if first[0] != found[0]:
-            wrong.append(f"{label} is {found[0]:.6g}, along x {first[0]:.6g}: not isotropic")
+    for label, numbers in tables.items():
+        if len(set(numbers)) > 1:
+            wrong.append(f"{label} depends on temperature ({numbers[0]:.6g} to {numbers[-1]:.6g})")
+        first = tables.get(_OTHER_AXES.get(label, label), numbers)
+        if first[0] != numbers[0]:
+            wrong.append(f"{label} is {numbers[0]:.6g}, along x {first[0]:.6g}: not isotropic")
         if label in _PROPERTIES:
-            known[_PROPERTIES[label]] = found[0]
+            known[_PROPERTIES[label]] = numbers[0]
     if {"young", "poisson"} <= known.keys():
         shear = known["young"] / (2.0 * (1.0 + known["poisson"]))
         for label in ("GXY", "GYZ", "GXZ"):
-            if label in own and abs(own[label][0] - shear) > 1e-3 * abs(shear):
-                wrong.append(f"{label} is {own[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
+            if label in tables and abs(tables[label][0] - shear) > 1e-3 * abs(shear):
+                wrong.append(f"{label} is {tables[label][0]:.6g}, of an isotropic material {shear:.6g}: not isotropic")
     faults.setdefault(number, []).extend(f"{source}: material {number}: {sentence}" for sentence in wrong)
     return known

@@ -197,8 +197,10 @@ class _Reader:
                 self.loads.add(name)
                 return
             if kind in (3, 4) or form not in (1, 6):
-                found = "complex" if kind in (3, 4) else f"of form {form}"
-                raise InputError(f"{self.path.name}: DMIG {name} is {found}; expected a real square or symmetric one")
+                described = "complex" if kind in (3, 4) else f"of form {form}"
+                raise InputError(
+                    f"{self.path.name}: DMIG {name} is {described}; expected a real square or symmetric one"
+                )
             self.matrices[name] = DirectMatrix(name=name, symmetric=form == 6)
             return
         if name in self.loads:
@@ -248,12 +250,12 @@ class _Reader:
         frames = Frames(self.systems, placed, self.path.name)
         coordinates = {node: frames.position(node) for node in placed}
         stated = {node: self.grids[node][1] for node in placed}
-        own = {node: displacement if number is None else number for node, number in stated.items()}
-        fluid = [node for node, number in own.items() if number < 0]
+        numbers = {node: displacement if number is None else number for node, number in stated.items()}
+        fluid = [node for node, number in numbers.items() if number < 0]
         if fluid:
             raise InputError(f"{self.path.name}: GRID {fluid[0]} is a point of a fluid; only structures are read")
         turned = {
-            node: frames.frame(number).directions(coordinates[node]) for node, number in own.items() if number > 0
+            node: frames.frame(number).directions(coordinates[node]) for node, number in numbers.items() if number > 0
         }
         return coordinates, {
             node: axes for node, axes in turned.items() if not np.allclose(axes, np.eye(3), atol=1e-12)

@@ -68,8 +68,8 @@ class Points:
 def selected(text: str, name: str) -> int | None:
     """The number of the set that the case control asks for, as in "MPC = 3"; None where it does not say one."""
     head = re.split(r"(?im)^\s*BEGIN\b", text, maxsplit=1)
-    found = re.findall(rf"(?im)^\s*{name}\s*=\s*(\d+)", head[0]) if len(head) > 1 else []
-    return int(found[0]) if len(set(found)) == 1 else None
+    numbers = re.findall(rf"(?im)^\s*{name}\s*=\s*(\d+)", head[0]) if len(head) > 1 else []
+    return int(numbers[0]) if len(set(numbers)) == 1 else None
 
 
 def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | None) -> Iterator[NodalEquation]:
@@ -127,9 +127,9 @@ def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquat
             node, component, factor = [*fields[start : start + 3], "", "", ""][:3]
             if node:
                 value = fortran_real(factor)
-                own = points.axis(whole_number(node), _component(component))
+                axis_terms = points.axis(whole_number(node), _component(component))
                 points.place(whole_number(node), where) if component not in ("", "0") else None
-                terms += [(n, c, value * cosine) for n, c, cosine in own]
+                terms += [(n, c, value * cosine) for n, c, cosine in axis_terms]
     return _dependent_first(terms, where, points)
 
 
@@ -175,9 +175,9 @@ def followers(
     """A point follows another as a rigid body, along its own directions."""
     rows = rigid_rows(reference, points.place(node, where))
     for component in components:
-        own = points.axis(node, component)
-        terms = list(own)
-        for _, direction, cosine in own:
+        axis_terms = points.axis(node, component)
+        terms = list(axis_terms)
+        for _, direction, cosine in axis_terms:
             row = rows[direction] if direction < 3 else [(*reference.rotations[direction - 3], 1.0)]
             terms += [(n, c, -cosine * value) for n, c, value in row]
         yield _dependent_first(terms, where, points)
@@ -185,11 +185,11 @@ def followers(
 
 def _bar(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalEquation]:
     """RBAR with all six independent directions at one end: the other end follows it."""
-    a, b, own_a, own_b, given_a, given_b = [*fields[1:7], *[""] * 6][:6]
-    if own_a == "123456" and not own_b:
-        first, second, components = a, b, given_b
-    elif own_b == "123456" and not own_a:
-        first, second, components = b, a, given_a
+    a, b, free_a, free_b, tied_a, tied_b = [*fields[1:7], *[""] * 6][:6]
+    if free_a == "123456" and not free_b:
+        first, second, components = a, b, tied_b
+    elif free_b == "123456" and not free_a:
+        first, second, components = b, a, tied_a
     else:
         raise InputError(f"{where} has independent directions at both ends, which is not read; write it as RBE2")
     reference = points.reference(whole_number(first), where)

@@ -16,7 +16,7 @@ Card = tuple[str, int, list[str]]
 
 
 def lumped_of(
-    findings: Findings, given: Sequence[Card], points: Points, solid: set[int], factor: float
+    findings: Findings, lump_cards: Sequence[Card], points: Points, solid: set[int], factor: float
 ) -> tuple[tuple[Lumped, ...], set[int]]:
     """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
 
@@ -26,21 +26,21 @@ def lumped_of(
         For cards that cannot be read, and points or properties that are not there.
     """
     stiffness = {
-        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in given if n == "PELAS" for i in (0, 4) if f[i]
+        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in lump_cards if n == "PELAS" for i in (0, 4) if f[i]
     }
-    found: list[Lumped] = []
-    for name, line, fields in given:
+    parts: list[Lumped] = []
+    for name, line, fields in lump_cards:
         where = f"{points.source}, line {line}: {name}"
         try:
             if name == "CONM2":
-                found += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
+                parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
             elif name != "PELAS":
-                found += _scalar(name, fields, points, stiffness, factor, where)
+                parts += _scalar(name, fields, points, stiffness, factor, where)
         except InputError:
             raise
         except (ValueError, IndexError) as error:
             raise InputError(f"{where} cannot be read ({error})") from None
-    return tuple(found), {node for part in found for node, axis in part.pairs if axis > 2}
+    return tuple(parts), {node for part in parts for node, axis in part.pairs if axis > 2}
 
 
 def _mass(
@@ -82,8 +82,8 @@ def _scalar(
         node, direction = [*fields[at : at + 2], "", ""][:2]
         if node and node != "0" and direction not in ("", "0"):
             points.place(whole_number(node), where)
-            own = points.axis(whole_number(node), whole_number(direction) - 1)
-            terms += [(n, c, sign * cosine) for n, c, cosine in own]
+            axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
+            terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
         elif node and node != "0":
             raise InputError(f"{where} joins the scalar point {node}, which is not read")
     along = np.array([cosine for _, _, cosine in terms])

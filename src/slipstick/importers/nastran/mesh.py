@@ -70,137 +70,137 @@ def read_bulk_mesh(path: Path, constraints: int | None = None) -> MeshModel:
     """
     data = read_bulk(path)
     text = read_bytes(path).decode("latin-1")
-    found = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
-    if not found.elements:
+    deck = _cards(path, text, int(data.nodes.ids.max(initial=0)) + 1)
+    if not deck.elements:
         remedy = "give the file with the mesh"
         raise InputError(f"{path.name}: has no solid element (CHEXA, CPENTA, CTETRA, CPYRAM); {remedy}")
-    labels, nodes = placed(found.made, data.nodes.ids, data.nodes.coordinates, path.name)
-    mesh = _mesh(found, labels, nodes, path)
-    materials, faults = _materials(found, path)
+    labels, nodes = placed(deck.made, data.nodes.ids, data.nodes.coordinates, path.name)
+    mesh = _mesh(deck, labels, nodes, path)
+    materials, faults = _materials(deck, path)
     points = points_of(data, path.name)
-    lumped, turning = lumped_of(found.findings, found.lumps, points, _solid_nodes(found), found.mass_factor)
+    lumped, turning = lumped_of(deck.findings, deck.lumps, points, _solid_nodes(deck), deck.mass_factor)
     tied = list(coupled_equations(data.coupled, points, data.mpc))
     turning |= {node for equation in tied for node, axis in equation.pairs if axis > 2}
     number = selected(text, "SPC") if constraints is None else constraints
     held, along = _supports(data, number, path, turning)
-    equations = [*tied, *along, *middle_equations(found.made, path.name)]
+    equations = [*tied, *along, *middle_equations(deck.made, path.name)]
     return MeshModel(
         mesh=mesh,
         materials=materials,
         held=np.array(sorted(held), dtype=np.int64).reshape(-1, 2),
         units=likely_units(materials),
-        notes=(*_left_out(found, path), *found.findings.notes, *unit_notes(mesh, materials)),
-        warnings=found.findings.warnings,
-        couplings=(*found.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
+        notes=(*_left_out(deck, path), *deck.findings.notes, *unit_notes(mesh, materials)),
+        warnings=deck.findings.warnings,
+        couplings=(*deck.findings.couplings, *(c for c in data.findings.couplings if ": SPC " in f"{c.where} ")),
         constraints=tuple(stated_each(equations)),
         lumped=lumped,
         material_faults=faults,
-        variants=found.variants,
+        variants=deck.variants,
         axes={node: axes.T for node, axes in data.directions.items()},
     )
 
 
 def _cards(path: Path, text: str, next_label: int) -> Cards:
-    found = Cards(findings=Findings(source=path.name))
+    deck = Cards(findings=Findings(source=path.name))
     others = {name for _, name, _ in cards(text, ()) if is_other_element(name)}
     for line, name, fields in cards(text, {*SOLIDS, *LUMPS, *MATERIALS, *others}):
         try:
             if name in SOLIDS:
-                _element(found, name, fields, next_label, path.name)
+                _element(deck, name, fields, next_label, path.name)
             elif name in LUMPS:
-                found.lumps.append((name, line, fields))
+                deck.lumps.append((name, line, fields))
             elif name in MATERIALS:
-                _material(found, name, fields, line)
+                _material(deck, name, fields, line)
             elif name in others:
                 nodes = {int(word) for word in fields[2:] if word.isdigit()}
-                found.others.setdefault(name, []).append((line, nodes))
+                deck.others.setdefault(name, []).append((line, nodes))
             elif name not in POINTS | SYSTEMS:
-                classify_mesh_card(found.findings, name, line)
+                classify_mesh_card(deck.findings, name, line)
         except (ValueError, IndexError) as error:
             raise InputError(f"{path.name}, line {line}: {name} cannot be read ({error})") from None
-    found.findings.refuse_incomplete()
-    solid = _solid_nodes(found)
-    for name, members in found.others.items():
+    deck.findings.refuse_incomplete()
+    solid = _solid_nodes(deck)
+    for name, members in deck.others.items():
         near = [line for line, nodes in members if not solid.isdisjoint(nodes)]
         if near:
             what = "shares nodes with solids: the stiffness and mass it adds are not read"
             for line in near:
-                found.findings.add(Verdict.COUPLING, name, what, line)
-    return found
+                deck.findings.add(Verdict.COUPLING, name, what, line)
+    return deck
 
 
-def _element(found: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
+def _element(deck: Cards, name: str, fields: list[str], next_label: int, source: str) -> None:
     label, group = whole_number(fields[0]), whole_number(fields[1] or fields[0])
-    given = [whole_number(word) if word else 0 for word in fields[2:]]
-    while given and not given[-1]:
-        given.pop()
-    size = next((n for n in sorted(SOLIDS[name]) if n >= len(given)), 0)
+    corners = [whole_number(word) if word else 0 for word in fields[2:]]
+    while corners and not corners[-1]:
+        corners.pop()
+    size = next((n for n in sorted(SOLIDS[name]) if n >= len(corners)), 0)
     if not size:
-        raise ValueError(f"{len(given)} nodes")
+        raise ValueError(f"{len(corners)} nodes")
     kind, order = SOLIDS[name][size]
-    nodes = np.array([*given, *[0] * (size - len(given))], dtype=np.int64)[list(order)]
-    nodes = with_middles(kind, nodes, label, found.made, next_label, source)
-    found.elements.setdefault(kind, []).append((label, group, nodes))
+    nodes = np.array([*corners, *[0] * (size - len(corners))], dtype=np.int64)[list(order)]
+    nodes = with_middles(kind, nodes, label, deck.made, next_label, source)
+    deck.elements.setdefault(kind, []).append((label, group, nodes))
     if name not in SAME:
-        counts = found.variants.setdefault(kind, {})
+        counts = deck.variants.setdefault(kind, {})
         shown = f"{name} of {ELEMENTS[kind].n_nodes} nodes"
         counts[shown] = counts.get(shown, 0) + 1
 
 
-def _material(found: Cards, name: str, fields: list[str], line: int) -> None:
+def _material(deck: Cards, name: str, fields: list[str], line: int) -> None:
     if name == "PSOLID":
-        found.properties[whole_number(fields[0])] = whole_number(fields[1])
+        deck.properties[whole_number(fields[0])] = whole_number(fields[1])
     elif name == "MAT1":
         young, shear, poisson, density = (fortran_real(word) if word else None for word in fields[1:5])
         if young is None or (shear is None and poisson is None):
             young = 2.0 * (1.0 + (poisson or 0.0)) * (shear or 0.0) if young is None else young
         ratio = poisson if poisson is not None else (young / (2.0 * shear) - 1.0 if shear else 0.0)
-        found.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
+        deck.materials[whole_number(fields[0])] = {"young": young, "poisson": ratio, "density": density or 0.0}
         if any(fortran_real(word) for word in fields[7:8] if word):
             what = "has structural damping (GE), which is not read; give the structure's loss_factor"
-            found.findings.add(Verdict.APPROXIMATED, name, what, line)
+            deck.findings.add(Verdict.APPROXIMATED, name, what, line)
     elif fields[0].upper() == "WTMASS":
-        found.mass_factor = fortran_real(fields[1])
+        deck.mass_factor = fortran_real(fields[1])
     else:
-        found.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
+        deck.findings.add(Verdict.HARMLESS, f"PARAM,{fields[0].upper()}", "", line)
 
 
-def _solid_nodes(found: Cards) -> set[int]:
-    return {int(node) for part in found.elements.values() for _, _, nodes in part for node in nodes}
+def _solid_nodes(deck: Cards) -> set[int]:
+    return {int(node) for part in deck.elements.values() for _, _, nodes in part for node in nodes}
 
 
-def _mesh(found: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
+def _mesh(deck: Cards, labels: IntArray, nodes: np.ndarray, path: Path) -> Mesh:
     what = f"{path.name}: an element"
-    groups = sorted({group for part in found.elements.values() for _, group, _ in part})
+    groups = sorted({group for part in deck.elements.values() for _, group, _ in part})
     return Mesh(
         nodes=nodes,
         blocks={
-            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in found.elements.items()
+            kind: node_indices(labels, np.array([n for _, _, n in part]), what) for kind, part in deck.elements.items()
         },
         element_sets={
             f"property {group}": {
-                kind: np.flatnonzero([own == group for _, own, _ in part]) for kind, part in found.elements.items()
+                kind: np.flatnonzero([of == group for _, of, _ in part]) for kind, part in deck.elements.items()
             }
             for group in groups
         },
         node_labels=labels,
-        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in found.elements.items()},
+        element_labels={kind: np.array([label for label, _, _ in part]) for kind, part in deck.elements.items()},
     )
 
 
-def _materials(found: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
+def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[str, ...]]:
     """Materials by element set, and what is wrong with those that properties use."""
     materials: dict[str, Material] = {}
     faults: list[str] = []
-    for group in sorted({group for part in found.elements.values() for _, group, _ in part}):
-        number = found.properties.get(group)
-        known = found.materials.get(number) if number is not None else None
+    for group in sorted({group for part in deck.elements.values() for _, group, _ in part}):
+        number = deck.properties.get(group)
+        known = deck.materials.get(number) if number is not None else None
         if known is None:
             lacks = "has no PSOLID" if number is None else f"names material {number}, which is no MAT1 (isotropic)"
             faults.append(f"{path.name}: property {group} {lacks}")
             continue
         try:
-            scaled = {**known, "density": known["density"] * found.mass_factor}
+            scaled = {**known, "density": known["density"] * deck.mass_factor}
             materials[f"property {group}"] = Material(**scaled)
         except InputError as error:
             faults += [str(fault.inside(path.name, f"material {number}")) for fault in error.faults]
@@ -216,11 +216,11 @@ def _supports(
     return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
 
 
-def _left_out(found: Cards, path: Path) -> Iterator[str]:
-    if found.others:
-        counts = ", ".join(f"{len(part)} {name}" for name, part in found.others.items())
+def _left_out(deck: Cards, path: Path) -> Iterator[str]:
+    if deck.others:
+        counts = ", ".join(f"{len(part)} {name}" for name, part in deck.others.items())
         yield f"{path.name}: elements that are no solids were left out: {counts}"
-    if found.made:
-        yield f"{path.name}: {len(found.made)} edges have no middle node: they stay straight, as in Nastran"
-    if found.mass_factor != 1.0:
-        yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {found.mass_factor:.6g}"
+    if deck.made:
+        yield f"{path.name}: {len(deck.made)} edges have no middle node: they stay straight, as in Nastran"
+    if deck.mass_factor != 1.0:
+        yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {deck.mass_factor:.6g}"
