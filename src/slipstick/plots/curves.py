@@ -74,9 +74,9 @@ def response(
     ax = curves.draw("amplitude", "dof", dof)
     log = None if log is None else truth("log", log)
     if truth("peaks", peaks):
-        for _, dataset in curves.found:
+        for _, dataset in curves.overlaid:
             _mark_peaks(ax, curves, dataset, dof)
-    for _, dataset in curves.found:
+    for _, dataset in curves.overlaid:
         mark_special(ax, curves, dataset, dof)
     drawn = [np.asarray(line.get_ydata()) for line in ax.lines]
     limits = _amplitude_scale(ax, drawn, log or (log is None and curves.new and over_decades(drawn)))
@@ -126,7 +126,7 @@ def phase(
     """
     curves = Curves(branches, ax, label, frequency)
     order = whole("harmonic", harmonic, 1)
-    values = {id(d): {n: _phase(d, n, order) for n in chosen(d, "dof", dof)} for _, d in curves.found}
+    values = {id(d): {n: _phase(d, n, order) for n in chosen(d, "dof", dof)} for _, d in curves.overlaid}
     ax = curves.draw_values(f"Phase of harmonic {order} [deg]", values)
     curves.legend()
     return ax
@@ -175,7 +175,7 @@ def _total_power(curves: Curves) -> DrawnAxes:
         names = chosen(dataset, "contact", known_names(dataset, "contact"))
         return np.sum([values_of(dataset, "dissipated_power", "contact", name) for name in names], axis=0)
 
-    values = {id(dataset): {"": total(dataset)} for _, dataset in curves.found}
+    values = {id(dataset): {"": total(dataset)} for _, dataset in curves.overlaid}
     return curves.draw_values(quantity(curves.first, "dissipated_power"), values)
 
 
@@ -204,7 +204,7 @@ def temperature(
 ) -> DrawnAxes:
     """Contact temperature of one contact (by default the first), or of several; only where friction heats contacts."""
     curves = Curves(branches, ax, label, frequency)
-    if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.found):
+    if any("temperature" not in d or bool(d["temperature"].isnull().all()) for _, d in curves.overlaid):
         raise InputError("there is no temperature in these results: the contacts are not heated")
     ax = curves.draw("temperature", "contact", contact)
     curves.legend()

@@ -36,12 +36,12 @@ def stability(
     Only for branches followed with ``stability=True``.
     """
     curves = Curves(branches, ax, label, frequency)
-    if any("multiplier_max" not in dataset for _, dataset in curves.found):
+    if any("multiplier_max" not in dataset for _, dataset in curves.overlaid):
         raise InputError("there is no stability in these results: follow the branch with stability=True")
-    values = {id(dataset): {"": between_known(dataset["multiplier_max"].to_numpy())} for _, dataset in curves.found}
+    values = {id(dataset): {"": between_known(dataset["multiplier_max"].to_numpy())} for _, dataset in curves.overlaid}
     ax = curves.draw_values(quantity(curves.first, "multiplier_max"), values)
     ax.axhline(1.0, color=GREY, linewidth=0.8, zorder=0)
-    for _, dataset in curves.found:
+    for _, dataset in curves.overlaid:
         _mark(ax, dataset, curves.abscissa.values(dataset), dataset["multiplier_max"].to_numpy())
     curves.legend()
     return ax

@@ -29,15 +29,15 @@ class Curves:
     ax: Axes | None = None
     label: str | None = None
     frequency: str | None = None
-    found: list[tuple[str | None, xarray.Dataset]] = field(init=False)
+    overlaid: list[tuple[str | None, xarray.Dataset]] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.found = datasets(self.branches)
+        self.overlaid = datasets(self.branches)
         if self.label is not None:
             text("label", self.label)
         self.new = self.ax is None
         self.abscissa = abscissa(self.first, self.frequency)
-        for _, dataset in self.found[1:]:  # frequencies all in the unit of the first
+        for _, dataset in self.overlaid[1:]:  # frequencies all in the unit of the first
             first, other = (quantity(d, abscissa(d).name) for d in (self.first, dataset))
             if first != other:
                 raise InputError(f"branches over {first} and over {other} do not fit in one figure")
@@ -45,20 +45,20 @@ class Curves:
     @property
     def first(self) -> xarray.Dataset:
         """The dataset that sets the axes."""
-        return self.found[0][1]
+        return self.overlaid[0][1]
 
     def draw(self, name: str, dim: str, names: Names) -> DrawnAxes:
         """A variable of named dofs or contacts."""
-        labels = {quantity(d, name) for _, d in self.found if name in d}
+        labels = {quantity(d, name) for _, d in self.overlaid if name in d}
         if len(labels) > 1:
             raise InputError(f"branches in different units do not fit in one figure: {', '.join(sorted(labels))}")
-        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, names)} for _, d in self.found}
+        values = {id(d): {n: values_of(d, name, dim, n) for n in chosen(d, dim, names)} for _, d in self.overlaid}
         return self.draw_values(labels.pop(), values)
 
     def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:
         """Values (point,) by the id of their dataset and by name."""
         ax = styled(self.ax, self.abscissa.label, y_label)
-        for label_of, dataset in self.found:
+        for label_of, dataset in self.overlaid:
             for name, series in values[id(dataset)].items():
                 label = self._label(label_of, name, len(values[id(dataset)]))
                 stable = dataset["stable"].to_numpy() if "stable" in dataset else np.ones(dataset.sizes["point"])
@@ -75,14 +75,14 @@ class Curves:
             self._scale(ax)
             alone = {name for label_of in values.values() for name in label_of}
             about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
-            titled(ax.figure, title_of(self.found), *about)
+            titled(ax.figure, title_of(self.overlaid), *about)
         self.ax = ax
         return ax
 
     def legend(self) -> None:
         """Names of the curves; a single one that only the title could name needs none."""
         assert self.ax is not None
-        legend(self.ax, least=2 if self.new and self.label is None and self.found[0][0] is None else 1)
+        legend(self.ax, least=2 if self.new and self.label is None and self.overlaid[0][0] is None else 1)
 
     def _label(self, branch_label: str | None, name: str, names: int) -> str:
         """A branch by its label, else a curve by its dof or contact."""
@@ -91,7 +91,7 @@ class Curves:
 
     def _scale(self, ax: Axes) -> None:
         """A range over decades has a logarithmic axis."""
-        x = [self.abscissa.values(dataset) for _, dataset in self.found]
+        x = [self.abscissa.values(dataset) for _, dataset in self.overlaid]
         if over_decades(x) and all(values.min(initial=1.0) > 0.0 for values in x):
             ax.set_xscale("log")
 

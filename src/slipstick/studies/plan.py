@@ -14,7 +14,7 @@ from slipstick.balance.loads import phase_warnings
 from slipstick.balance.parameters import FACTORS, product_warnings
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, shown, suggestion, table, text, whole
-from slipstick.studies.ranges import box_of, given_values
+from slipstick.studies.ranges import sampled_range, parameter_values
 from slipstick.typing import Array
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _asked(
         said = f'it is given, but method = "{method}" counts the values of its parameters'
         gathering.faults.append(Fault(where, said, remedy="leave it out"))
     count = gathering.take(whole, where, samples, 1, MOST_ITEMS) if method in SAMPLED and samples is not None else 1
-    read = box_of if method in SAMPLED else given_values
+    read = sampled_range if method in SAMPLED else parameter_values
     parts = {name: gathering.take(read, (*STUDY, name), value) for name, value in values.items()}
     return _Asked(parts, str(method), count or 1, int(seed or 0))
 

@@ -17,10 +17,10 @@ _EXPECTED = "a list of numbers such as [0, 1, 10], or a range such as { from = 1
 _BOX = "the two ends of a range such as [0.1, 0.4], or { from = 0.1, to = 0.4 }, to be sampled"
 
 
-def given_values(where: Where, value: Any) -> Array:
+def parameter_values(where: Where, value: Any) -> Array:
     """Values (n,) of a grid or a list, n >= 1.
 
-    >>> given_values(("mu",), {"from": 1, "to": 100, "count": 3, "spacing": "log"})
+    >>> parameter_values(("mu",), {"from": 1, "to": 100, "count": 3, "spacing": "log"})
     array([  1.,  10., 100.])
     """
     if isinstance(value, Mapping):
@@ -39,10 +39,10 @@ def given_values(where: Where, value: Any) -> Array:
     return values
 
 
-def box_of(where: Where, value: Any) -> tuple[float, float, str]:
+def sampled_range(where: Where, value: Any) -> tuple[float, float, str]:
     """Lower and upper end and spacing of a range that is sampled.
 
-    >>> box_of(("mu",), [0.1, 0.4])
+    >>> sampled_range(("mu",), [0.1, 0.4])
     (0.1, 0.4, 'linear')
     """
     if isinstance(value, Mapping):

@@ -122,7 +122,7 @@ def study(
             try:
                 for solved in solutions(job, plan, todo, workers=workers, client=client):
                     place.add(solved)
-                    _tell(heard, plan, solved, len(place.found), total)
+                    _tell(heard, plan, solved, len(place.cases), total)
             finally:
                 dataset = place.write()
             return _told(dataset)

@@ -16,7 +16,7 @@ from slipstick.studies.solving import CaseSolved, Job
 if TYPE_CHECKING:
     import xarray
 
-Found = Mapping[int, CaseSolved]
+Cases = Mapping[int, CaseSolved]
 """Cases by number, as far as they are computed."""
 OUTCOMES = tuple(outcome.name for outcome in Outcome)
 
@@ -57,9 +57,7 @@ def row_layout(job: Job, plan: StudyPlan) -> Layout:
     return Layout(labels={"dof": tuple(job.problem.outputs or ())}, variables=labelled)
 
 
-def study_dataset(
-    job: Job, plan: StudyPlan, cases: Mapping[int, CaseSolved], attributes: Mapping[str, Any]
-) -> xarray.Dataset:
+def study_dataset(job: Job, plan: StudyPlan, cases: Cases, attributes: Mapping[str, Any]) -> xarray.Dataset:
     """The cases along their parameters: a grid has its parameters as dimensions, else they lie along ``case``."""
     import xarray
 
@@ -88,7 +86,7 @@ def _values(plan: StudyPlan, case: int) -> dict[str, float]:
     return dict(zip(plan.names, plan.values[case].tolist(), strict=True))
 
 
-def curves_dataset(job: Job, cases: Found, attributes: Mapping[str, Any]) -> xarray.Dataset:
+def curves_dataset(job: Job, cases: Cases, attributes: Mapping[str, Any]) -> xarray.Dataset:
     """All curves one after another along ``point``; ``case`` says whose a point is."""
     layout = job.curve_layout
     curves = [cases[case].curve for case in sorted(cases) if len(cases[case].curve)]
@@ -96,9 +94,7 @@ def curves_dataset(job: Job, cases: Found, attributes: Mapping[str, Any]) -> xar
     return make_table(layout, layout.unpack(rows), attributes).to_dataset()
 
 
-def study_attributes(
-    job: Job, plan: StudyPlan, cases: Mapping[int, CaseSolved], more: Mapping[str, Any]
-) -> dict[str, Any]:
+def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str, Any]) -> dict[str, Any]:
     """What a study says of itself; its outcome is COMPLETED where every case is."""
     failed = sum(not solved.outcome.ok for solved in cases.values())
     done = len(cases) == len(plan) and not failed

@@ -21,14 +21,14 @@ Values = dict[tuple[int, str], list[float]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoundMaterials:
+class MaterialTable:
     """Materials by number, and for others the sentences that say what is wrong."""
 
     materials: Mapping[int, Material] = field(default_factory=dict)
     faults: Mapping[int, list[str]] = field(default_factory=dict)
 
 
-def read_materials(findings: Findings, text: str) -> FoundMaterials:
+def read_materials(findings: Findings, text: str) -> MaterialTable:
     """Materials of the MP, MPDATA and TB commands; what is left out of them goes to ``findings``."""
     values: Values = {}
     faults: dict[int, list[str]] = {}
@@ -56,7 +56,7 @@ def read_materials(findings: Findings, text: str) -> FoundMaterials:
             faults.setdefault(number, []).extend(
                 str(fault.inside(findings.source, f"material {number}")) for fault in error.faults
             )
-    return FoundMaterials(materials=materials, faults=faults)
+    return MaterialTable(materials=materials, faults=faults)
 
 
 def _property(
