@@ -6,7 +6,7 @@ import pytest
 from helpers.figures import branch, title
 
 from slipstick.errors import InputError
-from slipstick.plots.places import branch_of, point_number, point_titled
+from slipstick.plots.points import branch_of, point_number, point_titled
 from slipstick.plots.style import styled
 
 

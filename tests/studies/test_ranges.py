@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slipstick.errors import InputError
-from slipstick.studies.ranges import sampled_range, parameter_values
+from slipstick.studies.plan import parameter_values, sampled_range
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Curves over the followed quantity: amplitude, phase, mean, dissipated power, friction, temperature.
+"""Curves over the followed quantity: amplitude, phase, mean, power, friction, temperature, states, stability.
 
 All take a branch or its dataset, a list of them, or ``{label: branch}`` to be overlaid; one name of a dof or contact,
 or several; and return Axes. Common arguments:
@@ -21,13 +21,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
+from slipstick.faults import names as texts
 from slipstick.faults import truth, whole
-from slipstick.plots.multipliers import mark_special
 from slipstick.plots.overlay import Curves
-from slipstick.plots.quantities import ROUNDING, chosen, datasets, known_names, quantity, values_of
-from slipstick.plots.style import GREY, PEAK, over_decades
+from slipstick.plots.quantities import (
+    ROUNDING,
+    abscissa,
+    chosen,
+    dataset_of,
+    datasets,
+    held_text,
+    known_names,
+    parted,
+    quantity,
+    title_of,
+    values_of,
+)
+from slipstick.plots.style import GREY, PEAK, STATE_COLOURS, legend, new_figure, over_decades, styled, titled
+from slipstick.results.contacts import NO_FRICTION
 from slipstick.results.measures import phase_of
 from slipstick.results.schema import branch_parts
+from slipstick.results.stability import between_known
 from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
@@ -222,3 +236,160 @@ def _mark_peaks(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -
         label = "_" if PEAK in ax.get_legend_handles_labels()[1] else PEAK  # once in a legend
         if at.size:
             ax.plot(x[at], y[at], "o", color="black", ms=3.5, markerfacecolor="white", linestyle="none", label=label)
+
+
+def compare(
+    branches: Any,
+    labels: Sequence[str] | None = None,
+    *,
+    dof: str | None = None,
+    frequency: str | None = None,
+    log: bool | None = None,
+) -> list[Axes]:
+    """Several branches in one figure: amplitude, mean where there is one, and dissipated power.
+
+    Parameters
+    ----------
+    branches
+        Branches or datasets over the same quantity and in the same units, or ``{label: branch}``.
+    labels
+        A name for each; by default their titles where these differ, else their numbers.
+    dof
+        The dof compared, by default the first.
+    frequency, log
+        As for :func:`slipstick.plots.response`.
+
+    Returns
+    -------
+    list of Axes
+        From top to bottom.
+
+    Raises
+    ------
+    InputError
+        For labels that are not as many as the branches, other names, or branches that do not fit in one figure.
+    """
+    overlaid = datasets(branches)
+    pairs = dict(zip(_labels(overlaid, labels), (dataset for _, dataset in overlaid), strict=True))
+    (name,) = chosen(overlaid[0][1], "dof", dof)
+    moved = any(values_of(d, "mean", "dof", chosen(d, "dof", name)[0]).any() for d in pairs.values())
+    rubbed = all("dissipated_power" in d and d.sizes.get("contact", 0) for d in pairs.values())
+    kinds = ["amplitude", *(["mean"] if moved else []), *(["power"] if rubbed else [])]
+    figure = new_figure(7.2, 1.4 + 2.3 * len(kinds))
+    axes = dict(zip(kinds, figure.subplots(len(kinds), 1, sharex=True, squeeze=False)[:, 0], strict=True))
+    if log is None:  # of all branches together
+        log = over_decades(values_of(d, "amplitude", "dof", name) for d in pairs.values())
+    response(pairs, name, ax=axes["amplitude"], frequency=frequency, log=log)
+    if "mean" in axes:
+        mean(pairs, name, ax=axes["mean"], frequency=frequency)
+    if "power" in axes:
+        power(pairs, ax=axes["power"], frequency=frequency)
+    for kind, ax in axes.items():
+        if kind != "amplitude" and ax.get_legend() is not None:
+            ax.get_legend().remove()
+        ax.label_outer()
+    titled(figure, title_of(overlaid), name, held_text(overlaid[0][1]))
+    return list(axes.values())
+
+
+def _labels(overlaid: Sequence[tuple[str | None, Any]], labels: Sequence[str] | None) -> list[str]:
+    if labels is None:
+        titles = [label or str(dataset.attrs.get("title", "")) for label, dataset in overlaid]
+        distinct = len(set(titles)) == len(titles) and all(titles)
+        return titles if distinct else [f"branch {k}" for k in range(1, len(overlaid) + 1)]
+    texts_of = texts("labels", labels, "a name for each branch")
+    if len(texts_of) != len(overlaid) or len(set(texts_of)) < len(texts_of):
+        raise InputError(
+            f"labels: found {len(texts_of)} for {len(overlaid)} branches; expected a different name for each"
+        )
+    return list(texts_of)
+
+
+_STATES = {"stick": "stick", "slip": "slip+", "separation": "separation"}
+"""What is summed up, and the state whose colour it has."""
+
+
+def fractions(
+    branch: Any, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
+) -> DrawnAxes:
+    """Fractions of the period in stick, slip and separation of one contact (by default the first).
+
+    Stacked to 1; a curve that turns back has several values at one frequency, so its parts are drawn as lines. States
+    that never occur are left out.
+    """
+    dataset = dataset_of(branch)
+    (name,) = chosen(dataset, "contact", contact)
+    if "stick_fraction" not in dataset:
+        raise InputError(NO_FRICTION)
+    along, new = abscissa(dataset, frequency), ax is None
+    x = along.values(dataset)
+    shares = {state: values_of(dataset, f"{state}_fraction", "contact", name) for state in _STATES}
+    if len(x) and all(np.isnan(share).all() for share in shares.values()):
+        raise InputError(f"contact '{name}' is no friction contact; laws of another kind have no such states")
+    shares = {state: share for state, share in shares.items() if share.max(initial=0.0) > ROUNDING}
+    ax = styled(ax, along.label, "Fraction of the period")
+    steps = np.diff(x)
+    if len(x) > 1 and (np.all(steps >= 0) or np.all(steps <= 0)):
+        colours = [STATE_COLOURS[_STATES[state]] for state in shares]
+        ax.stackplot(x, list(shares.values()), labels=list(shares), colors=colours, alpha=0.85)
+        ax.set_ylim(0.0, 1.0)
+    else:
+        marker = "o" if len(x) == 1 else None
+        for state, share in shares.items():
+            colour = {"separation": "#777777"}.get(state, STATE_COLOURS[_STATES[state]])
+            ax.plot(*parted(dataset, x, share), color=colour, linestyle="-", linewidth=1.6, marker=marker, label=state)
+        ax.set_ylim(-0.02, 1.02)
+    ax.margins(x=0.0)
+    if new:
+        titled(ax.figure, str(dataset.attrs.get("title", "")), name, held_text(dataset))
+    legend(ax)
+    return ax
+
+
+MARKS = {
+    "turning point": ("fold", "o"),
+    "period doubling": ("period doubling", "s"),
+    "Neimark-Sacker": ("Neimark-Sacker", "D"),
+    "symmetry breaking": ("symmetry breaking", "^"),
+    "state change": ("contact states change", "|"),
+    "Hopf": ("Hopf", "*"),
+}
+"""Kinds of points: name in the legend and marker."""
+
+
+def stability(
+    branches: Any, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
+) -> DrawnAxes:
+    """Largest magnitude of a Floquet multiplier along the branch; above 1 the motion is unstable.
+
+    Only for branches followed with ``stability=True``.
+    """
+    curves = Curves(branches, ax, label, frequency)
+    if any("multiplier_max" not in dataset for _, dataset in curves.overlaid):
+        raise InputError("there is no stability in these results: follow the branch with stability=True")
+    values = {id(dataset): {"": between_known(dataset["multiplier_max"].to_numpy())} for _, dataset in curves.overlaid}
+    ax = curves.draw_values(quantity(curves.first, "multiplier_max"), values)
+    ax.axhline(1.0, color=GREY, linewidth=0.8, zorder=0)
+    for _, dataset in curves.overlaid:
+        _mark(ax, dataset, curves.abscissa.values(dataset), dataset["multiplier_max"].to_numpy())
+    curves.legend()
+    return ax
+
+
+def mark_special(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -> None:
+    """Marks on the amplitudes of dofs, where stability is known."""
+    if "stable" in dataset:
+        for name in chosen(dataset, "dof", dof):
+            _mark(ax, dataset, curves.abscissa.values(dataset), values_of(dataset, "amplitude", "dof", name))
+
+
+def _mark(ax: Axes, dataset: xarray.Dataset, x: np.ndarray, y: np.ndarray) -> None:
+    kind = dataset["kind"].to_numpy()
+    for name, (text, marker) in MARKS.items():
+        at = np.flatnonzero(kind == name)
+        if at.size:
+            known = ax.get_legend_handles_labels()[1]
+            ax.plot(
+                x[at], y[at], marker, color="black", ms=7.0 if marker == "|" else 4.5, linestyle="none",
+                label="_" if text in known else text,
+            )  # fmt: skip

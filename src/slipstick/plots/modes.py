@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError
-from slipstick.plots.overlay import Curves
+from slipstick.plots.overlay import Curves, corners_of, smooth
 from slipstick.plots.quantities import abscissa, chosen, dataset_of, quantity, values_of
-from slipstick.plots.smooth import corners_of, smooth
 from slipstick.plots.style import GREY, legend, styled, titled
 from slipstick.typing import DrawnAxes
 

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipstick.analysis.sensitivity.tolerances import amplitude_band, ranked_bars
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
 from slipstick.report.curves import COMPANIONS, abscissae_of, analysis_of, curves_of, meaning
 from slipstick.report.encoding import Indices, fixed, packed
-from slipstick.report.references import references_of
-from slipstick.report.shape import shape_of
-from slipstick.report.tolerances import bands_of, what_matters
+from slipstick.results.deflection import deflection_of
 from slipstick.results.schema import POINT_KINDS, VARIABLES, branch_parts
 from slipstick.results.stability import SPECIAL_KINDS, STATE_CHANGE, UNKNOWN
 from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
@@ -22,6 +21,7 @@ from slipstick.units import FREQUENCIES, Units, after_number, energy_unit
 if TYPE_CHECKING:
     from slipstick.branch import Branch
     from slipstick.results.table import ResultTable
+
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
 """Attributes that have a place of their own, or say nothing to a reader."""
@@ -221,3 +221,76 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
         "force_units": meaning(dataset, force)["units"] if force else "",
         "energy_units": after_number(energy_unit(Units.of_results(dataset.attrs).label("force length"))),
     }
+
+
+def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
+    """Lower and upper amplitudes (point, dof) of the dofs that are kept, with the tolerances in words."""
+    names = [str(name) for name in branch.table["dof"].to_numpy()]
+    bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
+    said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
+    return {
+        "low": packed(np.array([band.low for band in bands]).T),
+        "high": packed(np.array([band.high for band in bands]).T),
+        "said": said,
+    }
+
+
+def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
+    """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
+    rows, names = [], [str(name) for name in branch.table["dof"].to_numpy()]
+    for d in kept:
+        size = branch.table["amplitude"].to_numpy()[:, d]
+        bars = ranked_bars(branch, names[d], int(np.nanargmax(size)), tolerances)
+        text = ", ".join(f"{bar.name}: {100.0 * bar.change / np.nanmax(size):+.2g} %" for bar in bars)
+        rows.append([f"largest amplitude of {names[d]} with tolerances", text])
+    return rows
+
+
+UNSEEN = 1e-3
+"""Relative to the largest motion: less is not seen."""
+
+
+def shape_of(branch: Branch) -> dict[str, Any] | None:
+    """Nodes, triangles, fields and their coefficients at every point; None where nothing is known of the surface."""
+    structure = getattr(branch.problem, "structure", None)
+    if getattr(structure, "skin", None) is None or not len(branch):
+        return None
+    deflection = deflection_of(branch, small=UNSEEN)
+    size = float(np.abs(deflection.fields).max()) or 1.0
+    return {
+        "nodes": packed(deflection.skin.nodes, "f4"),
+        "triangles": packed(deflection.skin.triangles, "u2"),
+        "fields": packed(deflection.fields.T / size, "f4"),
+        "coefficients": fixed(deflection.coefficients * size, 3),
+    }
+
+
+_MOST_PORTS = 100
+"""Beyond, a limit is a large system at every frequency, and takes longer than the page is worth."""
+
+
+_SECONDS = 0.2
+"""About the time each limit may take."""
+
+
+def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
+    """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
+    from slipstick.analysis.curve.linear import linear_references
+    from slipstick.balance.ports import Balance
+
+    problem, dataset = branch.problem, branch.table
+    if problem is None or not len(branch) or not problem.contacts:
+        return []
+    balance = Balance(problem)
+    if balance.n_ports > _MOST_PORTS:
+        return []
+    omega = dataset["omega"].to_numpy()
+    limits = linear_references(balance, (float(omega.min()), float(omega.max())), seconds=_SECONDS)
+    return [
+        {
+            "label": label,
+            "omega": packed(limit.table["omega"].to_numpy(), "f8"),
+            "amplitude": packed(limit.table["amplitude"].to_numpy()[:, kept]),
+        }
+        for label, limit in limits
+    ]

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipstick.errors import InputError, Outcome
-from slipstick.io.journal import Journal, Recorded, read_journal
+from slipstick.io.journal import Journal, Recorded, read_journal, unpacked
 from slipstick.io.lock import FolderLock
-from slipstick.io.notes import unpacked
 from slipstick.io.problem import fingerprint
 from slipstick.io.store import save_dataset
 from slipstick.studies.plan import StudyPlan

@@ -1,16 +1,19 @@
-"""Input files of Abaqus and CalculiX (.inp): nodes, solid elements, sets, surfaces, materials, supports.
+"""Input files of Abaqus and CalculiX (.inp): nodes, elements, sets, surfaces, materials, supports, masses, springs.
 
 Every keyword is read here, or has a verdict in keywords.py, or is named as not understood.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+
+import numpy as np
 
 from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
-from slipstick.importers.abaqus.blocks import Block, blocks
+from slipstick.fem.lumped import Lumped, axial_spring, point_mass, spring
+from slipstick.importers.abaqus.blocks import Block, blocks, whole_text
 from slipstick.importers.abaqus.content import Content, Section, named
 from slipstick.importers.abaqus.couplings import (
     on_coupling,
@@ -24,7 +27,6 @@ from slipstick.importers.abaqus.couplings import (
     unfinished_coupling,
 )
 from slipstick.importers.abaqus.glues import about_diameters, on_cyclic, on_diameters, on_tie
-from slipstick.importers.abaqus.include import whole_text
 from slipstick.importers.abaqus.keywords import (
     KEYWORD_PARAMETERS,
     KEYWORD_VERDICTS,
@@ -33,9 +35,77 @@ from slipstick.importers.abaqus.keywords import (
     OTHER_SECTIONS,
     solid_type,
 )
-from slipstick.importers.abaqus.lumps import on_dashpot, on_inertia, on_mass, on_spring
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.text_numbers import fortran_real, whole_number
+
+
+def _lumped_elements(content: Content, block: Block) -> Iterator[tuple[str, int, list[int]]]:
+    """Type, label and nodes of the elements of a section; they are marked as read."""
+    chosen = set(content.element_sets[block.parameters["ELSET"]])
+    for kind, table in content.skipped.items():
+        for label, nodes in table.items():
+            if label in chosen:
+                missing = [node for node in nodes if node not in content.nodes]
+                if missing:
+                    raise KeyError(f"node {missing[0]}")
+                content.read.add(label)
+                yield kind, label, nodes
+
+
+def on_mass(content: Content, block: Block) -> None:
+    """One mass for each element of the set."""
+    if "TYPE" in block.parameters and block.parameters["TYPE"] != "ISOTROPIC":
+        content.findings.add(Verdict.COUPLING, block.shown, "gives a mass that depends on the direction", block.line)
+        return
+    mass = fortran_real(block.rows[0][0])
+    for _, _, nodes in _lumped_elements(content, block):
+        content.lumped += point_mass(nodes[0], mass)
+
+
+def on_inertia(content: Content, block: Block) -> None:
+    """I11, I22, I33, I12, I13, I23 about each node of the set."""
+    if "ORIENTATION" in block.parameters:
+        content.findings.add(Verdict.COUPLING, block.shown, "gives inertia along directions of its own", block.line)
+        return
+    values = [fortran_real(word) if word else 0.0 for word in block.rows[0]]
+    xx, yy, zz, xy, xz, yz = [*values, *[0.0] * 6][:6]
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    for _, _, nodes in _lumped_elements(content, block):
+        content.turning.add(nodes[0])
+        content.lumped += point_mass(nodes[0], 0.0, inertia)
+
+
+def on_spring(content: Content, block: Block) -> None:
+    """SPRINGA along the line of its nodes, SPRING1 to ground, SPRING2 between two directions; linear ones."""
+    if block.parameters.keys() & {"NONLINEAR", "ORIENTATION", "COMPLEXSTIFFNESS"} or len(block.rows) > 2:
+        what = "gives springs that are not linear, depend on temperature or have directions of their own"
+        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        return
+    stiffness = fortran_real(block.rows[-1][0])
+    directions = [whole_number(word) - 1 for word in block.rows[0] if word] if len(block.rows) > 1 else []
+    for kind, _, nodes in _lumped_elements(content, block):
+        if kind == "SPRINGA":
+            ends = (nodes[0], nodes[1])
+            along = content.position(ends[1]) - content.position(ends[0])
+            content.lumped.append(axial_spring(stiffness, ends, along, content.where(block.line)))
+        else:
+            content.lumped.append(_spring(kind, nodes, directions, stiffness))
+
+
+def _spring(kind: str, nodes: list[int], directions: list[int], stiffness: float) -> Lumped:
+    wanted = {"SPRING1": 1, "SPRING2": 2}.get(kind)
+    if wanted is None or len(directions) != wanted or not all(0 <= d < 6 for d in directions):
+        raise ValueError(f"elements of type {kind} with {len(directions)} directions")
+    pairs = [*zip(nodes, directions, strict=False)]
+    return spring(stiffness, *pairs)
+
+
+def on_dashpot(content: Content, block: Block) -> None:
+    """Dashpots are damping, which is the structure's loss_factor or damping_ratio."""
+    count = sum(1 for _ in _lumped_elements(content, block))
+    what = f"gives damping to {count} dashpots, which is not read; give the structure's loss_factor or damping_ratio"
+    content.findings.add(Verdict.APPROXIMATED, block.shown, what, block.line)
+
 
 _INSTANCES = (
     'write a flat input file (Abaqus: Model, Edit Attributes, "Do not use parts and assemblies in input files")'

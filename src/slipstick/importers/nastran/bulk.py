@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,10 @@ from slipstick.errors import InputError
 from slipstick.importers.findings import Findings, Verdict
 from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
-from slipstick.importers.nastran.dmig import DirectMatrix, pair
 from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.raw_model import Nodes
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Sparse
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,3 +291,32 @@ def _labels(fields: list[str]) -> list[int]:
 
 def _pairs(node: int, directions: str) -> set[tuple[int, int]]:
     return {(node, (whole_number(digit) - 1) % 7) for digit in directions or "0"}
+
+
+@dataclass(kw_only=True)
+class DirectMatrix:
+    """A DMIG matrix: entries by (node, direction), one half when ``symmetric``."""
+
+    name: str
+    symmetric: bool
+    rows: list[tuple[int, int]] = field(default_factory=list)
+    columns: list[tuple[int, int]] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+
+
+def pair(node: str, direction: str) -> tuple[int, int]:
+    """Label and direction 0..6 of a DMIG entry; direction 0 or nothing is a scalar point."""
+    component = whole_number(direction or "0")
+    if not 0 <= component <= 6:
+        raise ValueError(f"direction {component}; expected 0 to 6")
+    return whole_number(node), (component - 1) % 7
+
+
+def sparse(matrix: DirectMatrix, keys: list[tuple[int, int]]) -> Sparse:
+    """Rows and columns in the order of ``keys``."""
+    from scipy.sparse import coo_array
+
+    place = {key: i for i, key in enumerate(keys)}
+    rows = [place[key] for key in matrix.rows]
+    columns = [place[key] for key in matrix.columns]
+    return coo_array((np.array(matrix.values, dtype=float), (rows, columns)), shape=(len(keys),) * 2)

@@ -13,9 +13,8 @@ import numpy as np
 from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.importers.dof_map import read_dof_map
-from slipstick.importers.nastran.bulk import BulkData, read_bulk
+from slipstick.importers.nastran.bulk import BulkData, DirectMatrix, read_bulk, sparse
 from slipstick.importers.nastran.couplings import Points, coupled_equations
-from slipstick.importers.nastran.dmig import DirectMatrix, sparse
 from slipstick.importers.nastran.op4 import read_op4
 from slipstick.importers.raw_model import DofMap, Nodes, RawModel
 from slipstick.importers.turned import to_global

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,29 +13,77 @@ from slipstick.errors import InputError
 from slipstick.fem.elements import ELEMENTS
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.frames import supports
+from slipstick.fem.lumped import Lumped, point_mass
 from slipstick.fem.materials import Material
 from slipstick.fem.mesh import Mesh, node_indices
-from slipstick.importers.findings import Findings, Verdict
+from slipstick.importers.findings import Findings, Verdict, VerdictRow, rows
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each
 from slipstick.importers.midsides import Edges, middle_equations, placed, with_middles
 from slipstick.importers.nastran.bulk import BulkData, read_bulk
-from slipstick.importers.nastran.cards import cards
-from slipstick.importers.nastran.couplings import coupled_equations, selected
-from slipstick.importers.nastran.lumps import lumped_of
+from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
+from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
-from slipstick.importers.nastran.mesh_cards import (
-    LUMPS,
-    MATERIALS,
-    POINTS,
-    SAME,
-    SOLIDS,
-    SYSTEMS,
-    classify_mesh_card,
-    is_other_element,
-)
 from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
 from slipstick.typing import IntArray
+
+SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
+    "CTETRA": {4: ("tet4", tuple(range(4))), 10: ("tet10", tuple(range(10)))},
+    "CPYRAM": {5: ("pyramid5", tuple(range(5))), 13: ("pyramid13", tuple(range(13)))},
+    "CPYRA": {5: ("pyramid5", tuple(range(5))), 13: ("pyramid13", tuple(range(13)))},
+    "CPENTA": {6: ("wedge6", tuple(range(6))), 15: ("wedge15", (*range(9), 12, 13, 14, 9, 10, 11))},
+    "CHEXA": {8: ("hex8", tuple(range(8))), 20: ("hex20", (*range(12), *range(16, 20), *range(12, 16)))},
+}
+"""Our elements by card and number of nodes, and which of its nodes ours are: Nastran has the upright edges second."""
+
+SAME = {"CTETRA"}
+"""Integrated by Nastran as by us; the others have reduced integration or bubble functions by default."""
+
+LUMPS = {"CONM2", "CELAS1", "CELAS2", "CMASS2", "PELAS"}
+MATERIALS = {"MAT1", "PSOLID", "PARAM"}
+POINTS = {"GRID", "GRDSET", "SPOINT", "SPC", "SPC1", "SPCADD", "MPC", "MPCADD", "RBE2", "RBE3", "RBAR"}
+SYSTEMS = {f"CORD{i}{kind}" for i in "12" for kind in "RCS"}
+
+_OTHERS = """CELAS3 CELAS4 CMASS1 CMASS3 CMASS4 CONM1 CDAMP1 CDAMP2 CDAMP3 CDAMP4 CVISC GENEL TF DMIG DMIJ
+    NSM NSM1 NSML NSML1"""
+MESH_VERDICTS: dict[str, VerdictRow] = {
+    **rows(" ".join(sorted({*SOLIDS, *LUMPS, *MATERIALS, *POINTS, *SYSTEMS})), Verdict.READ),
+    **CARD_VERDICTS,
+    **rows(_OTHERS, Verdict.COUPLING, "adds stiffness, mass or damping, which is not read"),
+    **rows("BCTABLE BCTSET BSURF BSURFS BCPROP BGSET BCTADD BGADD", Verdict.COUPLING, "holds surfaces in contact"),
+    **rows("SUPORT SUPORT1", Verdict.HARMLESS),
+    **rows("RFORCE", Verdict.APPROXIMATED, "rotates the structure: its stiffening and softening are left out"),
+    **rows("MATT1", Verdict.APPROXIMATED, "lets a material depend on temperature: the numbers of its MAT1 are used"),
+    **rows("MATS1", Verdict.APPROXIMATED, "is left out: the structure is linear, its material elastic"),
+    **rows("RGYRO ROTORG ROTORD", Verdict.APPROXIMATED, "asks for gyroscopic terms, which are left out"),
+    **rows("TABDMP1", Verdict.APPROXIMATED, "is not read; give the structure's loss_factor or damping_ratio"),
+}
+"""The whole of it at a glance, with the patterns below; what stands nowhere is named as not understood."""
+_ELEMENT = re.compile(
+    r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|GAP|SHEAR|BEND|WELD|FAST|SEAM|RAC|HEX|PEN|TET|AERO|FLUID|HA|HB)"
+)
+_HARMLESS = re.compile(
+    r"P[A-Z0-9]+|PLOTEL|MATT?[A-Z0-9]+|EIG[A-Z]*|TAB[A-Z0-9]+|FORCE\d?|MOMENT\d?|PLOAD\d?|[RT]?LOAD\d?|DLOAD|DAREA|GRAV|"
+    r"ACCEL\d?|LSEQ|FREQ\d?|TSTEP[A-Z]*|TEMP[A-Z0-9]*|[ABCQOU]?SET\d?|NLP[A-Z]*|MDLPRM|OMIT\d?|ECHO[A-Z]*|VIEW[A-Z0-9]*|"
+    r"RAND[A-Z0-9]*|D[A-Z]+\d?|BEGIN|EXTRN"
+)
+
+
+def is_other_element(name: str) -> bool:
+    """Whether a card is an element that is no solid: shells, beams, bushings.
+
+    >>> [is_other_element(name) for name in ("CQUAD4", "CBEAM", "CORD2R", "CHEXA")]
+    [True, True, False, False]
+    """
+    return name not in SOLIDS and _ELEMENT.match(name) is not None
+
+
+def classify_mesh_card(findings: Findings, name: str, line: int) -> None:
+    """Give a card that is not read its verdict."""
+    if name not in MESH_VERDICTS and _HARMLESS.fullmatch(name):
+        findings.add(Verdict.HARMLESS, name, "", line)
+    else:
+        findings.look_up(MESH_VERDICTS, name, name, line)
 
 
 @dataclass(kw_only=True)
@@ -224,3 +273,82 @@ def _left_out(deck: Cards, path: Path) -> Iterator[str]:
         yield f"{path.name}: {len(deck.made)} edges have no middle node: they stay straight, as in Nastran"
     if deck.mass_factor != 1.0:
         yield f"{path.name}: densities and masses are multiplied by PARAM,WTMASS = {deck.mass_factor:.6g}"
+
+
+Card = tuple[str, int, list[str]]
+
+
+def lumped_of(
+    findings: Findings, lump_cards: Sequence[Card], points: Points, solid: set[int], factor: float
+) -> tuple[tuple[Lumped, ...], set[int]]:
+    """What the cards add, and the points whose rotations take part; ``factor`` multiplies masses (PARAM,WTMASS).
+
+    Raises
+    ------
+    InputError
+        For cards that cannot be read, and points or properties that are not there.
+    """
+    stiffness = {
+        whole_number(f[i]): fortran_real(f[i + 1]) for n, _, f in lump_cards if n == "PELAS" for i in (0, 4) if f[i]
+    }
+    parts: list[Lumped] = []
+    for name, line, fields in lump_cards:
+        where = f"{points.source}, line {line}: {name}"
+        try:
+            if name == "CONM2":
+                parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
+            elif name != "PELAS":
+                parts += _scalar(name, fields, points, stiffness, factor, where)
+        except InputError:
+            raise
+        except (ValueError, IndexError) as error:
+            raise InputError(f"{where} cannot be read ({error})") from None
+    return tuple(parts), {node for part in parts for node, axis in part.pairs if axis > 2}
+
+
+def _mass(
+    findings: Findings, fields: Sequence[str], line: int, points: Points, solid: set[int], factor: float, where: str
+) -> Iterator[Lumped]:
+    """Number, point, system, mass, offset (three), blank, then I11, I21, I22, I31, I32, I33."""
+    node, system = whole_number(fields[1]), fields[2]
+    place = points.place(node, where)
+    mass = factor * fortran_real(fields[3])
+    offset = np.array([fortran_real(word) if word else 0.0 for word in fields[4:7]])
+    xx, yx, yy, zx, zy, zz = (factor * fortran_real(word) if word else 0.0 for word in fields[8:14])
+    inertia = np.array([[xx, -yx, -zx], [-yx, yy, -zy], [-zx, -zy, zz]])
+    if system == "-1":
+        offset = offset - place
+    elif system not in ("", "0") and (offset.any() or inertia.any()):
+        what = f"has its offset or inertia in coordinate system {system}, which is not read"
+        findings.add(Verdict.COUPLING, "CONM2", what, line)
+        return
+    if node in solid and (offset.any() or inertia.any()):
+        what = f"has an offset or inertia at point {node} of solids, which have no rotations: only its mass is used"
+        findings.add(Verdict.APPROXIMATED, "CONM2", what, line)
+        offset, inertia = np.zeros(3), np.zeros((3, 3))
+    yield from point_mass(node, mass, inertia if inertia.any() else None, offset if offset.any() else None)
+
+
+def _scalar(
+    name: str, fields: Sequence[str], points: Points, stiffness: Mapping[int, float], factor: float, where: str
+) -> Iterator[Lumped]:
+    """CELAS1: number, property, then "point, direction" twice; CELAS2, CMASS2: number, value, and the same."""
+    if name == "CELAS1":
+        number = whole_number(fields[1] or fields[0])
+        if number not in stiffness:
+            raise InputError(f"{where} names the property PELAS {number}, which is not in the file")
+        value = stiffness[number]
+    else:
+        value = fortran_real(fields[1]) * (factor if name == "CMASS2" else 1.0)
+    terms: list[tuple[int, int, float]] = []
+    for sign, at in ((1.0, 2), (-1.0, 4)):
+        node, direction = [*fields[at : at + 2], "", ""][:2]
+        if node and node != "0" and direction not in ("", "0"):
+            points.place(whole_number(node), where)
+            axis_terms = points.axis(whole_number(node), whole_number(direction) - 1)
+            terms += [(n, c, sign * cosine) for n, c, cosine in axis_terms]
+        elif node and node != "0":
+            raise InputError(f"{where} joins the scalar point {node}, which is not read")
+    along = np.array([cosine for _, _, cosine in terms])
+    pairs = tuple((n, c) for n, c, _ in terms)
+    yield Lumped(matrix="M" if name == "CMASS2" else "K", pairs=pairs, values=value * np.outer(along, along))
