@@ -85,7 +85,7 @@ class Branch:
 
     @property
     def table(self) -> ResultTable:
-        """The same numbers, at once; of the dataset where that was made already and may have been changed."""
+        """The same numbers without xarray; those of the dataset where it was made already and may have been changed."""
         source: Any = vars(self).get("dataset", self._source)
         return source if isinstance(source, ResultTable) else ResultTable.of(source)
 
@@ -138,7 +138,7 @@ class Branch:
         """Local maxima of a dof's amplitude along the branch: (omega or parameter, amplitude).
 
         ``dof`` is by default the first one. They were located by the solver; those of a linear response are the largest
-        among the frequencies that were given.
+        among the frequencies it was computed at.
 
         Warns
         -----
@@ -192,7 +192,7 @@ class Branch:
         """Forces of the friction contacts at a point, computed again with states and tangents from the dataset alone.
 
         Contacts of other laws have nan, and no states. Raises InputError where there is no such point, no friction, or
-        numbers that are none.
+        values that are not numbers.
         """
         friction = next(
             (

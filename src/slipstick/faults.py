@@ -1,4 +1,4 @@
-"""What users give, checked: the value as it is computed with, or one sentence that says what was expected."""
+"""Checks of what users give: the value as it is computed with, or a fault that says what was expected."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ _PASSED_BY = ("slipstick", "dataclasses", "functools", "contextlib")
 class Gathering:
     """Collects the faults of several checks so that a user hears of all at once.
 
-    >>> found = Gathering()
-    >>> found.take(number, "kt", "a"), found.take(number, "mu", 0.3)
+    >>> gathering = Gathering()
+    >>> gathering.take(number, "kt", "a"), gathering.take(number, "mu", 0.3)
     (None, 0.3)
-    >>> [str(fault) for fault in found.faults]
+    >>> [str(fault) for fault in gathering.faults]
     ["kt: found 'a'; expected a finite number"]
     """
 
@@ -70,7 +70,7 @@ class Gathering:
             return None
 
     def end(self, *where: str | int) -> None:
-        """Raise InputError with everything found, told to lie in ``where``, if there is anything."""
+        """Raise InputError with all faults, which lie in ``where``, if there are any."""
         if self.faults:
             raise InputError([fault.inside(*where) for fault in self.faults])
 
@@ -186,7 +186,7 @@ def whole(name: Name, value: Any, least: int = 0, most: int | None = None) -> in
 
 
 def numbers(name: Name, value: Any, expected: str = "finite real numbers") -> Array:
-    """Finite real numbers of any shape, as an array of their own."""
+    """Finite real numbers of any shape, as a new array."""
     import numpy as np
 
     try:
@@ -242,7 +242,7 @@ def truth(name: Name, value: Any) -> bool:
 
 
 def path(name: Name, value: Any, expected: str = "the path of a file") -> Path:
-    """A path that the system takes, whether there is something or not."""
+    """A path that the system accepts, whether there is a file or not."""
     if not isinstance(value, str | PathLike) or value == "" or not isinstance(fspath(value), str):
         raise wrong(name, value, expected)
     try:
@@ -264,7 +264,7 @@ def one(name: Name, value: Any, kind: type[T], expected: str) -> T:
 
 
 def listed(name: Name, value: Any, expected: str) -> tuple[Any, ...]:
-    """The items of a list, tuple, array, generator; a text or a table is none."""
+    """The items of a list, tuple, array, generator; a text or a table is not a list."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise wrong(name, value, expected)
     most = None if isinstance(value, list | tuple) or hasattr(value, "shape") else MOST_ITEMS + 1

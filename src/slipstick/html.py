@@ -33,5 +33,5 @@ def some(names: Iterable[Any], most: int = MOST_SHOWN) -> str:
 
 
 def _text(value: Any) -> str:
-    """A text on one line for each of its own, without anything a page would obey."""
+    """A text line by line, without anything that a page would obey."""
     return "<br>".join(escape(line) for line in str(value).splitlines())

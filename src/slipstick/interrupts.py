@@ -40,7 +40,7 @@ def pass_on() -> None:
 
 
 def _held_back() -> dict[signal.Signals, Any]:
-    """Put handlers that wait in the place of those that would raise; those before."""
+    """Put handlers that wait in the place of those that would raise; returns the latter."""
     before = {}
     for number in _SIGNALS:
         handler = signal.getsignal(number)

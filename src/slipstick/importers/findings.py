@@ -57,7 +57,7 @@ class Coupling:
 class Findings:
     """Entries met, in the order of the file: (verdict, name, sentence) -> lines.
 
-    ``extra`` are notes besides; ``origin`` says for each line what it is called, where a text is made of several files.
+    ``extra`` are further notes; ``origin`` names each line where a text is made of several files.
     """
 
     source: str
@@ -82,13 +82,13 @@ class Findings:
             self.add(verdict, shown, what, line)
 
     def refuse_incomplete(self) -> None:
-        """Raise InputError with all entries without which the file says too little."""
+        """Raise InputError with all entries that leave the model of the file incomplete."""
         faults = [f"{where} {what}" for where, what in self._of(Verdict.INCOMPLETE)]
         if faults:
             raise InputError(faults)
 
     def couple(self, where: str, what: str) -> None:
-        """Remember what an assembly here would leave out, of many lines."""
+        """Remember what an assembly here would leave out and no single line states."""
         self.elsewhere.append(Coupling(where=where, what=what))
 
     @property

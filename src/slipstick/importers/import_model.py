@@ -40,7 +40,7 @@ def import_model(
     scale: Mapping[str, float] | None = None,
     to: str | None = None,
 ) -> ImportedModel:
-    """A finite element model from the files of another code, or from a model file of our own.
+    """A finite element model from the files of another code, or from a model file of slipstick.
 
     Ansys .full, HBMAT (.matrix, .hb with .mapping), .cdb; Nastran .op4 with bulk data, DMIG in .pch; CalculiX .sti with
     .mas and .dof; Abaqus .mtx; MatrixMarket .mtx and .npz with a map file; meshes .inp, .msh, .bdf;
@@ -69,7 +69,7 @@ def import_model(
     Warns
     -----
     SlipstickWarning
-        What is approximated or is suspicious, as in the model's ``warnings``.
+        What is approximated or suspicious, as in the model's ``warnings``.
     """
     gathering = Gathering()
     paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}

@@ -38,7 +38,7 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
     Raises
     ------
     InputError
-        For bricks of one point: what holds their other motions is an artificial stiffness of each code's own.
+        For bricks of one point: what holds their other motions is an artificial stiffness that differs from code to code.
     """
     refused = []
     for kind, counts in variants.items():
@@ -72,7 +72,7 @@ def _difference(mesh: Mesh, kind: str) -> str:
 
 
 def material_warnings(of_file: Mapping[str, Material], of_user: Material | None, source: str) -> Iterator[str]:
-    """A sentence where a material given for the whole mesh differs from the file's own."""
+    """A sentence where the material for the whole mesh differs from those in the file."""
     others = {name: m for name, m in of_file.items() if m != of_user}
     if of_user is not None and others:
         yield (

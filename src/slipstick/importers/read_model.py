@@ -28,7 +28,7 @@ def read_model(
 ) -> ImportedModel:
     """A model from one or several files; the reader follows from the names and the content.
 
-    What is approximated or is suspicious is in ``model.warnings``, and given as SlipstickWarning unless ``quiet``.
+    What is approximated or suspicious is in ``model.warnings``, and raised as SlipstickWarning unless ``quiet``.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def read_model(
 
 
 def _stated_factors(options: ImportOptions) -> Conversion | None:
-    """How the numbers of the files change, as far as the options say it."""
+    """The conversion of the numbers in the files, as far as the options say it."""
     if options.scale is not None and options.to is not None:
         raise InputError(Fault("to", "is given together with scale", remedy="keep one"))
     if options.scale is not None:
@@ -65,7 +65,7 @@ def _stated_factors(options: ImportOptions) -> Conversion | None:
 
 
 def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
-    """The same by the units that the file states."""
+    """The conversion by the units that the file states."""
     if model.units.startswith("not stated") or options.material is not None:
         like = model.units.partition("; ")[2]
         remedy = f'give units = "N, mm, t, s"{f" ({like})" if like else ""}'
@@ -74,7 +74,7 @@ def _own_factors(model: ImportedModel, options: ImportOptions) -> Conversion:
 
 
 def _in_own_units(options: ImportOptions, factors: Conversion) -> ImportOptions:
-    """What is given for after the conversion, in the units of the files."""
+    """Options with the material, which holds after the conversion, in the units of the files."""
     if options.material is None:
         return options
     return replace(options, material=factors.inverse.material(options.material))
@@ -116,7 +116,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
 
 
 def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source: str) -> RawModel:
-    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; of others nobody knows."""
+    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; for others it is unknown."""
     suffixes = {path.suffix.lower() for path in paths}
     if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
         return to_global(raw, {node: axes.T for node, axes in mesh.axes.items()}, source)
@@ -170,7 +170,7 @@ def _without_matrices(path: Path, source: str, options: ImportOptions) -> Import
 
 
 def assemble_file(path: Path, source: str, options: ImportOptions) -> ImportedModel:
-    """A mesh file read and assembled with our own elements."""
+    """A mesh file read and assembled with the elements of this package."""
     return assemble_mesh(
         read_mesh(path, options.constraints),
         source=source,
@@ -236,7 +236,7 @@ def _plain(roles: Roles, first: Path) -> RawModel:
 
 
 def _with_positions(raw: RawModel, roles: Roles) -> tuple[RawModel, MeshModel | None]:
-    """Coordinates and sets from a mesh or bulk data file given besides the matrices, and the mesh."""
+    """Coordinates and sets from a mesh or bulk data file beside the matrices, and the mesh."""
     if roles.nodes is None:
         return raw, None
     if roles.nodes.suffix.lower() in BULK:

@@ -49,7 +49,7 @@ def system(units: str, name: str = "units") -> Conversion:
 
 
 def factors_of(factors: Mapping[str, float], name: str) -> Conversion:
-    """Conversion by dimension; force stays where neither force nor mass is given, mass follows.
+    """Conversion by dimension; force stays without a force or mass, mass follows.
 
     Raises
     ------

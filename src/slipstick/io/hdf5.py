@@ -1,8 +1,8 @@
 """HDF5 files that are not trusted: what is read lies in the file itself, and is no larger than the file can hold.
 
-Damage is told by three things. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
-sees to these. HDF5 has none for texts, attributes among them, so files of ours end with a seal, 24 bytes behind what
-HDF5 counts as its own: a word and the hash of all that stands before. Other programs do not see it; one that changes
+Damage shows in three ways. Arrays of numbers carry Fletcher's check sum, and headers that of the format: any reader
+sees to these. HDF5 has none for texts, attributes among them, so our files end with a seal, 24 bytes behind what
+HDF5 counts as the file: a word and the hash of all that stands before. Other programs do not see it; one that changes
 the file in place cuts it off, and what is left is a file without a seal, as older ones are.
 """
 
@@ -86,7 +86,7 @@ def _hash(data: memoryview | bytes = b"") -> Any:
 
 
 def _is_whole(data: mmap) -> bool:
-    """Whether a file is what its seal says; one that ends where HDF5 says has none."""
+    """Whether a file is what its seal says; one that ends where HDF5 says it ends has no seal."""
     if data[:8] != _SIGNATURE or data[8:9] not in b"\2\3":  # older ones are not ours
         return True
     end = len(data) - len(_SEAL) - _HASH

@@ -1,6 +1,6 @@
 """An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
 
-Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, and what the run is of);
+Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, and what identifies the run);
 then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
 the point as little-endian float64, and a note from which the run goes on. A record cut short by a kill or a full disk
 ends the reading; so does a damaged one, which is named. Journals of version 3 have one check sum a point alone.
@@ -41,7 +41,7 @@ class Recorded(NamedTuple):
     layout, rows, notes
         What every point holds, its numbers (n_points, size), and what was noted with it.
     about
-        What the run is of, as it was given to the ``Journal``.
+        What identifies the run, as in ``Journal``.
     ends
         Bytes up to the first point, and up to the end of each.
     damage
@@ -67,7 +67,7 @@ class Journal:
     path, layout
         Where it is, and what every point holds.
     about
-        What the run is of: texts and numbers by name.
+        What identifies the run: texts and numbers by name.
     keep
         Bytes of an earlier journal to be kept and added to; by default the file is begun anew.
 

@@ -156,8 +156,8 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     path
         Written by ``Branch.save`` or by ``slipstick run``; points that a killed run left in the journal are read too.
     problem
-        The problem, for results that could not store it: laws that are functions, structures of your own. Only what
-        the numbers tell of it is compared.
+        The problem, for results that could not store it: laws that are functions, your own structures. It is
+        compared as far as the numbers tell.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def load(path: str | Path, problem: Problem | None = None) -> Branch:
     Raises
     ------
     InputError
-        If there is no such file, it is no results file, or the problem given is of other results.
+        If there is no such file, it is no results file, or ``problem`` is that of other results.
 
     Warns
     -----

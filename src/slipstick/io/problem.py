@@ -1,7 +1,7 @@
 """A problem in a results file: arrays, and JSON that says what they belong to. Nothing in it is executed when read.
 
 Every part of a problem is written as the arguments it is made from, and made again by its own constructor, which checks
-them as it checks a user's. Laws and structures of a user's own are code, not numbers: they are not stored.
+them as it checks a user's. Laws and structures that a user wrote are code, not numbers: they are not stored.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def _by_fields(thing: Any) -> dict[str, Any]:
 
 
 def _arguments(problem: Problem) -> dict[str, Any]:
-    """Without what programs of before do not know, where there is none of it."""
+    """Arguments of a problem; states, which earlier versions do not know, only where there are any."""
     return {name: value for name, value in _by_fields(problem).items() if name != "states" or value}
 
 

@@ -55,8 +55,8 @@ class BladeModel:
         Convection coefficient on every surface in the gas, W/(m2 K): 200 lies in the range of compressor and cold-end
         turbine blades, 100 to 1000. The root keeps the temperature of the disc.
     modes, up_to
-        Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where one is
-        given: see ``ss.reduced_body``.
+        Number of modes kept; None: as many as their accuracy asks for, also up to a frequency (rad/s) where
+        ``up_to`` is set: see ``ss.reduced_body``.
     """
 
     shape: BladeShape = field(default_factory=BladeShape)
@@ -150,7 +150,7 @@ def reduced_blade(
     cache
         Folder in which blades are kept: the same one, made by the same code, is read from there.
     listener
-        Is given the progress of the modes.
+        Hears the progress of the modes.
 
     Raises
     ------

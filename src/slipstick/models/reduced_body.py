@@ -70,7 +70,7 @@ class ReducedBody:
     source
         Where the model comes from and its units.
     notes, warnings
-        Of the imported model: what was left out; what is approximated or is suspicious.
+        Of the imported model: what was left out; what is approximated or suspicious.
     full
         Gives the full model, for comparison; that of a stored reduction may have to be made again.
     """
@@ -148,13 +148,13 @@ def reduced_body(
     modes, accuracy, up_to
         A number of modes, or as many as bring the receptance to a relative accuracy up to a frequency (rad/s). With
         neither, as many as the estimate of its error asks for: 1e-7 up to ten times the first natural frequency, and
-        up to the frequency where one is given; 128 at most.
+        up to ``up_to`` where it is set; 128 at most.
     loss_factor, damping_ratio
         Hysteretic loss factor; ratio to critical damping.
     force
         Take a reduction that is too coarse for ``up_to``.
     cache
-        Folder in which reductions are kept and found again by content.
+        Folder in which reductions are kept; the same model and options are read from there.
 
     Raises
     ------
@@ -378,7 +378,7 @@ def _seen(model: ImportedModel) -> SkinRows | None:
 
 
 def _kept(model: ImportedModel, keep: Sequence[str]) -> dict[str, Any]:
-    """Dofs to keep, by name where all have a row of their own."""
+    """Dofs to keep, by name where each has its row."""
     if model.dependence is None or not set(keep) & set(model.dependent_dofs):
         return {"keep": keep}
     return {"keep": model.directions(keep), "names": tuple(keep)}

@@ -1,4 +1,4 @@
-"""Friction contacts at the contact points of a body: one law, one rubbing direction, loads of their own or shared."""
+"""Friction contacts at the contact points of a body: one law, one rubbing direction, separate or shared loads."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def surface_contacts(
         Numbers of the points, counted from 1; "all" of them by default.
     normal
         Whether the normal load varies with the motion across the surface, with stiffness ``kn``; with an ``axis`` also
-        "radial", "axial" or "circumferential" instead of the surface's own normal, turned to look out of the body.
+        "radial", "axial" or "circumferential" instead of the normal of the surface, turned to look out of the body.
     shared
         Whether the normal load of ``contact`` is that of all these contacts together, shared by area; otherwise each
         carries it.
@@ -63,7 +63,7 @@ def surface_contacts(
     Raises
     ------
     InputError
-        If the body has no contact points, a point is not there or given twice, the direction is normal to the surface,
+        If the body has no contact points, a point is not there or stands twice, the direction is normal to the surface,
         there is not one value for each point, a gap is to be shared, a point lies on the axis, or there is no axis
         where one is needed.
     """

@@ -147,7 +147,7 @@ def _influence(
 
 
 def of_import(imported: ImportedModel) -> ElasticModel:
-    """The elastic model of an imported one that brought its mesh: its own matrices, our surfaces and patches.
+    """The elastic model of an imported one that brought its mesh: its matrices, our surfaces and patches.
 
     Raises
     ------

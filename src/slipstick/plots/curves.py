@@ -4,7 +4,7 @@ All take a branch or its dataset, a list of them, or ``{label: branch}`` to be o
 or several; and return Axes. Common arguments:
 
 ``ax``
-    Axes to draw into; by default those of a new figure, which is given the title of the results.
+    Axes to draw into; by default those of a new figure, which has the title of the results.
 ``label``
     Name of a single branch in the legend.
 ``frequency``
@@ -134,7 +134,7 @@ def phase(
     label: str | None = None,
     frequency: str | None = None,
 ) -> DrawnAxes:
-    """Phase of a harmonic of the motion, degrees: of ``amplitude * cos(harmonic tau + phase)``, as loads are given.
+    """Phase of a harmonic of the motion, degrees: of ``amplitude * cos(harmonic tau + phase)``, as of loads.
 
     It goes on without jumps along a branch; where the harmonic is nothing but rounding there is none.
     """

@@ -61,9 +61,9 @@ class Curves:
     def draw_values(self, y_label: str, values: Mapping[int, Mapping[str, np.ndarray]]) -> DrawnAxes:
         """Values (point,) by the id of their dataset and by name."""
         ax = styled(self.ax, self.abscissa.label, y_label)
-        for label_of, dataset in self.overlaid:
+        for branch_label, dataset in self.overlaid:
             for name, series in values[id(dataset)].items():
-                label = self._label(label_of, name, len(values[id(dataset)]))
+                label = self._label(branch_label, name, len(values[id(dataset)]))
                 stable = dataset["stable"].to_numpy() if "stable" in dataset else np.ones(dataset.sizes["point"])
                 x, y, stable, corners = parted(
                     dataset, self.abscissa.values(dataset), series, stable, corners_of(dataset)
@@ -72,11 +72,11 @@ class Curves:
                     x, y = smooth(x, y, corners)
                     stable = np.ones(len(x))
                 _line(ax, x, y, stable, label)
-        every = np.concatenate([series for label_of in values.values() for series in label_of.values()])
+        every = np.concatenate([series for curves in values.values() for series in curves.values()])
         if self.new:
             _limits(ax, every)
             self._scale(ax)
-            alone = {name for label_of in values.values() for name in label_of}
+            alone = {name for curves in values.values() for name in curves}
             about = (alone.pop() if len(alone) == 1 else "", held_text(self.first))
             titled(ax.figure, title_of(self.overlaid), *about)
         self.ax = ax
@@ -115,7 +115,7 @@ def _line(ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, label: str
 
 
 def _limits(ax: Axes, values: np.ndarray) -> None:
-    """Rounding is not to be magnified."""
+    """Limits that do not magnify rounding."""
     known = values[np.isfinite(values)]
     if not known.size:
         ax.text(0.5, 0.5, "no values", transform=ax.transAxes, ha="center", color=GREY)

@@ -52,7 +52,7 @@ def _is_one(branch: Any) -> bool:
 
 
 def dataset_of(branch: Any) -> xarray.Dataset:
-    """The dataset of a branch, or the one given; InputError for anything else."""
+    """The dataset of a branch, or the dataset itself; InputError for anything else."""
     if not _is_one(branch):
         raise InputError(f"nothing to draw: found {shown(branch)}; expected a branch, or several")
     dataset: xarray.Dataset = getattr(branch, "dataset", branch)
@@ -154,9 +154,9 @@ class Abscissa:
 
 
 def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
-    """What a branch follows; a frequency in the unit given, else in that of its case's range.
+    """What a branch follows; a frequency in the unit ``frequency``, else in that of its case's range.
 
-    Raises InputError for a unit that is none, and for one given where a parameter is followed.
+    Raises InputError for an unknown unit, and for any where a parameter is followed.
     """
     parameter = str(dataset.attrs.get("parameter", ""))
     if parameter and "parameter" in dataset:
@@ -168,7 +168,7 @@ def abscissa(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
 
 
 def frequency_axis(dataset: xarray.Dataset, frequency: str | None = None) -> Abscissa:
-    """The frequency in the unit given, else in that of the range of its case; InputError for a unit that is none."""
+    """The frequency in the unit ``frequency``, else in that of its case's range; InputError for an unknown unit."""
     units = units_of(dataset)
     unit = frequency if frequency is not None else str(dataset.attrs.get("frequency_unit", units.angular))
     factor = units.frequency_factor(unit)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -191,11 +191,10 @@ def _flat(data: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
     return number.to_numpy().ravel(), value.to_numpy().ravel()
 
 
-def _study(given: Any) -> xarray.Dataset:
-    if not hasattr(given, "data_vars") or "peak_amplitude" not in given or "study_parameters" not in given.attrs:
-        raise InputError(f"nothing to draw: found {shown(given)}; expected the dataset that ss.study returns")
-    found: xarray.Dataset = given
-    return found
+def _study(study: Any) -> xarray.Dataset:
+    if not hasattr(study, "data_vars") or "peak_amplitude" not in study or "study_parameters" not in study.attrs:
+        raise InputError(f"nothing to draw: found {shown(study)}; expected the dataset that ss.study returns")
+    return cast("xarray.Dataset", study)
 
 
 def _over(data: xarray.Dataset, parameters: Any) -> tuple[str, ...]:

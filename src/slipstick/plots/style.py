@@ -48,7 +48,7 @@ def new_figure(width: float = 6.4, height: float = 4.0) -> Figure:
 
 
 def styled(ax: Axes | None, x_label: str, y_label: str, *, height: float = 4.0) -> DrawnAxes:
-    """The given or new axes with labels, a light grid and the palette."""
+    """The axes, or new ones, with labels, a light grid and the palette."""
     from matplotlib.ticker import ScalarFormatter
 
     from slipstick.plots.lengths import METRES, Lengths

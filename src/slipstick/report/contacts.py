@@ -31,7 +31,7 @@ STEP = 4e-11
 
 
 def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> dict[str, Any] | None:
-    """Friction contacts among those kept: their force follows exactly from motion, parameters and states.
+    """Friction contacts among those kept: motion, parameters and states give their force exactly.
 
     States are computed here, all points and contacts in one batch. ``of`` are places in ``kept``.
     """
@@ -63,7 +63,7 @@ def friction_of(dataset: ResultTable, harmonics: Harmonics, kept: Indices) -> di
 
 
 def _known(dataset: ResultTable, name: str, kept: Indices) -> BoolArray:
-    """Which contacts have numbers of a machine everywhere, as the element needs them."""
+    """Which contacts have plausible numbers at every point, as the element needs them."""
     small = np.abs(dataset[name].to_numpy()[:, kept]) <= LARGEST
     return np.asarray(small.all(axis=(0, *range(2, small.ndim))))
 
@@ -86,7 +86,7 @@ def _states(intervals: list[list[Interval]], shape: tuple[int, ...]) -> dict[str
 
 
 def series_of(dataset: ResultTable, kept: Indices, friction: Indices) -> list[dict[str, Any]]:
-    """Contacts of other laws by port: motion and force as the harmonics kept, which is all the results know."""
+    """Contacts of other laws by port: the harmonics of motion and force, which is all that results hold of them."""
     others = np.setdiff1d(np.arange(len(kept)), friction)
     return [series for port, force in _ports(dataset) if (series := _port(dataset, kept, others, port, force))]
 

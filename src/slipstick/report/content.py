@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 _TOLD = {"title", "case", "case_file", "warnings", "outcome", "outcome_text", "Conventions"}
-"""Attributes that have a place of their own, or say nothing to a reader."""
+"""Attributes that stand elsewhere on the page, or say nothing to a reader."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number, or beyond any machine, is not drawn
@@ -73,11 +73,11 @@ def content_of(
 
 
 def _check(dataset: ResultTable, label: str) -> None:
-    """InputError where a dataset, perhaps a stranger's, is not as the schema has it."""
+    """InputError where a dataset, which may come from anywhere, does not follow the schema."""
     if not {"omega", "amplitude", "displacement"} <= set(dataset):
         raise InputError(f"{label}: these results hold no motion of dofs; give those of a response")
     dims = {name: variable.dims for name, variable in VARIABLES.items()}
-    dims |= {name: ("contact", *own.dims) for name, own in FrictionLaw.variables.items()}
+    dims |= {name: ("contact", *declared.dims) for name, declared in FrictionLaw.variables.items()}
     dims |= dict.fromkeys(COEFFICIENTS, ("contact", "coefficient"))
     for name in set(dims) & set(dataset):
         column, kinds = dataset[name], "biuf"
@@ -103,7 +103,7 @@ def frequency_of(dataset: Any) -> dict[str, Any]:
 
 
 def _largest(dataset: ResultTable, dim: str, by: str, most: int) -> Indices:
-    """Indices, in their own order, of those with the largest values anywhere along the branch."""
+    """Ascending indices of those with the largest values anywhere along the branch."""
     if dim not in dataset.dims or by not in dataset:
         return np.arange(min(most, dataset.sizes.get(dim, 0)))
     sizes = np.nan_to_num(np.abs(dataset[by].to_numpy())).max(axis=0, initial=0.0)
@@ -127,7 +127,7 @@ def _provenance(branch: Branch) -> dict[str, Any]:
 
 
 def provenance(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """What the attributes of results say of where they come from, and how they ended."""
+    """What the attributes of results say about their origin, and how they ended."""
     name = str(attributes.get("outcome", ""))
     about = [[name.replace("_", " "), _text(value)] for name, value in attributes.items() if name not in _TOLD]
     return {
@@ -174,8 +174,7 @@ def _marks(dataset: ResultTable) -> dict[str, Any]:
 
 
 def _asked(dataset: ResultTable, kept: Indices) -> list[int]:
-    """Places of the dofs that were asked for, whose peaks or largest amplitudes were sought; those whose peaks are
-    there; or none."""
+    """Places, among the dofs kept, of those whose peaks or largest amplitudes were sought, else of those with peaks."""
     names = [str(name) for name in dataset["dof"].to_numpy()]
     sought = [str(dataset.attrs.get(key, "")).splitlines() for key in ("peak_of", "mode_of", "peaks_of", "largest_of")]
     sought[2:] = [[*sought[2], *sought[3]]]
@@ -224,7 +223,7 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
 
 
 def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
-    """Lower and upper amplitudes (point, dof) of the dofs that are kept, with the tolerances in words."""
+    """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
     names = [str(name) for name in branch.table["dof"].to_numpy()]
     bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
 _FIRST = (
-    "dissipated_power", *(own.name for own in STATE_VARIABLES), "friction_coefficient",
+    "dissipated_power", *(variable.name for variable in STATE_VARIABLES), "friction_coefficient",
     "stick_fraction", "slip_fraction", "separation_fraction",
 )  # fmt: skip
 _ALWAYS = ("dissipated_power", "friction_coefficient")
@@ -53,7 +53,7 @@ def curves_of(branch: Branch, kept: Mapping[str, Indices], analysis: str) -> lis
 
 
 def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
-    """What curves can be drawn over, the first what the branch is of: the frequency, a parameter, an amplitude."""
+    """What curves can be drawn over, first what the branch follows: the frequency, a parameter, an amplitude."""
     return [
         {"key": key, **meaning(dataset, key), "values": packed(dataset[key].to_numpy(), "f8")}
         for key in _OVER[analysis]
@@ -62,7 +62,7 @@ def abscissae_of(dataset: ResultTable, analysis: str) -> list[dict[str, Any]]:
 
 
 def analysis_of(dataset: ResultTable) -> str:
-    """What the results are of: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
+    """The kind of results: "response", "parameter", "peaks" over a parameter, "modes" or "cycles"."""
     if "modal_damping" in dataset:
         return "modes"
     if is_self_excited(dataset):

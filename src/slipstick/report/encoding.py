@@ -44,9 +44,9 @@ def _alike(array: NDArray[Any]) -> bool:
 
 
 def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[str, Any]:
-    """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, in steps of their own for each (n, m).
+    """Coefficients (n, m, L) as whole numbers of ``width`` bytes, at most 6, each (n, m) in its own steps.
 
-    A step is a power of two: the next one above that given, (n, m), and above 2^(1 - 8 width) of the largest
+    A step is a power of two: the next one above ``step`` (n, m), and above 2^(1 - 8 width) of the largest
     coefficient. The mean, which may be far larger, stays apart in eight bytes, rounded to the same steps.
     """
     values = np.asarray(coefficients, dtype=float)
@@ -60,7 +60,7 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
 
 
 def gathered(content: Any) -> tuple[Any, str]:
-    """Content with all its bytes in one place, deflated, in base64; where they stood is where they are found there."""
+    """Content with all its bytes in one place, deflated, in base64; where they stood are their first and last places."""
     parts: list[bytes] = []
     plain = _without_bytes(content, parts, [0])
     return plain, base64.b64encode(zlib.compress(b"".join(parts))).decode("ascii")

@@ -23,7 +23,7 @@ from slipstick.replacing import replacing
 from slipstick.report.encoding import gathered, safe_json
 
 MARK = '<meta name="generator" content="slipstick report">'
-"""By it a report is known again: any other file is not replaced."""
+"""It marks a file as a report: no other file is replaced."""
 MOST_WRITTEN = 12
 
 
@@ -99,7 +99,7 @@ def write_study_report(
 
 
 def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
-    """InputError where results have not the same axes: over what they are, of what, and in which units."""
+    """InputError where results do not have the same axes: over what they are, of what, and in which units."""
     first = results[0]
     for other in results[1:]:
         for of, words in ((_over, "over"), (_motion, "with motion in"), (_force, "with forces in")):
@@ -116,7 +116,7 @@ def _check_together(results: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _over(content: Mapping[str, Any]) -> str:
-    """What results are of, and over what, with its unit."""
+    """What results are, and over what, with its unit."""
     over = content["abscissae"][0]
     of = {"peaks": "peaks ", "modes": "a nonlinear mode ", "cycles": "self-excited vibration "}
     return f"{of.get(content['analysis'], '')}{over['label']} [{over['units'] or '1'}]"

@@ -50,14 +50,14 @@ WHOLE = Share()
 
 
 class StudyFolder:
-    """Where a study is kept; held by one process for each share.
+    """Where a study is kept; one process holds each share of it.
 
     Parameters
     ----------
     folder
         Made if it is not there.
     job, plan, about
-        What is computed, and attributes of the results besides.
+        What is computed, and further attributes of the results.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class StudyFolder:
             FolderLock(self.folder, path.name).release()
 
     def _read(self) -> dict[int, CaseSolved]:
-        """Every case in the journals; of several of one case a complete one, else the last."""
+        """Every case in the journals; of one that stands there several times a complete one, else the last."""
         cases: dict[int, CaseSolved] = {}
         for path in sorted(self.folder.glob(JOURNALS)):
             recorded = read_journal(path)
@@ -169,7 +169,7 @@ class StudyFolder:
 
         The journals go once every case is complete.
         """
-        self.cases = self._read()  # what other shares have found by now
+        self.cases = self._read()  # with what other shares have computed by now
         dataset = self.dataset()
         try:
             save_dataset(curves_dataset(self.job, self.cases, dataset.attrs), self.folder / CURVES_FILE)

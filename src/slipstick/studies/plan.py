@@ -42,7 +42,7 @@ class StudyPlan:
     axes
         Of a grid, the values along each parameter: cases are its points, the last parameter fastest. Else empty.
     method, seed
-        How the values were found.
+        How the values were chosen.
     warnings
         What is suspicious.
     """
@@ -78,13 +78,13 @@ class StudyPlan:
 def make_plan(
     problem: Problem, parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0
 ) -> StudyPlan:
-    """The cases that are asked for.
+    """The cases of a study.
 
     Raises
     ------
     InputError
-        For an unknown parameter or method, values that are none or not allowed, and parameters that set the same thing:
-        every fault found.
+        For an unknown parameter or method, values that are no numbers or not allowed, and parameters that set the same
+        thing: all faults at once.
     """
     gathering = Gathering()
     asked = _asked(gathering, problem, parameters, method, samples, seed)
@@ -108,7 +108,7 @@ def study_faults(parameters: Any, *, method: Any = "grid", samples: Any = None, 
 
 
 class _Asked(NamedTuple):
-    """What a study says, of no meaning where there are faults."""
+    """What a study asks for; it means nothing where there are faults."""
 
     parts: dict[str, Any]
     """Values or ranges by parameter."""
@@ -120,7 +120,7 @@ class _Asked(NamedTuple):
 def _asked(
     gathering: Gathering, problem: Problem | None, parameters: Any, method: Any, samples: Any, seed: Any
 ) -> _Asked:
-    """What is asked for, held against the problem where there is one."""
+    """The arguments, checked, also against the problem where there is one."""
     values = gathering.take(table, STUDY, parameters, _EXPECTED) or {}
     method = gathering.take(_method, method)
     seed = gathering.take(whole, (*STUDY, "seed"), seed, 0)
@@ -224,7 +224,7 @@ def _underlying(problem: Problem, member: tuple[int, int], quantity: str) -> str
 
 
 def _is_derived(problem: Problem, name: str) -> bool:
-    """Whether a parameter stands for another with a factor, which must be set before (a normal load: kn)."""
+    """Whether a parameter stands for another one times a factor, which must be set first (a normal load: kn)."""
     target = problem.parameter_target(name)
     return any(_underlying(problem, member, target.quantity) != target.quantity for member in target.members)
 

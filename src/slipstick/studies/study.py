@@ -48,10 +48,10 @@ def study(
     Parameters
     ----------
     problem
-        A problem, whose response over ``omega`` is followed, or an ``ss.Case``, which says what is followed itself.
+        A problem, whose response over ``omega`` is followed, or an ``ss.Case``, which itself says what is followed.
     parameters
         Values by name, such as ``{"damper.velocity": [0, 1, 10], "damper.mu": {"from": 0.1, "to": 0.4, "count": 4}}``;
-        ``"spacing": "log"`` spreads a range evenly in its logarithm. Of samples the two ends are given. A case with
+        ``"spacing": "log"`` spreads a range evenly in its logarithm. For samples it takes the two ends. A case with
         ``[study]`` needs none.
     omega
         First and last frequency, of a problem.
@@ -80,12 +80,12 @@ def study(
     xarray.Dataset
         ``peak_amplitude``, ``peak_omega`` over the parameters and ``dof``, ``outcome``, ``message`` and work over the
         parameters, which are coordinates: dimensions of a grid, else along ``case``. A case that fails is there with
-        its outcome. After Ctrl-C, with a folder, what was found is kept there.
+        its outcome. After Ctrl-C the cases computed so far are kept in the folder, where there is one.
 
     Raises
     ------
     InputError
-        For an unknown parameter, values that are none or not allowed, a folder with another study.
+        For an unknown parameter, values that are no numbers or not allowed, a folder with another study.
 
     Examples
     --------
@@ -95,8 +95,8 @@ def study(
     ...     name="damper", tangential="x", contact=ss.FrictionContact(kt=100.0, mu=0.3, kn=1.0, gap=-800.0),
     ...     rubbing=ss.RubbingMotion(velocity=100.0))
     >>> problem = ss.Problem(structure, contacts=[pair], loads=[ss.Load(dof="x", sin=100.0)], harmonics=range(6))
-    >>> found = ss.study(problem, {"load.x.amplitude": [50.0, 100.0]}, omega=(5.0, 7.0), workers=1)
-    >>> found.peak_amplitude.sel(dof="x").values.round(2).tolist()
+    >>> peaks = ss.study(problem, {"load.x.amplitude": [50.0, 100.0]}, omega=(5.0, 7.0), workers=1)
+    >>> peaks.peak_amplitude.sel(dof="x").values.round(2).tolist()
     [16.76, 18.25]
     """
     job, about = job_of(problem, omega, peaks_of, options, stability)
@@ -164,7 +164,7 @@ def _listeners(listeners: Any) -> tuple[Any, ...]:
 def job_of(
     problem_or_case: Any, omega: Any, peaks_of: Any = None, options: Any = None, stability: Any = False
 ) -> tuple[Job, dict[str, Any]]:
-    """What is done for every case, and what the results say of where it comes from."""
+    """What is done for every case, and what the results say about its origin."""
     if hasattr(problem_or_case, "study_job"):
         for name, value in {"omega": omega, "peaks_of": peaks_of, "options": options, "stability": stability}.items():
             if value is not None and value is not False:

@@ -95,7 +95,7 @@ def curves_dataset(job: Job, cases: Cases, attributes: Mapping[str, Any]) -> xar
 
 
 def study_attributes(job: Job, plan: StudyPlan, cases: Cases, more: Mapping[str, Any]) -> dict[str, Any]:
-    """What a study says of itself; its outcome is COMPLETED where every case is."""
+    """What a study says about itself; its outcome is COMPLETED where every case is."""
     failed = sum(not solved.outcome.ok for solved in cases.values())
     done = len(cases) == len(plan) and not failed
     text = f"{len(cases)} of {len(plan)} cases are computed" + (

@@ -115,7 +115,7 @@ def _by_label(tables: dict[str, Array], files: dict[str, Path]) -> RawModel:
 
 
 def _internal(nodes: IntArray, components: IntArray) -> tuple[IntArray, IntArray, tuple[str, ...]]:
-    """Abaqus' own nodes, of negative numbers, as scalar points above the others: a generalised coordinate each."""
+    """Abaqus' internal nodes, of negative numbers, as scalar points above the others: a generalised coordinate each."""
     inner = np.flatnonzero(nodes < 0)
     inner = inner[np.lexsort((components[inner], -nodes[inner]))]
     first = 10 ** len(str(max(int(nodes.max()), 0)))

@@ -29,7 +29,7 @@ from slipstick.typing import Array
 def on_equation(content: Content, block: Block) -> None:
     """A number of terms, then "node or set, direction, factor" in turn."""
     if block.parameters.keys() & {"REMOVE", "REMOVEALL"}:
-        content.findings.add(Verdict.COUPLING, block.shown, "takes equations away", block.line)
+        content.note(Verdict.COUPLING, block, "takes equations away")
         return
     count, start = 0, block.line
     words: list[str] = []
@@ -72,7 +72,7 @@ def _one_equation(content: Content, block: Block, words: list[str], line: int) -
 
 
 def frames(content: Content) -> dict[int, Array]:
-    """Own directions of the nodes of *TRANSFORM."""
+    """Directions of the nodes that *TRANSFORM names."""
     return {node: axes_at(axes, content.position(node)) for node, axes in content.turned.items()}
 
 
@@ -100,11 +100,11 @@ def on_orientation(content: Content, block: Block) -> None:
     plain = block.parameters.get("DEFINITION", "COORDINATES") == "COORDINATES" and _numbers(block.rows[:1])
     if kind[0] in "RC" and not turned and plain and "NAME" in block.parameters:
         content.orientations[block.parameters["NAME"]] = read_axes(block.rows[0], kind)
-    content.findings.add(Verdict.HARMLESS, block.shown, "", block.line)
+    content.note(Verdict.HARMLESS, block)
 
 
 def _numbers(rows: list[list[str]]) -> bool:
-    """Whether rows hold six numbers, or the few of an added turn: not names of distributions."""
+    """Whether rows hold numbers, or there are none: not names of distributions."""
     try:
         return bool([fortran_real(word) for row in rows for word in row if word]) or not rows
     except ValueError:
@@ -189,8 +189,7 @@ def on_rigid_body(content: Content, block: Block) -> None:
     parameters = block.parameters
     where = f"{content.where(block.line)}: {block.shown}"
     if "REFNODE" not in parameters or not parameters.keys() & {"NSET", "ELSET"}:
-        what = "makes a rigid body without REF NODE, or without NSET or ELSET"
-        content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+        content.note(Verdict.COUPLING, block, "makes a rigid body without REF NODE, or without NSET or ELSET")
         return
     node = content.one_node(parameters["REFNODE"])
     reference = content.reference(node)
@@ -237,13 +236,13 @@ def on_kind_of_coupling(content: Content, block: Block) -> None:
     head, content.coupling = content.coupling.parameters, None
     where = f"{content.where(block.line)}: {block.shown}"
     if not head.keys() >= {"REFNODE", "SURFACE"} or "CYCLICSYMMETRY" in block.parameters:
-        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+        content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
     axes = None
     if "ORIENTATION" in head:
         if head["ORIENTATION"] not in content.orientations:
             what = f"couples along the directions of ORIENTATION={head['ORIENTATION']}, which are not read"
-            content.findings.add(Verdict.COUPLING, block.shown, what, block.line)
+            content.note(Verdict.COUPLING, block, what)
             return
         axes = content.orientations[head["ORIENTATION"]]
     directions = sorted({d for row in block.rows for d in _span(row)}) or list(range(6))
@@ -314,7 +313,7 @@ def on_distributing_coupling(content: Content, block: Block) -> None:
         if label in elements
     ]
     if len(coupled) != 1:
-        content.findings.add(Verdict.COUPLING, block.shown, "couples nodes to a reference node", block.line)
+        content.note(Verdict.COUPLING, block, "couples nodes to a reference node")
         return
     content.read |= elements
     weights: dict[int, float] = {}

@@ -33,9 +33,7 @@ def on_tie(content: Content, block: Block) -> None:
     """A dependent and an independent surface on each line."""
     parameters = block.parameters
     if "MULTISTAGE" in parameters:
-        content.findings.add(
-            Verdict.COUPLING, block.shown, "joins stages with different numbers of sectors", block.line
-        )
+        content.note(Verdict.COUPLING, block, "joins stages with different numbers of sectors")
         return
     tolerance = fortran_real(parameters["POSITIONTOLERANCE"]) if parameters.get("POSITIONTOLERANCE") else None
     for line, row in zip(block.lines, block.rows, strict=True):
@@ -210,7 +208,7 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """Of the families of a sector one is real: other ones asked for are refused, none asked for is warned of."""
+    """Only the family of 0 nodal diameters is real: a request for others alone is refused, one for none is warned of."""
     lines = [glue for glue in content.glues if glue.cyclic]
     if not lines:
         return

@@ -119,7 +119,7 @@ def _named_places(content: Content, mesh: Mesh) -> tuple[Mesh, list[str]]:
 def touching(content: Content) -> tuple[str, ...]:
     """Elements that are no solids: refused where their section gives them stiffness and they share nodes with solids.
 
-    The others are told in notes.
+    Notes name the others.
     """
     solid = {node for table in content.elements.values() for nodes in table.values() for node in nodes}
     for section in (*content.sections, *content.other_sections):
@@ -184,7 +184,7 @@ def _mesh(content: Content) -> Mesh:
 
 
 def _known(content: Content, name: str, members: list[int]) -> IntArray:
-    """Labels of a set that the file has nodes for; the others are told."""
+    """Labels of a set for which the file has nodes; a note names the others."""
     labels = np.unique(np.array(members, dtype=np.int64))
     there = np.isin(labels, list(content.nodes))
     if not there.all():

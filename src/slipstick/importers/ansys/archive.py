@@ -27,7 +27,7 @@ from slipstick.importers.findings import Coupling, Findings
 from slipstick.importers.mesh_checks import likely_units, unit_notes
 from slipstick.importers.mesh_model import MeshModel, stated_each, with_surfaces
 from slipstick.importers.midsides import Edges, middle_equations, placed, whole_row, with_middles
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray
 
 _HEAD = 10
@@ -151,7 +151,7 @@ def _refuse_missing(tied: Sequence[NodalEquation], labels: set[int]) -> None:
 
 
 def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
-    """Own axes (rows) of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
+    """Axes (rows) of the nodes with rotation angles in an NBLOCK: the fourth to sixth real of their lines."""
     turned: dict[int, Array] = {}
     for block in re.finditer(
         r"^NBLOCK[^\r\n]*\r?\n\((\d+)i(\d+),\s*\d+[eEgG](\d+)[^\r\n]*\r?\n((?:[ \t]*\d[^\r\n]*\r?\n)*)",
@@ -162,12 +162,10 @@ def _turned_nodes(text: str, path: Path) -> dict[int, Array]:
         start = integers * width + 3 * real
         for line in block.group(4).splitlines():
             words = [line[at : at + real] for at in range(start, len(line.rstrip()), real)]
-            try:
+            with reading(f"{path.name}: its NBLOCK has a line that"):
                 angles = [fortran_real(word) if word.strip() else 0.0 for word in words]
                 if any(angles):
                     turned[whole_number(line[:width])] = _axes_of([*angles, 0.0, 0.0][:3])
-            except ValueError as error:
-                raise InputError(f"{path.name}: its NBLOCK has a line that cannot be read ({error})") from None
     return turned
 
 
@@ -269,7 +267,7 @@ def _elements(archive: Any, made: Edges, labels: IntArray, path: Path) -> _Parts
 def _solid_types(archive: Any) -> Iterator[tuple[int, str]]:
     """Number of each solid element type, and its name with the options that change its integration.
 
-    Layered solids (KEYOPT(3) = 1 of 185 and 186) are none that we read.
+    Layered solids (KEYOPT(3) = 1 of 185 and 186) are not read.
     """
     for number, kind in np.asarray(archive.ekey).tolist():
         options = dict(tuple(pair[:2]) for pair in archive.key_option.get(number, []))

@@ -52,7 +52,7 @@ class Lumps:
     archive, text
         The archive as read, and its text.
     places, axes
-        Positions and own directions of nodes, by label.
+        Positions of nodes and their rotated directions, by label.
     """
 
     def __init__(

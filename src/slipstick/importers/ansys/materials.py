@@ -9,7 +9,7 @@ from slipstick.errors import InputError
 from slipstick.fem.materials import Material
 from slipstick.importers.ansys.commands import commands
 from slipstick.importers.findings import Findings, Verdict
-from slipstick.importers.text_numbers import fortran_real
+from slipstick.importers.text_numbers import fortran_real, reading
 
 _PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density", "KXX": "conductivity"}
 _OTHER_AXES = {"EY": "EX", "EZ": "EX", "NUYZ": "NUXY", "NUXZ": "NUXY", "PRYZ": "PRXY", "PRXZ": "PRXY"}
@@ -34,7 +34,7 @@ def read_materials(findings: Findings, text: str) -> MaterialTable:
     faults: dict[int, list[str]] = {}
     for line, name, words in commands(text):
         where = f"{findings.source}, line {line}: {name}"
-        try:
+        with reading(where):
             if name == "MP":
                 _property(findings, line, values, faults, where, words[0], words[1], words[2:])
             elif name == "MPDATA":
@@ -44,8 +44,6 @@ def read_materials(findings: Findings, text: str) -> MaterialTable:
                 )
             elif name == "TB":
                 _table(findings, line, faults, where, words)
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
     materials: dict[int, Material] = {}
     for number in sorted({number for number, _ in values}):
         known = _constant(findings.source, values, number, faults)

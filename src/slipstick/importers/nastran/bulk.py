@@ -14,7 +14,7 @@ from slipstick.importers.nastran.cards import cards, classify_card
 from slipstick.importers.nastran.couplings import COUPLED, CoupledCard, selected
 from slipstick.importers.nastran.frames import Definition, Frames
 from slipstick.importers.raw_model import Nodes
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import Array, IntArray, Sparse
 
 
@@ -57,13 +57,9 @@ def read_bulk(path: Path) -> BulkData:
         if name not in _READ:
             classify_card(reader.findings, name, number)
             continue
-        try:
+        with reading(f"{path.name}, line {number}: {name}"):
             reader.line = number
             reader.read(name, fields)
-        except InputError:
-            raise
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{path.name}, line {number}: {name} cannot be read ({error})") from None
     reader.findings.refuse_incomplete()
     return reader.finish()
 

@@ -12,7 +12,7 @@ from slipstick.errors import InputError
 from slipstick.fem.equations import NodalEquation
 from slipstick.fem.rigid import Reference, mean_equations, rigid_rows
 from slipstick.importers.findings import Coupling
-from slipstick.importers.text_numbers import fortran_real, whole_number
+from slipstick.importers.text_numbers import fortran_real, reading, whole_number
 from slipstick.structure.constraints import Dependent
 from slipstick.typing import Array
 
@@ -36,7 +36,7 @@ class CoupledCard:
 
 @dataclass(frozen=True, kw_only=True)
 class Points:
-    """Positions of grid points in the basic system, and own directions (columns) of those that have some, by label."""
+    """Positions of grid points in the basic system, and directions (columns) of those that have their own, by label."""
 
     places: Mapping[int, Array]
     directions: Mapping[int, Array]
@@ -53,7 +53,7 @@ class Points:
         return np.asarray(self.places[node])
 
     def axis(self, node: int, component: int) -> list[tuple[int, int, float]]:
-        """A displacement or rotation along an own direction, in basic ones: terms (node, direction, factor).
+        """A displacement or rotation along a direction of its point, in basic ones: terms (node, direction, factor).
 
         The term of the same number comes first, where it has a share.
         """
@@ -83,7 +83,7 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
     chosen = _mpc_sets(cards, mpc, points.source)
     for card in cards:
         where = f"{points.source}, line {card.line}: {card.name}"
-        try:
+        with reading(where):
             if card.name == "MPC" and whole_number(card.fields[0]) in chosen:
                 yield _multipoint(card.fields, points, where)
             elif card.name == "RBE2":
@@ -92,23 +92,17 @@ def coupled_equations(cards: Sequence[CoupledCard], points: Points, mpc: int | N
                 yield from _mean(card.fields, points, where)
             elif card.name == "RBAR":
                 yield from _bar(card.fields, points, where)
-        except InputError:
-            raise
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
 
 
 def _mpc_sets(cards: Sequence[CoupledCard], chosen: int | None, source: str) -> set[int]:
     numbers: set[int] = set()
     sums: dict[int, set[int]] = {}
     for card in cards:
-        try:
+        with reading(f"{source}, line {card.line}: {card.name}"):
             if card.name == "MPC":
                 numbers.add(whole_number(card.fields[0]))
             elif card.name == "MPCADD":
                 sums[whole_number(card.fields[0])] = {whole_number(word) for word in card.fields[1:] if word}
-        except ValueError as error:
-            raise InputError(f"{source}, line {card.line}: {card.name} cannot be read ({error})") from None
     if chosen is None:
         others = numbers - set().union(*sums.values()) if sums else numbers
         heads = {*sums, *others}
@@ -134,7 +128,7 @@ def _multipoint(fields: Sequence[str], points: Points, where: str) -> NodalEquat
 
 
 def _dependent_first(terms: list[tuple[int, int, float]], where: str, points: Points) -> NodalEquation:
-    """The first is dependent; along own directions of a point, which are several terms, whichever is best."""
+    """The first is dependent; where a point has its own directions, which are several terms, whichever is best."""
     turned = terms[0][0] in points.directions
     return NodalEquation(terms=tuple(terms), where=where, dependent=Dependent.ANY if turned else Dependent.FIRST)
 
@@ -172,7 +166,7 @@ def _rigid(fields: Sequence[str], points: Points, where: str) -> Iterator[NodalE
 def followers(
     reference: Reference, node: int, components: Sequence[int], points: Points, where: str
 ) -> Iterator[NodalEquation]:
-    """A point follows another as a rigid body, along its own directions."""
+    """A point follows another as a rigid body, along the directions of its displacements."""
     rows = rigid_rows(reference, points.place(node, where))
     for component in components:
         axis_terms = points.axis(node, component)

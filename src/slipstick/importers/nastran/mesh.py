@@ -24,7 +24,7 @@ from slipstick.importers.nastran.bulk import BulkData, read_bulk
 from slipstick.importers.nastran.cards import CARD_VERDICTS, cards
 from slipstick.importers.nastran.couplings import Points, coupled_equations, selected
 from slipstick.importers.nastran.matrices import chosen_supports, points_of
-from slipstick.importers.text_numbers import fortran_real, read_bytes, whole_number
+from slipstick.importers.text_numbers import fortran_real, read_bytes, reading, whole_number
 from slipstick.typing import IntArray
 
 SOLIDS: dict[str, dict[int, tuple[str, tuple[int, ...]]]] = {
@@ -259,7 +259,7 @@ def _materials(deck: Cards, path: Path) -> tuple[dict[str, Material], tuple[str,
 def _supports(
     data: BulkData, number: int | None, path: Path, turning: set[int]
 ) -> tuple[set[tuple[int, int]], list[NodalEquation]]:
-    """What is held, along own directions too; rotations of points that have some."""
+    """What is held, also along directions of points; of rotations those that take part."""
     held = chosen_supports(data, number, path)
     meant = {(node, axis) for node, axis in held if axis < 3 or node in turning}
     return supports(meant, {node: axes.T for node, axes in data.directions.items()}, f"{path.name}: SPC")
@@ -294,15 +294,11 @@ def lumped_of(
     parts: list[Lumped] = []
     for name, line, fields in lump_cards:
         where = f"{points.source}, line {line}: {name}"
-        try:
+        with reading(where):
             if name == "CONM2":
                 parts += _mass(findings, [*fields, *[""] * 16], line, points, solid, factor, where)
             elif name != "PELAS":
                 parts += _scalar(name, fields, points, stiffness, factor, where)
-        except InputError:
-            raise
-        except (ValueError, IndexError) as error:
-            raise InputError(f"{where} cannot be read ({error})") from None
     return tuple(parts), {node for part in parts for node, axis in part.pairs if axis > 2}
 
 
