@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipstick.analysis.time_domain.check import TimeCheck
+    from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
 
 
@@ -75,13 +76,21 @@ class Branch:
         self.without = "" if problem is not None else without or "it was made from a dataset alone"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**{k: v for k, v in vars(self).items() if k != "dataset"}, "_source": self.dataset}
+        kept = {k: v for k, v in vars(self).items() if k not in ("dataset", "balance")}
+        return {**kept, "_source": self.dataset}
 
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """All numbers with their labels."""
         source: Any = self._source
         return source.to_dataset() if isinstance(source, ResultTable) else source
+
+    @cached_property
+    def balance(self) -> Balance:
+        """The equations of its problem, made once; InputError where the problem is not known."""
+        from slipstick.balance.ports import Balance
+
+        return Balance(self._known_problem)
 
     @property
     def table(self) -> ResultTable:
@@ -389,12 +398,16 @@ class Branch:
 
     def problem_at(self, point: int) -> Problem:
         """The problem with the followed parameter as it is at a point; InputError where it is not known."""
-        if self.problem is None:
-            raise InputError(f"the problem of this branch is not known: {self.without}")
-        problem, name = self.problem, str(self.table.attrs.get("parameter", ""))
+        problem, name = self._known_problem, str(self.table.attrs.get("parameter", ""))
         if name:
             problem = problem.at_parameter(name, float(self.table["parameter"].to_numpy()[point]))
         return problem
+
+    @property
+    def _known_problem(self) -> Problem:
+        if self.problem is None:
+            raise InputError(f"the problem of this branch is not known: {self.without}")
+        return self.problem
 
     def point(self, point: int) -> xarray.Dataset:
         """A point with its contacts; InputError where there is none."""

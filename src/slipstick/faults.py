@@ -61,6 +61,10 @@ class Gathering:
         """What a check makes of a value, or None and its faults are kept."""
         return self.inside((), check, *args, **options)
 
+    def optional(self, check: Callable[..., T], name: Name, value: Any, *args: Any, **options: Any) -> T | None:
+        """As ``take``; None is a value that is left out."""
+        return None if value is None else self.take(check, name, value, *args, **options)
+
     def inside(self, where: Where, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """As ``take`` for a check that does not know what its value is part of."""
         try:

@@ -81,14 +81,12 @@ def import_model(
         "names": {} if names is None else gathering.take(_names, names),
         "fixed": gathering.take(text_list, "fixed", fixed, "names of node sets or surfaces"),
         "quadratic": gathering.take(truth, "quadratic", quadratic),
-        "constraints": None if constraints is None else gathering.take(whole, "constraints", constraints),
-        "material": None if material is None else gathering.take(one, "material", material, Material, "an ss.Material"),
-        "conductivity": None
-        if conductivity is None
-        else gathering.take(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
-        "units": None if units is None else gathering.take(text, "units", units),
+        "constraints": gathering.optional(whole, "constraints", constraints),
+        "material": gathering.optional(one, "material", material, Material, "an ss.Material"),
+        "conductivity": gathering.optional(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
+        "units": gathering.optional(text, "units", units),
         "scale": None if scale is None else gathering.take(scale_factors, scale),
-        "to": None if to is None else gathering.take(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
+        "to": gathering.optional(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
     }
     sources = gathering.take(_files, files)
     gathering.end()

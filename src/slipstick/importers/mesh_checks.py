@@ -38,7 +38,7 @@ def variant_warnings(mesh: Mesh, variants: Variants, source: str) -> Iterator[st
     Raises
     ------
     InputError
-        For bricks of one point: what holds their other motions is an artificial stiffness that differs from code to code.
+        For bricks of one point: what holds their other motions is an artificial stiffness, another in each code.
     """
     refused = []
     for kind, counts in variants.items():

@@ -116,7 +116,7 @@ def _read_model(files: Sequence[str | Path] | str | Path, options: ImportOptions
 
 
 def _along_global(raw: RawModel, mesh: MeshModel, paths: Sequence[Path], source: str) -> RawModel:
-    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; for others it is unknown."""
+    """Rows along global directions: CalculiX writes them so, Ansys along those of the nodes; others are unknown."""
     suffixes = {path.suffix.lower() for path in paths}
     if suffixes & {".full", ".matrix", ".hb", ".rsa", ".rua"}:
         return to_global(raw, {node: axes.T for node, axes in mesh.axes.items()}, source)

@@ -1,6 +1,6 @@
 """An append-only journal of points beside a results file: what a killed run leaves can be read to the last point.
 
-Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, and what identifies the run);
+Layout: one line, the check sum (CRC-32) of the rest of it and JSON (names, sizes, attributes, what identifies the run);
 then one record a point: its length (8 bytes), its check sum (4 bytes), that of these 12 bytes (4 bytes), the numbers of
 the point as little-endian float64, and a note from which the run goes on. A record cut short by a kill or a full disk
 ends the reading; so does a damaged one, which is named. Journals of version 3 have one check sum a point alone.

@@ -73,12 +73,10 @@ class BladeModel:
         gathering.take(one, "blade, material", self.material, Material, "an ss.Material")
         values = {
             "contacts": gathering.take(_places, "blade, contacts", self.contacts),
-            "radius": self.radius
-            if self.radius is None
-            else gathering.take(number, "blade, radius", self.radius, length, above=SMALLEST),
+            "radius": gathering.optional(number, "blade, radius", self.radius, length, above=SMALLEST),
             "film": gathering.take(number, "blade, film", self.film, "a convection coefficient >= 0", above=0.0),
-            "modes": self.modes if self.modes is None else gathering.take(whole, "blade, modes", self.modes, 1),
-            "up_to": self.up_to if self.up_to is None else gathering.take(frequency, "blade, up_to", self.up_to),
+            "modes": gathering.optional(whole, "blade, modes", self.modes, 1),
+            "up_to": gathering.optional(frequency, "blade, up_to", self.up_to),
         }
         if self.modes is not None and self.up_to is not None:
             gathering.faults.append(Fault("blade, modes", "both modes and up_to are given", remedy="keep one"))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -166,15 +166,30 @@ def reduced_body(
     SlipstickWarning
         A damping matrix, which real modes do not use; an error above 1e-4 up to ``up_to``.
     """
-    wanted = _wanted(
-        model, surface=surface, contacts=contacts, radius=radius, pressure=pressure, base=base, films=films, cold=cold,
-        keep=keep, modes=modes, accuracy=accuracy, up_to=up_to, loss_factor=loss_factor, damping_ratio=damping_ratio,
-        force=force, cache=cache, listener=listener,
-    )  # fmt: skip
+    gathering = Gathering()
+    gathering.take(one, "model", model, ImportedModel, "what ss.import_model returns")
+    wanted = _Wanted(
+        surface=_surface_table(gathering, surface),
+        contacts=contacts,
+        radius=gathering.optional(number, "radius", radius, "a length > 0", above=SMALLEST),
+        pressure=_pressures(gathering, pressure),
+        base=gathering.take(_axes, base) or (),
+        films=_films(gathering, films),
+        cold=gathering.optional(text, "cold", cold, "the name of a node set or surface"),
+        keep=gathering.take(names, "keep", keep) or (),
+        modes=gathering.optional(whole, "modes", modes, 1),
+        accuracy=gathering.optional(number, "accuracy", accuracy, "a relative error"),
+        up_to=gathering.optional(frequency, "up_to", up_to),
+    )
+    gathering.take(non_negative, "loss_factor", loss_factor)
+    gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
+    gathering.take(truth, "force", force)
+    gathering.take(tools, None, cache, listener)
+    gathering.end()
     _refuse(model, wanted)
-    whole = None if surface is None else _with_contacts(model, wanted)
+    body = None if surface is None else _with_contacts(model, wanted)
     request: dict[str, Any] = (
-        {**_kept(model, wanted.keep), "skin": _seen(model)} if whole is None else _with_kept(whole, model, wanted.keep)
+        {**_kept(model, wanted.keep), "skin": _seen(model)} if body is None else _with_kept(body, model, wanted.keep)
     )
     request["load_shapes"] = {**request.get("load_shapes", {}), **_base_shapes(model, wanted.base)}
     if accuracy is not None:
@@ -196,7 +211,7 @@ def reduced_body(
     warn(unused)
     return ReducedBody(
         structure=reduction.structure,
-        points=None if whole is None else whole.points,
+        points=None if body is None else body.points,
         n_dofs=reduction.n_full,
         solver=reduction.solver,
         seconds=reduction.seconds,
@@ -225,42 +240,26 @@ class _Wanted:
     up_to: float | None
 
 
-def _wanted(
-    model: Any, *, surface: Any, contacts: Any, radius: Any, pressure: Any, base: Any, films: Any, cold: Any, keep: Any,
-    modes: Any, accuracy: Any, up_to: Any, loss_factor: Any, damping_ratio: Any, force: Any, cache: Any, listener: Any,
-) -> _Wanted:  # fmt: skip
-    """The request, checked for kinds."""
-    gathering = Gathering()
-    gathering.take(one, "model", model, ImportedModel, "what ss.import_model returns")
-    if not (surface is None or isinstance(surface, str | Surface)):
-        surface = gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+def _surface_table(gathering: Gathering, surface: Any) -> str | Surface | Mapping[str, Any] | None:
+    if surface is None or isinstance(surface, str | Surface):
+        return surface
+    return gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
+
+
+def _pressures(gathering: Gathering, pressure: Any) -> dict[str, str]:
+    """Surfaces by load shape."""
     pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
-    shapes = (
-        {} if pressure is None else gathering.take(table, "pressure", pressure, "a surface, or surfaces by load shape")
-    )
-    for name, on in (shapes or {}).items():
+    shapes = gathering.optional(table, "pressure", pressure, "a surface, or surfaces by load shape") or {}
+    for name, on in shapes.items():
         gathering.take(text, ("pressure", name), on, "the name of a surface")
-    expected = "convection coefficients by surface"
-    coefficients = {} if films is None else gathering.take(table, "films", films, expected)
-    for name, film in (coefficients or {}).items():
+    return shapes
+
+
+def _films(gathering: Gathering, films: Any) -> dict[str, float]:
+    coefficients = gathering.optional(table, "films", films, "convection coefficients by surface") or {}
+    for name, film in coefficients.items():
         gathering.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
-    if cold is not None:
-        gathering.take(text, "cold", cold, "the name of a node set or surface")
-    checked = {
-        "radius": None if radius is None else gathering.take(number, "radius", radius, "a length > 0", above=SMALLEST),
-        "base": gathering.take(_axes, base),
-        "keep": gathering.take(names, "keep", keep),
-        "modes": None if modes is None else gathering.take(whole, "modes", modes, 1),
-        "accuracy": None if accuracy is None else gathering.take(number, "accuracy", accuracy, "a relative error"),
-        "up_to": None if up_to is None else gathering.take(frequency, "up_to", up_to),
-    }
-    gathering.take(non_negative, "loss_factor", loss_factor)
-    gathering.take(number_or_numbers, "damping_ratio", damping_ratio, "a number, or one for each mode")
-    gathering.take(truth, "force", force)
-    gathering.take(tools, None, cache, listener)
-    gathering.end()
-    request: dict[str, Any] = {"surface": surface, "contacts": contacts, "pressure": shapes, "films": coefficients}
-    return _Wanted(**request, cold=cold, **cast(Any, checked))
+    return coefficients
 
 
 def _axes(axes: Any) -> tuple[str, ...]:

@@ -388,8 +388,6 @@ def _mark(ax: Axes, dataset: xarray.Dataset, x: np.ndarray, y: np.ndarray) -> No
     for name, (text, marker) in MARKS.items():
         at = np.flatnonzero(kind == name)
         if at.size:
-            known = ax.get_legend_handles_labels()[1]
-            ax.plot(
-                x[at], y[at], marker, color="black", ms=7.0 if marker == "|" else 4.5, linestyle="none",
-                label="_" if text in known else text,
-            )  # fmt: skip
+            label = "_" if text in ax.get_legend_handles_labels()[1] else text  # once in a legend
+            size = 7.0 if marker == "|" else 4.5
+            ax.plot(x[at], y[at], marker, color="black", ms=size, linestyle="none", label=label)

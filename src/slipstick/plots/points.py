@@ -1,7 +1,8 @@
 """One point of a branch over its period: hysteresis loops, states, time histories, harmonics.
 
-All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, which has the title of the results and tells where the point lies. They raise InputError for points and
-names that are not there.
+All take a branch (or its dataset) and the number of a point, and return Axes: ``ax``, else those of a new figure, which
+has the title of the results and tells where the point lies. They raise InputError for points and names that are not
+there.
 """
 
 from __future__ import annotations

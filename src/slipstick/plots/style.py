@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from cycler import cycler
@@ -116,11 +116,9 @@ def legend(ax: Axes, *, least: int = 1) -> None:
     many, names = len(entries) > _MOST_INSIDE, short(list(entries))
     if len(entries) > _MOST_NAMED:
         names = [*names[: _MOST_NAMED - 1], f"... ({len(names)} in all)"]
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
-    made = ax.legend(
-        list(entries.values())[: len(names)], names, frameon=True, framealpha=0.85, edgecolor="none",
-        fontsize="small", **place,
-    )  # fmt: skip
+    place: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
+    look = {"frameon": True, "framealpha": 0.85, "edgecolor": "none", "fontsize": "small", **place}
+    made = ax.legend(list(entries.values())[: len(names)], names, **look)
     for text in made.get_texts():
         text.set_parse_math(False)
 

@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
 STATES = ("separation", "stick", "slip+", "slip-")
 """A state is stored as its place here."""
-COEFFICIENTS = (
-    "contact_tangential", "contact_normal", "rubbing_motion", "normal_motion", "friction_force", "normal_force"
-)  # fmt: skip
+_MOTIONS = ("contact_tangential", "contact_normal", "rubbing_motion", "normal_motion")
+COEFFICIENTS = (*_MOTIONS, "friction_force", "normal_force")
 """Variables over contact and coefficient."""
 NEEDED_VARIABLES = (*COEFFICIENTS, "rubbing_velocity", *FRICTION_VARIABLES.values())
 """Variables that make a friction contact's force."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipstick.analysis.sensitivity.tolerances import amplitude_band, ranked_bars
 from slipstick.contact.friction_law import FrictionLaw
 from slipstick.errors import InputError
 from slipstick.report.contacts import COEFFICIENTS, STATES, friction_of, series_of
@@ -59,7 +58,8 @@ def content_of(
         "frequency": frequency_of(dataset),
         "omega": packed(dataset["omega"].to_numpy(), "f8"),
         **_marks(dataset),
-        "dofs": _named(dataset, "dof", kept["dof"]) | {
+        "dofs": _named(dataset, "dof", kept["dof"])
+        | {
             **meaning(dataset, "displacement"),
             "displacement": fixed(dataset["displacement"].to_numpy()[:, kept["dof"]], 3),
         },
@@ -69,7 +69,7 @@ def content_of(
         "references": references_of(branch, kept["dof"]) if analysis == "response" else [],
         "contacts": _contacts(branch, kept["contact"]),
         "shape": shape_of(branch),
-    }  # fmt: skip
+    }
 
 
 def _check(dataset: ResultTable, label: str) -> None:
@@ -224,6 +224,8 @@ def _contacts(branch: Branch, kept: Indices) -> dict[str, Any]:
 
 def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> dict[str, Any]:
     """Lower and upper amplitudes (point, dof) of the dofs kept, with the tolerances in words."""
+    from slipstick.analysis.sensitivity.tolerances import amplitude_band
+
     names = [str(name) for name in branch.table["dof"].to_numpy()]
     bands = [amplitude_band(branch, names[d], tolerances) for d in kept]
     said = ", ".join(f"{name} \N{PLUS-MINUS SIGN}{100.0 * share:g} %" for name, share in tolerances.items())
@@ -236,6 +238,8 @@ def bands_of(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> 
 
 def what_matters(branch: Branch, kept: Indices, tolerances: Mapping[str, float]) -> list[list[str]]:
     """For each dof the change of its largest amplitude by each tolerance, the largest first, as rows of a table."""
+    from slipstick.analysis.sensitivity.tolerances import ranked_bars
+
     rows, names = [], [str(name) for name in branch.table["dof"].to_numpy()]
     for d in kept:
         size = branch.table["amplitude"].to_numpy()[:, d]
@@ -275,16 +279,14 @@ _SECONDS = 0.2
 def references_of(branch: Branch, kept: Indices) -> list[dict[str, Any]]:
     """Label, frequencies and amplitudes (n, dofs) of each limit; none where the problem is not known, or is large."""
     from slipstick.analysis.curve.linear import linear_references
-    from slipstick.balance.ports import Balance
 
     problem, dataset = branch.problem, branch.table
     if problem is None or not len(branch) or not problem.contacts:
         return []
-    balance = Balance(problem)
-    if balance.n_ports > _MOST_PORTS:
+    if branch.balance.n_ports > _MOST_PORTS:
         return []
     omega = dataset["omega"].to_numpy()
-    limits = linear_references(balance, (float(omega.min()), float(omega.max())), seconds=_SECONDS)
+    limits = linear_references(branch.balance, (float(omega.min()), float(omega.max())), seconds=_SECONDS)
     return [
         {
             "label": label,

@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 
 _ROUNDING = 1e-11
 """Smaller than this beside the largest motion, a mean is what rounding left of zero."""
-_FIRST = (
-    "dissipated_power", *(variable.name for variable in STATE_VARIABLES), "friction_coefficient",
-    "stick_fraction", "slip_fraction", "separation_fraction",
-)  # fmt: skip
+_FRACTIONS = ("stick_fraction", "slip_fraction", "separation_fraction")
+_STATES = tuple(variable.name for variable in STATE_VARIABLES)
+_FIRST = ("dissipated_power", *_STATES, "friction_coefficient", *_FRACTIONS)
 _ALWAYS = ("dissipated_power", "friction_coefficient")
 _OVER = {
     "response": ("omega",),
@@ -34,6 +33,8 @@ _OVER = {
     "cycles": ("parameter", "omega"),
 }
 """What the results of each analysis can be drawn over, the first to begin with."""
+_OF_POINTS = ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max")
+_WORK = ("truncation", "newton_iterations")
 _BEGIN = {"modes": "omega"}
 COMPANIONS = {"peaks": "omega", "modes": "modal_damping", "cycles": "omega"}
 """The quantity drawn beside the one that is chosen: the other half of the result."""
@@ -91,15 +92,8 @@ def _of_dofs(branch: Branch, kept: Indices) -> Iterator[dict[str, Any]]:
         least = _ROUNDING * float(np.nanmax(np.abs(X), initial=0.0))
         values = np.stack([phase_of(X[:, d], 1, parts, least) for d in kept], axis=1)
         if np.isfinite(values).any():
-            label = f"Phase of harmonic {branch.harmonics.orders[1]}"
-            yield {
-                "key": "phase",
-                "over": "dof",
-                "label": label,
-                "units": "deg",
-                "after": " deg",
-                "values": packed(values),
-            }
+            shown = {"label": f"Phase of harmonic {branch.harmonics.orders[1]}", "units": "deg", "after": " deg"}
+            yield {"key": "phase", "over": "dof", **shown, "values": packed(values)}
 
 
 def without_rounding(mean: Array, amplitude: Array) -> Array:
@@ -123,8 +117,7 @@ def _of_contacts(dataset: ResultTable, kept: Indices) -> Iterator[dict[str, Any]
 
 
 def _of_points(dataset: ResultTable, analysis: str) -> Iterator[dict[str, Any]]:
-    for name in ("omega", "modal_damping", "modal_amplitude", "load_factor", "multiplier_max", "truncation",
-                 "newton_iterations"):  # fmt: skip
+    for name in (*_OF_POINTS, *_WORK):
         if name == _OVER[analysis][0] or name not in dataset or dataset[name].dims != ("point",):
             continue
         values = dataset[name].to_numpy().astype(float)

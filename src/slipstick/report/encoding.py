@@ -60,7 +60,7 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
 
 
 def gathered(content: Any) -> tuple[Any, str]:
-    """Content with all its bytes in one place, deflated, in base64; where they stood are their first and last places."""
+    """Content with all its bytes in one place, deflated, in base64; each is replaced by its place there."""
     parts: list[bytes] = []
     plain = _without_bytes(content, parts, [0])
     return plain, base64.b64encode(zlib.compress(b"".join(parts))).decode("ascii")

@@ -50,7 +50,7 @@ def study_content(study: xarray.Dataset, curves: xarray.Dataset | None, *, dofs:
         "file": "" if not study.attrs.get("case") else "study.nc",
         "cases": _cases(study),
         **_curves(curves, kept),
-    }  # fmt: skip
+    }
 
 
 def _largest(peaks: Any) -> Any:

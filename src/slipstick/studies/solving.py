@@ -23,17 +23,8 @@ if TYPE_CHECKING:
     from slipstick.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
 
-CURVE = (
-    "omega",
-    "amplitude",
-    "mean",
-    "dissipated_power",
-    "truncation",
-    "branch_part",
-    "peak_dof",
-    "stable",
-    "multiplier_max",
-)
+_STABILITY = ("stable", "multiplier_max")
+CURVE = ("omega", "amplitude", "mean", "dissipated_power", "truncation", "branch_part", "peak_dof", *_STABILITY)
 """What is kept of every point of every curve."""
 
 _CASE = Declared((), "1", "number of the case in the study", whole=True)
@@ -121,10 +112,8 @@ def _solve(job: Job, plan: StudyPlan, case: int, begin: float) -> CaseSolved:
     layout = job.curve_layout
     values = {"case": np.full(len(branch), case), **{n: data[n].to_numpy() for n in layout.variables if n != "case"}}
     rows = [layout.pack({name: value[i] for name, value in values.items()}) for i in range(len(branch))]
-    row = {
-        "case": case, "outcome": branch.outcome.name, "points": len(branch), "seconds": time.perf_counter() - begin,
-        "evaluations": int(data.attrs["evaluations"]),
-    }  # fmt: skip
+    row: dict[str, Any] = {"case": case, "outcome": branch.outcome.name, "points": len(branch)}
+    row |= {"seconds": time.perf_counter() - begin, "evaluations": int(data.attrs["evaluations"])}
     if len(branch):
         row |= _peaks(values, "parameter" if job.parameter else "omega", branch)
     curve = np.array(rows, dtype=float).reshape(len(rows), layout.size)

@@ -170,8 +170,7 @@ def job_of(
             if value is not None and value is not False:
                 said = "it is given, but the case says what is followed"
                 raise InputError(Fault(("study", name), said, remedy="leave it out"))
-        job: Job = problem_or_case.study_job()
-        return job, problem_or_case.names
+        return problem_or_case.study_job(), problem_or_case.names
     problem = followed_problem(one(("study", "problem"), problem_or_case, Problem, "an ss.Problem or an ss.Case"))
     if omega is None:
         raise InputError(Fault(("study", "omega"), IS_MISSING, remedy="give frequencies such as omega=(2.0, 15.0)"))
@@ -181,7 +180,6 @@ def job_of(
         raise InputError(faults)
     problem = replace(problem, told=None)
     arguments = common_arguments(problem, (), peaks_of, options, (), None, stability)
-    return Job(
-        problem=problem, span=(start, stop), peaks_of=None if peaks_of is None else arguments["peaks_of"],
-        options=arguments["options"], stability=stability,
-    ), {}  # fmt: skip
+    wanted = None if peaks_of is None else arguments["peaks_of"]
+    job = Job(problem=problem, span=(start, stop), peaks_of=wanted, options=arguments["options"], stability=stability)
+    return job, {}

@@ -173,15 +173,12 @@ def _begun(stack: ExitStack, count: int) -> Any:
     )
     client = Client(cluster, timeout=_WAIT)
     stack.callback(_within, _CLOSING, client.close, cluster.close)
-    process = subprocess.Popen(
-        [
-            sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address),
-            "--nworkers", str(count), "--nthreads", "1", "--memory-limit", "0", "--no-dashboard",
-            "--death-timeout", str(_WAIT), "--local-directory", folder,
-        ],
-        env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-    )  # fmt: skip
+    options = {"nworkers": count, "nthreads": 1, "memory-limit": 0, "death-timeout": _WAIT, "local-directory": folder}
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", str(cluster.scheduler_address), "--no-dashboard"]
+    command += [f"--{name}={value}" for name, value in options.items()]
+    environment = {**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": os.pathsep.join(sys.path)}
+    null = subprocess.DEVNULL
+    process = subprocess.Popen(command, env=environment, stdin=null, stdout=null, stderr=null, start_new_session=True)
     stack.callback(_kill, process)
     client.wait_for_workers(1, timeout=2 * _WAIT)
     return client

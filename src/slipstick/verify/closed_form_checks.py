@@ -165,4 +165,4 @@ CLOSED_FORM_CHECKS = (
     Check(name="CF8", what="temperature rise in full slip (quadratic)", compute=_hot_rational, tolerance=1e-5),
     Check(name="CF9", what="approach to Den Hartog's rigid friction, order in kt", compute=_den_hartog, tolerance=0.02),
     Check(name="CF10", what="oscillator in full slip, power = mu N v", compute=_oscillator_power, tolerance=1e-6),
-)  # fmt: skip
+)

@@ -34,10 +34,8 @@ def random_elements(rng: np.random.Generator, n: int, orders: int) -> MarchedEle
     v = rng.choice([-1.0, 1.0], n) * 10 ** rng.uniform(-3, 1, n)
     v[rng.random(n) < 0.2] = 0.0
     swing = np.abs(Y[:, 1:]).sum(axis=1)
-    return MarchedElements(
-        X=X, Y=Y, v=v, kt=10 ** rng.uniform(-1, 1, n), mu=rng.uniform(0.1, 1.0, n),
-        kn=10 ** rng.uniform(-0.5, 0.5, n), gap=Y[:, 0] + swing * rng.uniform(-1.2, 0.5, n),
-    )  # fmt: skip
+    kt, mu, kn = 10 ** rng.uniform(-1, 1, n), rng.uniform(0.1, 1.0, n), 10 ** rng.uniform(-0.5, 0.5, n)
+    return MarchedElements(X=X, Y=Y, v=v, kt=kt, mu=mu, kn=kn, gap=Y[:, 0] + swing * rng.uniform(-1.2, 0.5, n))
 
 
 def marched_forces(e: MarchedElements, samples: int) -> tuple[Array, Array]:
@@ -95,11 +93,8 @@ def _moved(elements: MarchedElements, name: str, step: float) -> MarchedElements
 
 def _differences(name: str, derivative: str) -> ExpectedFound:
     """Derivative by one input against central differences: the middle of the relative errors over all elements."""
-    elements, h, step = (
-        random_elements(np.random.default_rng(_SEED), _COUNT, _ORDERS),
-        Harmonics(range(_ORDERS + 1)),
-        1e-6,
-    )
+    elements = random_elements(np.random.default_rng(_SEED), _COUNT, _ORDERS)
+    h, step = Harmonics(range(_ORDERS + 1)), 1e-6
     if name == "v":
         elements = elements._replace(v=np.where(elements.v == 0, 0.3, elements.v))
     f = element_forces(h, **elements._asdict())
@@ -125,10 +120,8 @@ def _checks() -> Iterator[Check]:
     for velocity, omega in EXACT_OSCILLATOR:
         for which, name in enumerate(("mean", "amplitude")):
             what = f"time integration, v = {velocity:g}, omega = {omega:g}: {name}"
-            tolerance = 1e-6 if which == 0 else 5e-6
-            yield Check(
-                name="time", what=what, compute=partial(_integrated, velocity, omega, which), tolerance=tolerance
-            )
+            compute = partial(_integrated, velocity, omega, which)
+            yield Check(name="time", what=what, compute=compute, tolerance=1e-6 if which == 0 else 5e-6)
 
 
 METHOD_CHECKS = tuple(_checks())

@@ -208,7 +208,7 @@ def on_diameters(content: Content, block: Block) -> None:
 
 
 def about_diameters(content: Content) -> None:
-    """Only the family of 0 nodal diameters is real: a request for others alone is refused, one for none is warned of."""
+    """The family of 0 nodal diameters alone is real: a request for others is refused, one for none is warned of."""
     lines = [glue for glue in content.glues if glue.cyclic]
     if not lines:
         return

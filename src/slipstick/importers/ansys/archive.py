@@ -50,15 +50,24 @@ _TETRAHEDRA = {4: "tet4", 10: "tet10"}
 _SOLID = {45, 64, 65, 73, 95, 185, 186, 190, 92, 187, 285}
 _QUADRATIC = {95, 186}
 _MESH200_SOLID = {8, 9, 10, 11}
-_KINDS = {
-    45: "SOLID45", 64: "SOLID64", 65: "SOLID65", 73: "SOLID73", 92: "SOLID92", 95: "SOLID95", 185: "SOLID185",
-    186: "SOLID186", 187: "SOLID187", 285: "SOLID285", 14: "COMBIN14", 21: "MASS21", 27: "MATRIX27", 37: "COMBIN37",
-    39: "COMBIN39", 40: "COMBIN40", 50: "MATRIX50", 151: "SURF151", 152: "SURF152", 153: "SURF153", 154: "SURF154",
-    156: "SURF156", 169: "TARGE169", 170: "TARGE170", 171: "CONTA171", 172: "CONTA172", 173: "CONTA173",
-    174: "CONTA174", 175: "CONTA175", 176: "CONTA176", 177: "CONTA177", 178: "CONTA178", 179: "PRETS179",
-    180: "LINK180", 181: "SHELL181", 184: "MPC184", 188: "BEAM188", 189: "BEAM189", 190: "SOLSH190", 200: "MESH200",
-    214: "COMBI214", 281: "SHELL281",
-}  # fmt: skip
+_FAMILIES = {
+    "SOLID": (45, 64, 65, 73, 92, 95, 185, 186, 187, 285),
+    "COMBIN": (14, 37, 39, 40),
+    "MASS": (21,),
+    "MATRIX": (27, 50),
+    "SURF": (151, 152, 153, 154, 156),
+    "TARGE": (169, 170),
+    "CONTA": (171, 172, 173, 174, 175, 176, 177, 178),
+    "PRETS": (179,),
+    "LINK": (180,),
+    "SHELL": (181, 281),
+    "MPC": (184,),
+    "BEAM": (188, 189),
+    "SOLSH": (190,),
+    "MESH": (200,),
+    "COMBI": (214,),
+}
+_KINDS = {number: f"{family}{number}" for family, numbers in _FAMILIES.items() for number in numbers}
 _WITHOUT_STIFFNESS = {151, 152, 153, 154, 156, 169, 170, 200}
 """Load elements, the targets of contacts, and elements for meshing only."""
 _SAME = {"SOLID92", "SOLID187", "MESH200", "SOLID186", "SOLID186 with KEYOPT(2) = 1"}

@@ -171,7 +171,7 @@ def points_of(data: BulkData, source: str) -> Points:
 def _refuse_turned(
     equations: Collection[NodalEquation], data: BulkData, held: Collection[tuple[int, int]], bulk: Path
 ) -> None:
-    """Equations are in global directions: rows of a point that is held in part along its own cannot be turned to them."""
+    """Equations are in global directions, to which rows of a point held in part along its own cannot be turned."""
     named = {node for equation in equations for node, _ in equation.pairs} & set(data.directions)
     partly = [n for n in sorted(named) if 0 < sum((n, axis) in held for axis in range(3)) < 3]
     if partly:
