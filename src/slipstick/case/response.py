@@ -12,7 +12,7 @@ from slipstick.case.script_text import GivenText, call, literal, quantity_text
 from slipstick.case.table import Frequency, Table, is_number, positive_frequency, toml, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.quantities import frequency_unit, ratio_of_periods
-from slipstick.studies.plan import SPACINGS
+from slipstick.studies.ranges import SPACINGS
 from slipstick.units import Units
 
 MOST_VALUES = 100_000

@@ -51,7 +51,7 @@ def cases_text(plan: StudyPlan) -> str:
 
 def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
     """``damper.velocity = [0, 1]`` without quotes is a table in TOML; it means the same."""
-    from slipstick.studies.plan import KEYS
+    from slipstick.studies.ranges import KEYS
 
     for key, value in table.items():
         if isinstance(value, Mapping) and value and not set(value) & set(KEYS):

@@ -26,6 +26,8 @@ from slipstick.faults import truth, whole
 from slipstick.plots.overlay import Curves
 from slipstick.plots.quantities import (
     ROUNDING,
+    Branches,
+    OneBranch,
     abscissa,
     chosen,
     dataset_of,
@@ -50,10 +52,10 @@ if TYPE_CHECKING:
 
 
 def response(
-    branches: Any,
+    branches: Branches,
     dof: Names = None,
     *,
-    references: Mapping[str, Any] | None = None,
+    references: Branches | None = None,
     peaks: bool = True,
     log: bool | None = None,
     ax: Axes | None = None,
@@ -120,13 +122,13 @@ def _amplitude_scale(ax: Axes, drawn: Sequence[np.ndarray], log: bool) -> tuple[
     return 0.7 * low, high * (high / low) ** 0.05
 
 
-def _references(references: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def _references(references: Branches | None) -> list[tuple[str | None, xarray.Dataset]]:
     """Linear responses by label; there may be none."""
     return [] if references is None or (isinstance(references, Mapping) and not references) else datasets(references)
 
 
 def phase(
-    branches: Any,
+    branches: Branches,
     dof: Names = None,
     *,
     harmonic: int = 1,
@@ -156,7 +158,12 @@ def _phase(dataset: xarray.Dataset, dof: str, order: int) -> np.ndarray:
 
 
 def mean(
-    branches: Any, dof: Names = None, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
+    branches: Branches,
+    dof: Names = None,
+    *,
+    ax: Axes | None = None,
+    label: str | None = None,
+    frequency: str | None = None,
 ) -> DrawnAxes:
     """Mean of the motion (harmonic 0) versus frequency or the followed parameter.
 
@@ -170,7 +177,7 @@ def mean(
 
 
 def power(
-    branches: Any,
+    branches: Branches,
     contact: Names = None,
     *,
     ax: Axes | None = None,
@@ -194,7 +201,7 @@ def _total_power(curves: Curves) -> DrawnAxes:
 
 
 def friction(
-    branches: Any,
+    branches: Branches,
     contact: Names = None,
     *,
     ax: Axes | None = None,
@@ -209,7 +216,7 @@ def friction(
 
 
 def temperature(
-    branches: Any,
+    branches: Branches,
     contact: Names = None,
     *,
     ax: Axes | None = None,
@@ -239,7 +246,7 @@ def _mark_peaks(ax: Axes, curves: Curves, dataset: xarray.Dataset, dof: Names) -
 
 
 def compare(
-    branches: Any,
+    branches: Branches,
     labels: Sequence[str] | None = None,
     *,
     dof: str | None = None,
@@ -292,7 +299,7 @@ def compare(
     return list(axes.values())
 
 
-def _labels(overlaid: Sequence[tuple[str | None, Any]], labels: Sequence[str] | None) -> list[str]:
+def _labels(overlaid: Sequence[tuple[str | None, xarray.Dataset]], labels: Sequence[str] | None) -> list[str]:
     if labels is None:
         titles = [label or str(dataset.attrs.get("title", "")) for label, dataset in overlaid]
         distinct = len(set(titles)) == len(titles) and all(titles)
@@ -310,7 +317,7 @@ _STATES = {"stick": "stick", "slip": "slip+", "separation": "separation"}
 
 
 def fractions(
-    branch: Any, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
+    branch: OneBranch, contact: str | None = None, *, ax: Axes | None = None, frequency: str | None = None
 ) -> DrawnAxes:
     """Fractions of the period in stick, slip and separation of one contact (by default the first).
 
@@ -358,7 +365,7 @@ MARKS = {
 
 
 def stability(
-    branches: Any, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
+    branches: Branches, *, ax: Axes | None = None, label: str | None = None, frequency: str | None = None
 ) -> DrawnAxes:
     """Largest magnitude of a Floquet multiplier along the branch; above 1 the motion is unstable.
 

@@ -7,14 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from slipstick.errors import InputError
 from slipstick.faults import text
-from slipstick.plots.quantities import abscissa, chosen, datasets, held_text, parted, quantity, title_of, values_of
+from slipstick.plots.quantities import (
+    Branches,
+    abscissa,
+    chosen,
+    datasets,
+    held_text,
+    parted,
+    quantity,
+    title_of,
+    values_of,
+)
 from slipstick.plots.style import GREY, legend, over_decades, styled, titled
 from slipstick.results.stability import UNKNOWN
 from slipstick.typing import Array, DrawnAxes, Names
@@ -28,7 +38,7 @@ if TYPE_CHECKING:
 class Curves:
     """Branches and the axes their curves go into."""
 
-    branches: Any
+    branches: Branches
     ax: Axes | None = None
     label: str | None = None
     frequency: str | None = None

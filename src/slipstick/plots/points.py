@@ -18,6 +18,7 @@ from slipstick.faults import shown, truth, whole
 from slipstick.faults import text as one_text
 from slipstick.plots.quantities import (
     NO_POINTS,
+    OneBranch,
     abscissa,
     chosen,
     dataset_of,
@@ -32,6 +33,7 @@ from slipstick.results.contacts import force_of
 from slipstick.typing import Array, DrawnAxes, Names
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -40,7 +42,7 @@ LOOP_MOTIONS = {"vibration": ("motion", "Vibration x"), "sliding": ("total", "Sl
 
 
 def loop(
-    branch: Any,
+    branch: OneBranch,
     point: int,
     contact: Names = None,
     *,
@@ -100,7 +102,7 @@ def force_text(periods: Mapping[str, Mapping[str, Array]]) -> str:
     return "Friction force" if all("limit" in period for period in periods.values()) else "Contact force"
 
 
-def loops(branch: Any, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
+def loops(branch: OneBranch, point: int, contact: Names = None, *, limit: bool = False) -> tuple[Axes, Axes]:
     """The loop over the vibration x and, beside it, over the sliding motion x + u, whose area is the energy dissipated.
 
     Arguments as in :func:`loop`; always a new figure.
@@ -135,7 +137,7 @@ def _shade(ax: Axes, branch: Branch, point: int, contact: str) -> None:
     ax.set_title(f"area = energy dissipated a period = {energy}", fontsize="small", parse_math=False)
 
 
-def point_number(dataset: Any, point: Any) -> int:
+def point_number(dataset: xarray.Dataset, point: int) -> int:
     """The number of a point; InputError where there is none."""
     count = dataset.sizes["point"]
     if not count:
@@ -143,12 +145,12 @@ def point_number(dataset: Any, point: Any) -> int:
     return whole("point", point, -count, count - 1)
 
 
-def branch_of(branch: Any) -> Branch:
+def branch_of(branch: OneBranch) -> Branch:
     """The branch, or that of a dataset."""
     return branch if isinstance(branch, Branch) else Branch.from_dataset(dataset_of(branch))
 
 
-def point_titled(ax: Axes, dataset: Any, point: int, names: list[str]) -> None:
+def point_titled(ax: Axes, dataset: xarray.Dataset, point: int, names: list[str]) -> None:
     """Title of a figure of a point; it tells the name of what is drawn alone."""
     figure: Figure = ax.figure  # type: ignore[assignment]
     about = names if len(names) == 1 else []
@@ -162,7 +164,7 @@ _LEAST = 1e-8
 """Harmonics smaller than this part of the largest are not shown on a logarithmic scale."""
 
 
-def states(branch: Any, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
+def states(branch: OneBranch, point: int, contact: Names = None, *, ax: Axes | None = None) -> DrawnAxes:
     """States of contacts over one period, a bar for each contact (all by default), from top to bottom.
 
     A contact whose law does not tell its states is a grey bar, "unknown".
@@ -211,7 +213,13 @@ def _period_axis(ax: Axes) -> None:
 
 
 def history(
-    branch: Any, point: int, dof: Names = None, *, contact: Names = None, limit: bool = True, ax: Axes | None = None
+    branch: OneBranch,
+    point: int,
+    dof: Names = None,
+    *,
+    contact: Names = None,
+    limit: bool = True,
+    ax: Axes | None = None,
 ) -> DrawnAxes:
     """One period in time: the motion of dofs (by default the first), or the force of contacts along their first port.
 
@@ -242,7 +250,7 @@ def history(
 
 
 def spectrum(
-    branch: Any,
+    branch: OneBranch,
     point: int,
     dof: Names = None,
     *,
@@ -291,18 +299,18 @@ def _sizes(X: Array) -> Array:
     return np.concatenate([np.abs(X[:1]), np.hypot(X[1::2], X[2::2])])
 
 
-def _names(dataset: Any, dof: Names, contact: Names) -> list[str]:
+def _names(dataset: xarray.Dataset, dof: Names, contact: Names) -> list[str]:
     """Dofs or contacts of which something is drawn."""
     if dof is not None and contact is not None:
         raise InputError("both dof and contact are given; their motion and force do not fit in one figure")
     return chosen(dataset, "dof", dof) if contact is None else chosen(dataset, "contact", contact)
 
 
-def _motion(dataset: Any, point: int, dof: str) -> Array:
+def _motion(dataset: xarray.Dataset, point: int, dof: str) -> Array:
     return np.asarray(dataset["displacement"].isel(point=point).sel(dof=dof))
 
 
-def _forces(dataset: Any, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
+def _forces(dataset: xarray.Dataset, point: int, contacts: Sequence[str]) -> tuple[str, dict[str, Array]]:
     """What the forces along the first port of contacts are called, with their unit, and their coefficients."""
     at, names = dataset.isel(point=point), known_names(dataset, "contact")
     variables = {name: force_of(at, names.index(name)) for name in contacts}

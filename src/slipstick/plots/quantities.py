@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
@@ -19,13 +19,21 @@ from slipstick.units import Units, after_number
 if TYPE_CHECKING:
     import xarray
 
+    from slipstick.branch import Branch
+
+OneBranch: TypeAlias = "Branch | xarray.Dataset"
+"""A branch, or its dataset."""
+
+Branches: TypeAlias = "OneBranch | Iterable[OneBranch] | Mapping[str, OneBranch]"
+"""One, several, or several by label."""
+
 NO_POINTS = "the branch has no points to draw"
 
 ROUNDING = 1e-11
 """Smaller than this beside what it is made of, a value is what rounding left of zero."""
 
 
-def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def datasets(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
     """Label and dataset of one branch, of a list, or of a table ``{label: branch}``; datasets are taken as they are."""
     labelled = _labelled(branches)
     if not all(dataset.sizes.get("point", 1) for _, dataset in labelled):
@@ -33,12 +41,13 @@ def datasets(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     return labelled
 
 
-def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
+def _labelled(branches: Branches) -> list[tuple[str | None, xarray.Dataset]]:
     if _is_one(branches):
         return [(None, dataset_of(branches))]
-    pairs: Iterable[tuple[str | None, Any]]
+    pairs: Iterable[tuple[str | None, OneBranch]]
     if isinstance(branches, Mapping):
-        pairs = ((one_text("label", label), branch) for label, branch in branches.items())
+        by_label = cast("Mapping[str, OneBranch]", branches)
+        pairs = ((one_text("label", label), branch) for label, branch in by_label.items())
     else:
         pairs = ((None, branch) for branch in listed("nothing to draw", branches, "a branch, or several"))
     labelled = [(label, dataset_of(branch)) for label, branch in pairs]
@@ -47,15 +56,15 @@ def _labelled(branches: Any) -> list[tuple[str | None, xarray.Dataset]]:
     return labelled
 
 
-def _is_one(branch: Any) -> bool:
+def _is_one(branch: object) -> bool:
     return hasattr(branch, "data_vars") or hasattr(branch, "dataset")
 
 
-def dataset_of(branch: Any) -> xarray.Dataset:
+def dataset_of(branch: object) -> xarray.Dataset:
     """The dataset of a branch, or the dataset itself; InputError for anything else."""
     if not _is_one(branch):
         raise InputError(f"nothing to draw: found {shown(branch)}; expected a branch, or several")
-    dataset: xarray.Dataset = getattr(branch, "dataset", branch)
+    dataset: xarray.Dataset = branch.dataset if hasattr(branch, "dataset") else cast("xarray.Dataset", branch)
     if "omega" not in dataset:
         raise InputError("nothing to draw: the dataset is not that of a branch, it has no omega")
     return dataset

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from slipstick.faults import names as name_list
 from slipstick.faults import shown, suggestion
 from slipstick.plots.quantities import chosen, with_unit
 from slipstick.plots.style import GREY, legend, over_decades, styled
-from slipstick.typing import DrawnAxes
+from slipstick.typing import DrawnAxes, Names
 
 if TYPE_CHECKING:
     import xarray
@@ -24,7 +24,9 @@ _MOST = 100
 """No more curves are drawn into one figure."""
 
 
-def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes | None = None) -> DrawnAxes:
+def study_map(
+    study: xarray.Dataset, dof: str | None = None, *, over: Names = None, ax: Axes | None = None
+) -> DrawnAxes:
     """Peak amplitude over the parameters of a study.
 
     Over one parameter it is a line, over two a map: of a grid with more the other parameters are at the values where
@@ -66,7 +68,9 @@ def study_map(study: Any, dof: str | None = None, *, over: Any = None, ax: Axes 
     return axes
 
 
-def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
+def _line(
+    data: xarray.Dataset, name: str, peaks: xarray.DataArray, complete: xarray.DataArray, label: str, ax: Axes | None
+) -> DrawnAxes:
     ax = styled(ax, _labelled(data[name], name), label)
     x, y, good = data[name].to_numpy(), peaks.to_numpy(), complete.to_numpy()
     if peaks.ndim != 1:
@@ -80,7 +84,14 @@ def _line(data: Any, name: str, peaks: Any, complete: Any, label: str, ax: Axes 
     return ax
 
 
-def _map(data: Any, names: tuple[str, ...], peaks: Any, complete: Any, label: str, ax: Axes | None) -> DrawnAxes:
+def _map(
+    data: xarray.Dataset,
+    names: tuple[str, ...],
+    peaks: xarray.DataArray,
+    complete: xarray.DataArray,
+    label: str,
+    ax: Axes | None,
+) -> DrawnAxes:
     from matplotlib.colors import LogNorm, Normalize
 
     ax = styled(ax, _labelled(data[names[0]], names[0]), _labelled(data[names[1]], names[1]))
@@ -121,7 +132,12 @@ def _edges(values: np.ndarray) -> np.ndarray:
 
 
 def study_curves(
-    curves: Any, study: Any, dof: str | None = None, *, over: str | None = None, ax: Axes | None = None
+    curves: xarray.Dataset,
+    study: xarray.Dataset,
+    dof: str | None = None,
+    *,
+    over: str | None = None,
+    ax: Axes | None = None,
 ) -> DrawnAxes:
     """The curves of a study, coloured by one of its parameters; of hundreds some, as the title says.
 
@@ -184,20 +200,20 @@ def _evenly(cases: np.ndarray, values: Mapping[int, float]) -> list[int]:
     return [order[i] for i in np.unique(np.linspace(0, len(order) - 1, min(_MOST, len(order))).astype(int))]
 
 
-def _flat(data: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _flat(data: xarray.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Number of every case, and its value of a parameter."""
     number = data["case"]
     value = data[name].broadcast_like(number).transpose(*number.dims)
     return number.to_numpy().ravel(), value.to_numpy().ravel()
 
 
-def _study(study: Any) -> xarray.Dataset:
+def _study(study: xarray.Dataset) -> xarray.Dataset:
     if not hasattr(study, "data_vars") or "peak_amplitude" not in study or "study_parameters" not in study.attrs:
         raise InputError(f"nothing to draw: found {shown(study)}; expected the dataset that ss.study returns")
-    return cast("xarray.Dataset", study)
+    return study
 
 
-def _over(data: xarray.Dataset, parameters: Any) -> tuple[str, ...]:
+def _over(data: xarray.Dataset, parameters: Names) -> tuple[str, ...]:
     """The one or two parameters that are drawn."""
     known = str(data.attrs["study_parameters"]).splitlines()
     if parameters is None:
@@ -211,5 +227,5 @@ def _over(data: xarray.Dataset, parameters: Any) -> tuple[str, ...]:
     return names
 
 
-def _labelled(variable: Any, text: str) -> str:
+def _labelled(variable: xarray.DataArray, text: str) -> str:
     return with_unit(text, str(variable.attrs.get("units", "1")))
