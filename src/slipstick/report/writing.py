@@ -12,7 +12,7 @@ from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipstick import __version__
 from slipstick.branch import Branch
@@ -22,13 +22,16 @@ from slipstick.faults import path as path_of
 from slipstick.replacing import replacing
 from slipstick.report.encoding import gathered, safe_json
 
+if TYPE_CHECKING:
+    import xarray
+
 MARK = '<meta name="generator" content="slipstick report">'
 """It marks a file as a report: no other file is replaced."""
 MOST_WRITTEN = 12
 
 
 def write_report(
-    branches: Any,
+    branches: Branch | Iterable[Branch] | Mapping[str, Branch],
     path: str | os.PathLike[str],
     *,
     title: str = "",
@@ -82,7 +85,12 @@ def write_report(
 
 
 def write_study_report(
-    study: Any, curves: Any, path: str | os.PathLike[str], *, title: str = "", dofs: int = MOST_WRITTEN
+    study: xarray.Dataset,
+    curves: xarray.Dataset | None,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "",
+    dofs: int = MOST_WRITTEN,
 ) -> Path:
     """Write one self-contained page with the cases of a study: the datasets in ``study.nc`` and ``curves.nc``, or None.
 
@@ -130,7 +138,7 @@ def _force(content: Mapping[str, Any]) -> str:
     return str(content["contacts"]["force_units"])
 
 
-def labelled(branches: Any) -> list[tuple[str, Branch]]:
+def labelled(branches: object) -> list[tuple[str, Branch]]:
     """Labels, each once, with their branches."""
     if isinstance(branches, Branch):
         branches = [branches]

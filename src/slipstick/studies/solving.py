@@ -15,10 +15,11 @@ from slipstick.analysis.curve.follow import frequency_request, parameter_request
 from slipstick.errors import InputError, Outcome
 from slipstick.results.schema import Declared, Layout, layout_of
 from slipstick.studies.plan import StudyPlan
-from slipstick.typing import Array
+from slipstick.typing import Array, Names
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.curve.request import StabilityRequest
     from slipstick.balance.problem import Problem
     from slipstick.branch import Branch
     from slipstick.solve.continuation import ContinuationOptions
@@ -47,9 +48,9 @@ class Job:
     parameter: str = ""
     omega: float = 0.0
     requested: tuple[float, ...] = ()
-    peaks_of: Any = None
+    peaks_of: Names = None
     options: ContinuationOptions | Mapping[str, Any] | None = None
-    stability: Any = False
+    stability: StabilityRequest = False
 
     def request(self, problem: Problem) -> CurveRequest:
         """The branch of one case."""

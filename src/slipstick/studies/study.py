@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.analysis.curve.request import common_arguments, followed_problem
+from slipstick.analysis.curve.request import StabilityRequest, common_arguments, followed_problem
 from slipstick.analysis.events import CaseDone
 from slipstick.balance.checks import range_faults, two_frequencies
 from slipstick.balance.problem import Problem
@@ -18,27 +18,32 @@ from slipstick.studies.plan import StudyPlan, make_plan
 from slipstick.studies.solving import CaseSolved, Job
 from slipstick.studies.table import study_attributes, study_dataset
 from slipstick.studies.workers import solutions
-from slipstick.typing import FrequencyRange
+from slipstick.typing import FrequencyRange, Names
 
 if TYPE_CHECKING:
     import xarray
+    from distributed import Client
+
+    from slipstick.case.case import Case
+    from slipstick.solve.continuation import ContinuationOptions
 
 _MOST_WORKERS = 1024
+Listeners = tuple[Callable[[CaseDone], None], ...]
 
 
 def study(
-    problem: Any,
+    problem: Problem | Case,
     parameters: Mapping[str, Any] | None = None,
     *,
     omega: FrequencyRange | None = None,
     method: str = "grid",
     samples: int | None = None,
     seed: int = 0,
-    peaks_of: Any = None,
-    options: Any = None,
-    stability: Any = False,
+    peaks_of: Names = None,
+    options: ContinuationOptions | Mapping[str, Any] | None = None,
+    stability: StabilityRequest = False,
     workers: int | None = None,
-    client: Any = None,
+    client: Client | None = None,
     folder: str | Path | None = None,
     missing: bool = False,
     listeners: Iterable[Callable[[CaseDone], None]] | Callable[[CaseDone], None] = (),
@@ -131,7 +136,9 @@ def study(
         place.release()
 
 
-def _in_memory(job: Job, plan: StudyPlan, heard: Any, workers: int | None, client: Any) -> dict[int, CaseSolved]:
+def _in_memory(
+    job: Job, plan: StudyPlan, heard: Listeners, workers: int | None, client: Client | None
+) -> dict[int, CaseSolved]:
     cases: dict[int, CaseSolved] = {}
     for solved in solutions(job, plan, range(len(plan)), workers=workers, client=client):
         cases[solved.row["case"]] = solved
@@ -144,14 +151,14 @@ def _told(dataset: xarray.Dataset) -> xarray.Dataset:
     return dataset
 
 
-def _tell(heard: Iterable[Any], plan: StudyPlan, solved: CaseSolved, done: int, total: int) -> None:
+def _tell(heard: Listeners, plan: StudyPlan, solved: CaseSolved, done: int, total: int) -> None:
     case = solved.row["case"]
     values = dict(zip(plan.names, plan.values[case].tolist(), strict=True))
     for listener in heard:
         listener(CaseDone(case=case, values=values, solved=solved, done=done, total=total))
 
 
-def _listeners(listeners: Any) -> tuple[Any, ...]:
+def _listeners(listeners: object) -> Listeners:
     if callable(listeners):
         return (listeners,)
     functions = listed(("study", "listeners"), listeners, "a function of one event, or a list of them")
