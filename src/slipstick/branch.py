@@ -65,7 +65,7 @@ class Branch:
     """
 
     def __init__(
-        self, dataset: Any, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
+        self, dataset: object, outcome: Outcome, problem: Problem | None = None, message: str = "", without: str = ""
     ) -> None:
         if not hasattr(dataset, "data_vars"):
             raise wrong("branch, dataset", dataset, "an xarray.Dataset")

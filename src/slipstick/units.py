@@ -60,7 +60,7 @@ class Units:
             raise InputError(faults)
 
     @classmethod
-    def of(cls, units: Any) -> Units:
+    def of(cls, units: object) -> Units:
         """Units from themselves or a table ``{"length": "mm"}``; InputError for any other name in it."""
         if isinstance(units, cls):
             return units
@@ -153,7 +153,7 @@ def power_unit(label: str) -> str:
     return f"{joules[:-1]}W" if joules != energy and time in _SECONDS else label
 
 
-def label_faults(value: Any) -> list[Fault]:
+def label_faults(value: object) -> list[Fault]:
     """Why a text cannot name a unit; empty where it can."""
     if isinstance(value, str) and value.strip() and value.isprintable() and len(value) <= LONGEST:
         return []

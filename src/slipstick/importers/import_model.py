@@ -97,7 +97,7 @@ def import_model(
     return model
 
 
-def _files(files: Any) -> tuple[Path, ...]:
+def _files(files: object) -> tuple[Path, ...]:
     expected = "a file, or a list of files"
     if isinstance(files, str | PathLike):
         return (path_of("files", files, expected),)
@@ -107,7 +107,7 @@ def _files(files: Any) -> tuple[Path, ...]:
     return tuple(path for path in paths if path is not None)
 
 
-def scale_factors(scale: Any) -> dict[str, float]:
+def scale_factors(scale: object) -> dict[str, float]:
     """Factors by dimension, each > 0."""
     known = ("length", "mass", "force", "time")
     factors = table("scale", scale, 'factors such as {"length": 25.4e-3}')
@@ -122,7 +122,7 @@ def scale_factors(scale: Any) -> dict[str, float]:
     return factors
 
 
-def _names(names: Any) -> dict[str, str]:
+def _names(names: object) -> dict[str, str]:
     named = table("names", names, 'names of matrices such as {"K": "KGG"}')
     return {key: text(f"names, {shown(key)}", value) for key, value in named.items()}
 

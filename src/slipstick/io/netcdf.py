@@ -180,11 +180,11 @@ def _attributes(node: h5py.Dataset) -> dict[str, Any]:
     return {name: _plain(value) for name, value in attributes(node, _INTERNAL).items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if isinstance(value, bytes):
         return _text(value)
     return value.item() if isinstance(value, np.ndarray) and value.shape == (1,) else value
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -99,7 +99,7 @@ def _left_out(reason: str) -> Group:
     return Group(variables={}, attributes={WITHOUT: reason})
 
 
-def _plain(value: Any, where: str, arrays: dict[str, StoredVariable]) -> Any:
+def _plain(value: object, where: str, arrays: dict[str, StoredVariable]) -> Any:
     """A value as JSON; arrays go to ``arrays``, under the names of the arguments that lead to them."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -153,7 +153,7 @@ def read_problem(path: Path, table: ResultTable) -> tuple[Problem | None, str]:
     return problem, ""
 
 
-def _made(plain: Any, arrays: Mapping[str, AnyArray]) -> Any:
+def _made(plain: object, arrays: Mapping[str, AnyArray]) -> Any:
     """What JSON of ``_plain`` stands for; raises KeyError, TypeError or ValueError where it is none."""
     if isinstance(plain, list):
         return [_made(item, arrays) for item in plain]
@@ -180,7 +180,7 @@ def _sparse(data: AnyArray, indices: AnyArray, indptr: AnyArray) -> Any:
     return matrix
 
 
-def misfit(problem: Any, table: ResultTable) -> str:
+def misfit(problem: object, table: ResultTable) -> str:
     """Why the numbers cannot be those of a problem, or nothing."""
     if not isinstance(problem, Problem):
         raise InputError("problem: expected an ss.Problem")

@@ -85,7 +85,7 @@ class BladeModel:
             object.__setattr__(self, name, value)
 
 
-def _places(name: str, value: Any) -> int | tuple[tuple[float, ...], ...]:
+def _places(name: str, value: object) -> int | tuple[tuple[float, ...], ...]:
     """How many contacts, or their positions."""
     expected = "how many, or positions (n, 3)"
     places = count_or_numbers(name, value, expected)
@@ -96,7 +96,7 @@ def _places(name: str, value: Any) -> int | tuple[tuple[float, ...], ...]:
     return tuple(tuple(position) for position in places.tolist())
 
 
-def _check_tools(loss_factor: Any, cache: Any, listener: Any, solver: Any) -> None:
+def _check_tools(loss_factor: object, cache: object, listener: object, solver: object) -> None:
     gathering = Gathering()
     gathering.take(number, "loss_factor", loss_factor, "a number >= 0", above=0.0)
     gathering.take(tools, solver, cache, listener)

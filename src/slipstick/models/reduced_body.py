@@ -240,13 +240,13 @@ class _Wanted:
     up_to: float | None
 
 
-def _surface_table(gathering: Gathering, surface: Any) -> str | Surface | Mapping[str, Any] | None:
+def _surface_table(gathering: Gathering, surface: object) -> str | Surface | Mapping[str, Any] | None:
     if surface is None or isinstance(surface, str | Surface):
         return surface
     return gathering.take(table, "surface", surface, 'the name of a surface, or {"direction": (0, 1, 0)}')
 
 
-def _pressures(gathering: Gathering, pressure: Any) -> dict[str, str]:
+def _pressures(gathering: Gathering, pressure: object) -> dict[str, str]:
     """Surfaces by load shape."""
     pressure = {"pressure": pressure} if isinstance(pressure, str) else pressure
     shapes = gathering.optional(table, "pressure", pressure, "a surface, or surfaces by load shape") or {}
@@ -255,14 +255,14 @@ def _pressures(gathering: Gathering, pressure: Any) -> dict[str, str]:
     return shapes
 
 
-def _films(gathering: Gathering, films: Any) -> dict[str, float]:
+def _films(gathering: Gathering, films: object) -> dict[str, float]:
     coefficients = gathering.optional(table, "films", films, "convection coefficients by surface") or {}
     for name, film in coefficients.items():
         gathering.take(number, ("films", name), film, "a convection coefficient >= 0", above=0.0)
     return coefficients
 
 
-def _axes(axes: Any) -> tuple[str, ...]:
+def _axes(axes: object) -> tuple[str, ...]:
     """Directions of a support's motion, each once."""
     directions = names("base", axes, 'a direction "x", "y" or "z", or a list of them')
     for axis in directions:

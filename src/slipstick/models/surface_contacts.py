@@ -94,7 +94,9 @@ def surface_contacts(
     ]
 
 
-def _checked(body: Any, name: Any, contact: Any, normal: Any, shared: Any, rubbing: Any, axis: Any) -> Axis | None:
+def _checked(
+    body: object, name: object, contact: object, normal: object, shared: object, rubbing: object, axis: object
+) -> Axis | None:
     """The axis, if there is one; InputError with everything that is of another kind."""
     gathering = Gathering()
     gathering.take(one, "body", body, ReducedBody, "what ss.reduced_body or ss.reduced_blade returns")

@@ -153,7 +153,7 @@ def _residuals(dataset: ResultTable) -> list[list[str]]:
     return rows
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return f"{float(value):.6g}" if isinstance(value, float | np.floating) else str(value)
 
 

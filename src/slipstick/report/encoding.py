@@ -59,14 +59,14 @@ def fixed(coefficients: ArrayLike, width: int, step: ArrayLike = 0.0) -> dict[st
     return {"zero": zero, "scale": packed(scale, "f8"), "rest": _packed(kept, f"i{width}", rest.shape)}
 
 
-def gathered(content: Any) -> tuple[Any, str]:
+def gathered(content: object) -> tuple[Any, str]:
     """Content with all its bytes in one place, deflated, in base64; each is replaced by its place there."""
     parts: list[bytes] = []
     plain = _without_bytes(content, parts, [0])
     return plain, base64.b64encode(zlib.compress(b"".join(parts))).decode("ascii")
 
 
-def _without_bytes(content: Any, parts: list[bytes], end: list[int]) -> Any:
+def _without_bytes(content: object, parts: list[bytes], end: list[int]) -> Any:
     if isinstance(content, bytes):
         start = end[0]
         parts.append(content)
@@ -79,7 +79,7 @@ def _without_bytes(content: Any, parts: list[bytes], end: list[int]) -> Any:
     return content
 
 
-def safe_json(content: Any) -> str:
+def safe_json(content: object) -> str:
     r"""JSON that may stand in a page: it holds no character that could end a script element, or begin markup.
 
     >>> safe_json("</script>")

@@ -210,7 +210,7 @@ def _script(names: tuple[str, ...]) -> str:
     return f'"use strict";\n(() => {{\n{source}\n}})();'
 
 
-def page(title: str, content: Any) -> str:
+def page(title: str, content: object) -> str:
     """The whole page.
 
     Its policy forbids every request, and every script and style but the very ones it was written with.
@@ -219,12 +219,12 @@ def page(title: str, content: Any) -> str:
     return _filled("page.html", title, content, style(), {"library": library, "script": script})
 
 
-def study_page(title: str, content: Any) -> str:
+def study_page(title: str, content: object) -> str:
     """The whole page of a study, under the same policy."""
     return _filled("study.html", title, content, style(STUDY_STYLES), {"script": _script(STUDY_SCRIPTS)})
 
 
-def _filled(template: str, title: str, content: Any, look: str, parts: dict[str, str]) -> str:
+def _filled(template: str, title: str, content: object, look: str, parts: dict[str, str]) -> str:
     plain, numbers = gathered(content)
     slots = {
         "title": escape(title),

@@ -77,7 +77,7 @@ class StudyPlan:
 
 
 def make_plan(
-    problem: Problem, parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0
+    problem: Problem, parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
 ) -> StudyPlan:
     """The cases of a study.
 
@@ -101,7 +101,9 @@ def make_plan(
     return replace(plan, warnings=tuple(said))
 
 
-def study_faults(parameters: Any, *, method: Any = "grid", samples: Any = None, seed: Any = 0) -> list[Fault]:
+def study_faults(
+    parameters: object, *, method: object = "grid", samples: object = None, seed: object = 0
+) -> list[Fault]:
     """What is wrong with a study whose problem is not known."""
     gathering = Gathering()
     _asked(gathering, None, parameters, method, samples, seed)
@@ -189,7 +191,7 @@ def _uneven(method: str, count: int) -> tuple[str, ...]:
     return (f"study: {count} Sobol samples do not fill the ranges evenly; a power of two does, such as {near}",)
 
 
-def _method(value: Any) -> str:
+def _method(value: object) -> str:
     where = (*STUDY, "method")
     method = text(where, value, f"one of {', '.join(METHODS)}")
     if method not in METHODS:

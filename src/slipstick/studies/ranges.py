@@ -23,7 +23,7 @@ _VALUES = "a list of numbers such as [0, 1, 10], or a range such as { from = 1, 
 _BOX = "the two ends of a range such as [0.1, 0.4], or { from = 0.1, to = 0.4 }, to be sampled"
 
 
-def parameter_values(where: Where, value: Any) -> Array:
+def parameter_values(where: Where, value: object) -> Array:
     """Values (n,) of a grid or a list, n >= 1.
 
     >>> parameter_values(("mu",), {"from": 1, "to": 100, "count": 3, "spacing": "log"})
@@ -45,7 +45,7 @@ def parameter_values(where: Where, value: Any) -> Array:
     return values
 
 
-def sampled_range(where: Where, value: Any) -> tuple[float, float, str]:
+def sampled_range(where: Where, value: object) -> tuple[float, float, str]:
     """Lower and upper end and spacing of a range that is sampled.
 
     >>> sampled_range(("mu",), [0.1, 0.4])
