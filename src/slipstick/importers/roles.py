@@ -9,12 +9,12 @@ from pathlib import Path
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.materials import Material
-from slipstick.importers.mesh_files import MESH_SUFFIXES
+from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
 
 MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
 MODELS = (".h5", ".hdf5")
-BULK = (".bdf", ".nas", ".dat", ".blk", ".pch")
+BULK = (*BULK_SUFFIXES, ".pch")
 
 
 _UNREAD = {
