@@ -264,7 +264,7 @@ def stopped(folder: Path, name: str) -> None:
     add = StudyFolder.add
 
     def interrupted(self: StudyFolder, solved: object) -> None:
-        if self.found:
+        if self.cases:
             raise KeyboardInterrupt
         add(self, solved)  # type: ignore[arg-type]
 

@@ -7,7 +7,7 @@ from helpers.faults import raises_fault
 from helpers.figures import branch, title
 
 from slipstick.errors import InputError
-from slipstick.plots.places import branch_of, point_number, point_titled
+from slipstick.plots.points import branch_of, point_number, point_titled
 from slipstick.plots.style import styled
 
 

@@ -14,9 +14,9 @@ from helpers.oscillator import damper, one_mass
 from helpers.reports import branch
 
 import slipstick as ss
-from slipstick.report.assembly import part
 from slipstick.report.content import content_of
 from slipstick.report.encoding import gathered
+from slipstick.report.writing import part
 from slipstick.results.deflection import deflection_of
 
 node = shutil.which("node")

@@ -12,7 +12,7 @@ from helpers.oscillator import damper, one_mass
 from helpers.reports import branch
 
 import slipstick as ss
-from slipstick.report import assembly
+from slipstick.report import writing
 from slipstick.report.writing import labelled, write_report
 
 
@@ -108,7 +108,7 @@ def test_labels_are_told_apart(made: ss.Branch) -> None:
 
 
 def test_every_file_of_the_page_is_used() -> None:
-    folder = Path(assembly.__file__).parent / "page"
+    folder = Path(writing.__file__).parent / "page"
     own = {path.name for path in folder.iterdir() if path.is_file()}
-    used = {*assembly.STYLES, *assembly.SCRIPTS, *assembly.STUDY_STYLES, *assembly.STUDY_SCRIPTS}
+    used = {*writing.STYLES, *writing.SCRIPTS, *writing.STUDY_STYLES, *writing.STUDY_SCRIPTS}
     assert own == {name for name in used if "/" not in name} | {"page.html", "study.html"}

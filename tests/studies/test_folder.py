@@ -40,8 +40,8 @@ def test_cases_survive_their_process(tmp_path: Path, solved: list[CaseSolved]) -
     again = opened(tmp_path / "out")
     assert again.todo() == [2]
     assert again.todo(missing=True) == [0, 2]
-    assert again.found[1].curve.tobytes() == solved[1].curve.tobytes()
-    assert (again.found[1].message, again.found[0].message) == (solved[1].message, "it broke")
+    assert again.cases[1].curve.tobytes() == solved[1].curve.tobytes()
+    assert (again.cases[1].message, again.cases[0].message) == (solved[1].message, "it broke")
     again.add(solved[0])
     again.add(solved[2])
     data = again.write()
@@ -155,7 +155,7 @@ def test_of_two_answers_to_one_case_the_complete_one_counts(
         share.add(given[which])
         share.add(CaseSolved.failed(2, f"by {index}"))
         share.release()
-    found = opened_after(opened(tmp_path)).found
+    found = opened_after(opened(tmp_path)).cases
     assert found[0].outcome.ok
     assert found[0].curve.tobytes() == solved[0].curve.tobytes()
     assert found[2].message == "by 1"
@@ -167,7 +167,7 @@ def test_a_case_that_was_made_anew_stands_beside_the_one_that_failed(tmp_path: P
     place.add(solved[1])
     assert place.todo(missing=True) == [0, 2]
     assert len(read_journal(tmp_path / "study.journal").rows) == 2
-    assert opened_after(place).found[1].outcome.ok
+    assert opened_after(place).cases[1].outcome.ok
     share = opened(tmp_path, share=Share(index=1, of=2))
     assert share.todo() == []
     share.release()

@@ -1,4 +1,4 @@
-"""What the user asks of an import, and which file is what: by option, by suffix, by the words in the name."""
+"""Options of an import, and the role of each file: by option, by suffix, by the words in its name."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 
 from slipstick.errors import Fault, InputError
 from slipstick.fem.materials import Material
-from slipstick.importers.mesh_files import MESH_SUFFIXES
+from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
 
 MATRICES = (".full", ".matrix", ".hb", ".rsa", ".rua", ".op4", ".pch", ".sti", ".mtx", ".npz")
 _MAPS = (".mapping", ".map", ".dof", ".dofs", ".txt", ".csv")
 MODELS = (".h5", ".hdf5")
-BULK = (".bdf", ".nas", ".dat", ".blk", ".pch")
+BULK = (*BULK_SUFFIXES, ".pch")
 
 
 _UNREAD = {
@@ -41,7 +41,7 @@ class ImportOptions:
     constraints
         Number of the Nastran SPC set in force.
     material
-        Material for a mesh, instead of the file's own.
+        Material for a mesh, instead of those in the file.
     conductivity
         Of every material, power/(length temperature), where the files have none.
     fixed
@@ -52,7 +52,7 @@ class ImportOptions:
         Those of the numbers in the files, such as "N, mm, t, s"; kept with the model.
     scale
         New number over old number in the files, ``{"length": 25.4e-3}``: length, mass, force, time. Force and time stay
-        where they are not given, mass follows. ``material`` and ``conductivity`` hold after scaling.
+        where they are left out, mass follows. ``material`` and ``conductivity`` hold after scaling.
     to
         Units to come to from ``units``, "SI" or "N, mm, t, s", instead of ``scale``.
     """
@@ -73,7 +73,7 @@ class ImportOptions:
 
     @property
     def converts(self) -> bool:
-        """Whether the numbers of the files come into other units."""
+        """Whether the numbers of the files are converted to other units."""
         return self.scale is not None or self.to is not None
 
 
@@ -87,7 +87,7 @@ class Roles:
 
 
 def roles_of(paths: list[Path], options: ImportOptions) -> Roles:
-    """Files by role: told by the options, else by suffix and by the words in the name."""
+    """Files by role: by the options, else by suffix and by the words in the name."""
     matrices: dict[str, Path] = {}
     dof_map, nodes = options.dof_map, options.nodes
     told = {"M": options.mass, "C": options.damping}
@@ -176,9 +176,13 @@ def refuse_unused(paths: Sequence[Path], roles: Roles, options: ImportOptions) -
 
 def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
     """Options of matrices, given with a mesh or a model file."""
-    given: dict[str, object] = {"dof_map": options.dof_map, "nodes": options.nodes, "names": options.names or None}
+    of_matrices: dict[str, object] = {
+        "dof_map": options.dof_map,
+        "nodes": options.nodes,
+        "names": options.names or None,
+    }
     if path.suffix.lower() not in BULK:
-        given["constraints"] = options.constraints
-    for key, value in given.items():
+        of_matrices["constraints"] = options.constraints
+    for key, value in of_matrices.items():
         if value is not None:
             yield Fault(key, f"has no effect on {path.name}, which is no matrix", remedy="leave it out")

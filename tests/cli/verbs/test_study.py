@@ -74,7 +74,7 @@ def test_an_interrupted_study_keeps_its_cases_and_goes_on(
     add, out = StudyFolder.add, case.parent / "out"
 
     def stop(self: StudyFolder, solved: solving.CaseSolved) -> None:
-        if len(self.found) == 2:
+        if len(self.cases) == 2:
             raise error
         add(self, solved)
 

@@ -143,8 +143,7 @@ def _ended(place: FolderOfRun, options: RunOptions) -> int | None:
 def _go_on(place: FolderOfRun, options: RunOptions) -> int:
     from slipstick.analysis.curve.resume import Checkpoint, resumable
     from slipstick.case.case import Case
-    from slipstick.io.journal import journal_of
-    from slipstick.io.notes import unpacked
+    from slipstick.io.journal import journal_of, unpacked
 
     journal = journal_of(place.results)
     recorded = _recorded(journal)

@@ -281,7 +281,9 @@ class Run:
         from slipstick.report.writing import write_report
 
         try:
-            write_report(Branch.from_dataset(self._data, self.case.problem()), self.folder.work / REPORT)
+            branch = Branch.from_dataset(self._data, self.case.problem())
+            branch.balance = self.case.balance  # made once for a run
+            write_report(branch, self.folder.work / REPORT)
         except InputError as error:
             complain(f"warning: {error}")
         except Exception as error:

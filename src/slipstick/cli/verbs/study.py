@@ -202,14 +202,14 @@ class Study:
                 for solved in found:
                     place.add(solved)
                     shown.case(failed=not solved.outcome.ok)
-                    if until is not None and time.monotonic() > until and len(place.found) < len(place.plan):
+                    if until is not None and time.monotonic() > until and len(place.cases) < len(place.plan):
                         return Outcome.TIME_LIMIT
         except KeyboardInterrupt:
             return Outcome.INTERRUPTED
         return None
 
     def _share_summary(self, place: StudyFolder, stop: Outcome | None, failure: str) -> int:
-        own = {case: solved for case, solved in place.found.items() if case in place.share}
+        own = {case: solved for case, solved in place.cases.items() if case in place.share}
         left = sum(case in place.share for case in range(len(place.plan))) - len(own)
         say(f"share {place.share.index} of {place.share.of}: {len(own)} cases computed, {left} left")
         say(f"when every share is done: slipstick resume {self.folder}")
@@ -223,7 +223,7 @@ class Study:
 
         if self.options.figures and not failure:
             failure = self._draw(data)
-        if self.options.report and place.found:
+        if self.options.report and place.cases:
             self._report()
         for line in _largest(data):
             self.options.tell(line)
@@ -231,12 +231,12 @@ class Study:
         for sentence in warned[:1]:
             more = f" (and {len(warned) - 1} like it in other cases)" if len(warned) > 1 else ""
             complain(f"warning: {sentence}{more}")
-        _tell_failed(list(place.found.values()))
+        _tell_failed(list(place.cases.values()))
         say(stop.text if stop is not None else str(data.attrs["outcome_text"]))
         say(f"results in {self.folder}/: {STUDY_FILE}, {CURVES_FILE}")
         if failure:
             complain(f"error: {failure}")
-        left = len(place.plan) - len(place.found)
+        left = len(place.plan) - len(place.cases)
         if left:
             say(f"go on with: slipstick resume {self.folder}")
         complete = place.complete and not failure
@@ -296,8 +296,8 @@ def _largest(data: xarray.Dataset) -> Iterator[str]:
 
 def _answer(place: StudyFolder, data: xarray.Dataset, stop: Outcome | None, folder: Path) -> dict[str, Any]:
     outcome = stop.name if stop is not None else str(data.attrs["outcome"])
-    failed = sum(not solved.outcome.ok for solved in place.found.values())
-    counts = {"cases": len(place.plan), "computed": len(place.found), "failed": failed}
+    failed = sum(not solved.outcome.ok for solved in place.cases.values())
+    counts = {"cases": len(place.plan), "computed": len(place.cases), "failed": failed}
     return {"outcome": outcome, **counts, **files_in(folder)}
 
 

@@ -98,7 +98,7 @@ def show_verification(only: str | None, answer: Answer, markdown: Path | None = 
 
 def _write(rows: Sequence[Row], path: Path) -> None:
     from slipstick import __version__
-    from slipstick.verify.page import table_page
+    from slipstick.verify.table import table_page
 
     try:
         path.write_text(table_page(rows, __version__), encoding="utf-8")
