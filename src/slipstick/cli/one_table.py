@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipstick.cli.output import REPORT, OutputFolder
 from slipstick.cli.terminal.answers import Answer, files_in
-from slipstick.cli.terminal.guard import DONE, STOPPED, complain, say
-from slipstick.cli.terminal.prepare import prepare_kernel
+from slipstick.cli.terminal.guard import DONE, STOPPED, complain, prepare_kernel, say, warn_user
 from slipstick.errors import InputError, SlipstickWarning
+from slipstick.runs.folder import REPORT, OutputFolder
 from slipstick.units import after_number
 
 if TYPE_CHECKING:
@@ -52,7 +51,7 @@ def written(case: Case, branch: Branch, folder: OutputFolder, answer: Answer, *,
     """Save what was found, say how it ended; the exit code."""
     branch.table.attrs.update(case.names)
     for sentence in branch.warnings:
-        complain(f"warning: {sentence}")
+        warn_user(sentence)
     answer |= {"outcome": branch.outcome.name, "message": branch.message, "points": len(branch)}
     say(branch.message)
     if len(branch):

@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from queue import SimpleQueue
@@ -206,7 +206,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 def solutions(
     job: Job, plan: StudyPlan, todo: Sequence[int], *, workers: int | None = None, client: Any = None, tell: Any = str
-) -> Iterator[CaseSolved]:
+) -> Generator[CaseSolved, None, None]:
     """Every case of ``todo`` as it is finished.
 
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are

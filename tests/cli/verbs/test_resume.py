@@ -17,10 +17,10 @@ from typer.testing import CliRunner, Result
 
 import slipstick as ss
 from slipstick.cli.main import app
-from slipstick.cli.run_options import UNFINISHED
 from slipstick.errors import TimeIsUp
 from slipstick.io.loading import load_dataset
 from slipstick.io.store import ResultStore
+from slipstick.runs.run import UNFINISHED
 
 CASE = """
 format = 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.terminal.guard import complain, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import Fault, InputError
 
@@ -139,7 +139,7 @@ def import_files(request: ImportRequest) -> None:
     for line in notes:
         say(line)
     for warning in model.warnings:
-        complain(f"warning: {warning}")
+        warn_user(warning)
     kinds = 'kind = "fe"' if model.mesh is not None else 'kind = "matrices" or "fe"'
     say(f'wrote {request.output}: name it in a case as [structure] {kinds}, file = "{request.output.name}"')
     if request.units is None and "units: not stated" in " ".join(notes):

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slipstick.cli.options import results_files
-from slipstick.cli.output import REPORT, RESULTS, results_in
 from slipstick.cli.terminal.answers import Answer
-from slipstick.cli.terminal.guard import complain, say
+from slipstick.cli.terminal.guard import complain, say, warn_user
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
+from slipstick.runs.folder import REPORT, results_of
 
 if TYPE_CHECKING:
     from slipstick.branch import Branch
@@ -66,12 +66,11 @@ def report_results(
     """
     from slipstick.io.loading import load
     from slipstick.report.writing import write_report
-    from slipstick.studies.folder import STUDY_FILE
 
-    paths = [results_in(path, RESULTS, STUDY_FILE) for path in paths]
+    paths = [results_of(path) for path in paths]
     twice = sorted({str(path) for path in paths if paths.count(path) > 1})
     for name in twice:
-        complain(f"warning: {name}: is given twice, and drawn twice")
+        warn_user(f"{name}: is given twice, and drawn twice")
     if output is not None and output.suffix.lower() not in _PAGES and not output.exists():
         raise InputError(f"-o {output}: found '{output.suffix}'; a report is a page for a browser, such as report.html")
     if case is not None:
@@ -108,7 +107,7 @@ def _case_of(path: Path, number: int) -> Branch:
     """One case of a study, computed again with all that a report shows."""
     from slipstick.case.case import Case
     from slipstick.cli.one_table import quietly
-    from slipstick.cli.terminal.prepare import prepare_kernel
+    from slipstick.cli.terminal.guard import prepare_kernel
     from slipstick.io.loading import load_dataset
 
     told = load_dataset(path).attrs
