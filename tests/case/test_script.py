@@ -14,7 +14,7 @@ import scipy.sparse
 import slipstick as ss
 from slipstick.case.load import LoadTable
 from slipstick.case.script import python_script
-from slipstick.case.script_text import GivenText, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, literal, quantity_text
 from slipstick.cli.examples import examples
 from slipstick.errors import InputError
 from slipstick.fem.box import box
@@ -217,7 +217,7 @@ def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
 
 
 def test_a_key_without_a_counterpart_is_told() -> None:
-    given = GivenText({"dof": "x", "cos": 1.0}, LoadTable)
+    given = KeysToWrite({"dof": "x", "cos": 1.0}, LoadTable)
     given.take("dof")
     with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
         given.end("[[load]]")

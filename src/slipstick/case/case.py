@@ -99,22 +99,22 @@ class _Builder:
 
     def __init__(self, sections: Sections, described: Described, folder: Path) -> None:
         self._sections, self._described = sections, described
-        found = Gathering()
+        gathering = Gathering()
         made = [build_load(row) for row in sections.loads]
         self.loads: Sequence[Load] = [load for load, _ in made if load is not None]
-        found.faults += [fault for _, faults in made for fault in faults]
+        gathering.faults += [fault for _, faults in made for fault in faults]
         reduced = described.body.reduced if described.body is not None else None
         known = described.body is not None or described.made
         self.placed, faults = build_contacts(sections.contacts, sections.thermal, reduced, known)
-        found.faults += [*faults, *table_faults(sections, described, self.placed)]
+        gathering.faults += [*faults, *table_faults(sections, described, self.placed)]
         on_surface = any(isinstance(row.table, SurfaceContactTable) for row in sections.contacts)
         named = [*(c.name for c in self.placed), *(row.table.name for row in sections.contacts if row.right("name"))]
         unnamed = (on_surface and not known) or not all(row.right("name") for row in sections.contacts)
-        found.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
+        gathering.faults += heating_faults(self.placed, sections.thermal, None if unnamed else [*dict.fromkeys(named)])
         self._points = reduced.points if reduced is not None else None
-        self._influence = None if unnamed else found.take(self._read_influence, folder)
-        found.faults += parameter_faults(sections, self.loads, self.placed, described)
-        self.faults = found.faults
+        self._influence = None if unnamed else gathering.take(self._read_influence, folder)
+        gathering.faults += parameter_faults(sections, self.loads, self.placed, described)
+        self.faults = gathering.faults
 
     def _read_influence(self, folder: Path) -> Any:
         top = self._sections.thermal
@@ -164,8 +164,8 @@ class _Builder:
         if body is None or body.force or response is None:
             return []
         count = body.reduced.modes_below if body.reduced is not None else None
-        found = reduction_faults(problem, frequencies_met(response.table), count)
-        return [fault.inside("structure") for fault in found]
+        gathering = reduction_faults(problem, frequencies_met(response.table), count)
+        return [fault.inside("structure") for fault in gathering]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,10 +223,10 @@ class Case:
             swept = reading.response.parameter is not None
             faults = list(request_faults(reading.problem, further, swept=swept))
         if reading is None or faults:
-            found = Gathering()
+            gathering = Gathering()
             if section is not None:
-                found.take(check_study, section)
-            raise InputError([*faults, *found.faults], in_case)
+                gathering.take(check_study, section)
+            raise InputError([*faults, *gathering.faults], in_case)
         try:
             plan = None if section is None else study_plan(section, reading.problem)
         except InputError as error:
@@ -326,8 +326,8 @@ class Case:
         """Continuation options given in ``[response]``, over the defaults."""
         from slipstick.analysis.curve.response import response_options
 
-        given = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
-        return response_options(**given)
+        options = {name: value for name in STEP_KEYS if (value := getattr(self.response, name)) is not None}
+        return response_options(**options)
 
     def warnings(self) -> list[str]:
         """What can be computed but is suspicious, one sentence each."""
@@ -335,12 +335,12 @@ class Case:
 
         static = self.balance.receptance.static
         if self.parameter is not None:
-            found = parameter_warnings(
+            sentences = parameter_warnings(
                 self.problem(), self.parameter, self.span, self.omega[0], static, steady=self._steady
             )
         else:
-            found = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
-        return [*self.noticed, *found]
+            sentences = problem_warnings(self.problem(), self.omega, static, steady=self._steady)
+        return [*self.noticed, *sentences]
 
     @property
     def _steady(self) -> bool:
@@ -352,10 +352,10 @@ class Case:
         from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
         asked = self.response
-        given = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
+        arguments = (self.requested, asked.peaks_of, self.options(), tuple(listeners), None, asked.judged)
         if self.parameter is None:
-            return frequency_request(self.problem(), self.span, *given)
-        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *given)
+            return frequency_request(self.problem(), self.span, *arguments)
+        return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
     def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""

@@ -145,7 +145,7 @@ def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]
 
 def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> list[Fault]:
     """Faults of one block; ``heated``: whether ``[thermal]`` holds it, if known."""
-    own, faults = row.table.thermal, []
+    thermal, faults = row.table.thermal, []
     tables = [name for name in OVER_TEMPERATURE if isinstance(row.get(name), dict)]
     wrong = {place[1:2] for place in row.wrong if place[:1] == ("thermal",)}
     background = (
@@ -154,19 +154,19 @@ def _heat_faults(row: ReadTable, top: ReadTable | None, heated: bool | None) -> 
         or () in wrong
     )
     background = background or (top is not None and not top.right("background"))
-    resistance = (own is not None and own.resistance is not None) or ("resistance",) in wrong
+    resistance = (thermal is not None and thermal.resistance is not None) or ("resistance",) in wrong
     shared = top is not None and top.get("influence") != OF_STRUCTURE
-    if own is not None and own.resistance is not None and heated and shared:
+    if thermal is not None and thermal.resistance is not None and heated and shared:
         remedy = "keep one"
         faults.append(
             Fault(("thermal", "resistance"), "is given, and [thermal] influence holds this contact", remedy=remedy)
         )
-    if (own is not None or heated) and not background:
+    if (thermal is not None or heated) and not background:
         faults.append(Fault(("thermal", "background"), IS_MISSING, remedy=_TEMPERATURE))
-    if own is not None and not resistance and heated is False:
+    if thermal is not None and not resistance and heated is False:
         remedy = "give temperature per power, or [thermal] influence"
         faults.append(Fault(("thermal", "resistance"), IS_MISSING, remedy=remedy))
-    if tables and own is None and not wrong and heated is False:
+    if tables and thermal is None and not wrong and heated is False:
         cold = "is a table over temperature, but the temperature of the contact is not given"
         remedy = "give [contact.thermal] with background and resistance, or [thermal] with influence"
         faults.append(Fault(tables[0], cold, remedy=remedy))
@@ -196,15 +196,15 @@ def parameter_faults(
         target = parameter_target(known, name)
     except InputError as error:
         return [fault.inside("response", "parameter") for fault in error.faults]
-    found: list[Fault] = []
+    faults: list[Fault] = []
     for key, field in (("from", "start"), ("to", "stop")):
         end: Any = sections.response.get(key, field)
         try:
             if end is not None:
                 changed(known, target, name, float(end))
         except InputError as error:
-            found += [replace(fault, where=("response", key)) for fault in error.faults]
-    return found
+            faults += [replace(fault, where=("response", key)) for fault in error.faults]
+    return faults
 
 
 def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, placed: Sequence[CaseContact]) -> bool:

@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator
 
 from slipstick.case.response import ResponseTable, frequencies_met
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import GivenText, call, here, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
 from slipstick.case.table import Frequency, NotNegative, Positive, Table, is_number, is_whole, toml, unexpected, vector
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 MOST_CONTACTS = 1000
 """Each keeps three dofs, of which the reduction is a full matrix."""
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
-NEEDED = ("young", "poisson", "density")
-"""What a material has at least."""
 
 
 def _surface(value: Any) -> Any:
@@ -91,17 +89,17 @@ class MaterialTable(Table):
 
 def material_of(table: MaterialTable) -> Material:
     """The material of a table that must be complete."""
-    from slipstick.fem.materials import Material
+    from slipstick.fem.materials import REQUIRED, Material
 
-    given = {name: value for name, value in table.model_dump().items() if value is not None}
+    constants = {name: value for name, value in table.model_dump().items() if value is not None}
     missing = [
         Fault(("material", name), IS_MISSING, remedy="a material needs young, poisson and density")
-        for name in NEEDED
-        if name not in given
+        for name in REQUIRED
+        if name not in constants
     ]
     if missing:
         raise InputError(missing)
-    return Material(**given)
+    return Material(**constants)
 
 
 def material_text(known: Mapping[str, Any]) -> str:
@@ -195,13 +193,13 @@ def _fe(table: FeTable, folder: Path, tell: Tell) -> Body:
     if table.surface is not None:
         tell(f"structure: contacts on the surface{', influence matrix' if table.films or table.cold else ''} ...")
     tell(f"structure: reducing {model.n_dofs} dofs, or reading it from {CACHE} ...")
-    given = {} if table.contacts is None else {"contacts": table.contacts}
+    contacts = {} if table.contacts is None else {"contacts": table.contacts}
     return reduced(
         tell,
         lambda hear: reduced_body(
             model,
             surface=table.surface,
-            **given,
+            **contacts,
             radius=table.radius,
             pressure=table.pressure,
             base=table.base,
@@ -230,6 +228,7 @@ def _path(name: str, folder: Path) -> Path:
 
 def _imported(table: FeTable, path: Path) -> ImportedModel:
     """A model made by the import, or a mesh assembled here."""
+    from slipstick.fem.materials import REQUIRED
     from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
     from slipstick.importers.read_model import read_model
     from slipstick.importers.roles import ImportOptions
@@ -243,7 +242,7 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
         Fault(
             ("material", name), f"{path.name} holds matrices with a material already", remedy="give conductivity alone"
         )
-        for name in NEEDED
+        for name in REQUIRED
         if table.material is not None and getattr(table.material, name) is not None
     ]
     if table.quadratic:
@@ -255,23 +254,23 @@ def _imported(table: FeTable, path: Path) -> ImportedModel:
     return read_model(path, ImportOptions(fixed=table.fixed, conductivity=conductivity), quiet=True)
 
 
-def _fe_script(given: GivenText, _folder: Path) -> list[str]:
+def _fe_script(keys: KeysToWrite, _folder: Path) -> list[str]:
     arguments: dict[str, str] = {}
-    material = given.take("material")
+    material = keys.take("material")
     if material is not None:
         known = {name: value for name, value in material.model_dump().items() if value is not None}
         complete = "young" in known
         arguments = {"material": material_text(known)} if complete else {n: literal(v) for n, v in known.items()}
-    arguments |= given.rest("fixed", "quadratic")
-    up_to = given.take("up_to")
-    reduction = given.rest(
+    arguments |= keys.rest("fixed", "quadratic")
+    up_to = keys.take("up_to")
+    reduction = keys.rest(
         "surface", "contacts", "radius", "pressure", "base", "films", "cold", "keep", "modes", "accuracy",
         "loss_factor", "damping_ratio", "force",
     )  # fmt: skip
     if up_to is not None:
-        reduction["up_to"] = quantity_text(given.raw["up_to"])
-    at_speed = rotation_script(given)
-    model = f"model = {call('ss.import_model', here(given.take('file')), **arguments)}"
+        reduction["up_to"] = quantity_text(keys.raw["up_to"])
+    at_speed = rotation_script(keys)
+    model = f"model = {call('ss.import_model', here(keys.take('file')), **arguments)}"
     body = call("ss.reduced_body", "model", **reduction, cache=here(CACHE))
     return [model, *at_speed, f"body = {body}", "structure = body.structure"]
 

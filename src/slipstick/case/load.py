@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, PlainValidator
 
 from slipstick.balance.loads import place_faults, way_faults
-from slipstick.case.script_text import GivenText, call, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, quantity_text
 from slipstick.case.table import Harmonic, Table, cosines
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
@@ -76,10 +76,10 @@ def build_load(row: ReadTable) -> tuple[Load | None, list[Fault]]:
 
 def load_script(raw: Mapping[str, Any], number: int) -> str:
     """The same load as Python writes it."""
-    given = GivenText(raw, LoadTable)
-    phase = given.take("phase")
-    arguments = given.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
+    keys = KeysToWrite(raw, LoadTable)
+    phase = keys.take("phase")
+    arguments = keys.rest("dof", "shape", "base", "motion", "harmonic", "cos", "sin", "amplitude")
     if phase is not None:
         arguments["phase"] = quantity_text(raw["phase"])
-    given.end(f"[[load]] number {number}")
+    keys.end(f"[[load]] number {number}")
     return call("ss.Load", **arguments)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, PlainValidator
 
-from slipstick.case.script_text import GivenText, call, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, call, literal, quantity_text
 from slipstick.case.table import Frequency, Table, is_number, positive_frequency, toml, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.quantities import frequency_unit, ratio_of_periods
@@ -82,16 +82,16 @@ def _step_faults(raw: Mapping[str, Any]) -> list[Fault]:
     from slipstick.analysis.curve.request import response_options
 
     usual = response_options()
-    given = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) and 0 < v < float("inf") for v in given.values()):
+    steps = {name: raw.get(name, getattr(usual, name)) for name in ("first_step", "max_step", "min_step")}
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) and 0 < v < float("inf") for v in steps.values()):
         return []
-    if given["min_step"] > given["max_step"]:
+    if steps["min_step"] > steps["max_step"]:
         name, limit = ("min_step", "at most max_step") if "min_step" in raw else ("max_step", "at least min_step")
-        other = given["max_step"] if "min_step" in raw else given["min_step"]
-        return [Fault(name, found=f"{given[name]:g}", expected=f"{limit}, {other:g}")]
-    if {"first_step", "max_step"} <= set(raw) and given["first_step"] > given["max_step"]:
-        limit = f"at most max_step, {given['max_step']:g}"
-        return [Fault("first_step", found=f"{given['first_step']:g}", expected=limit)]
+        other = steps["max_step"] if "min_step" in raw else steps["min_step"]
+        return [Fault(name, found=f"{steps[name]:g}", expected=f"{limit}, {other:g}")]
+    if {"first_step", "max_step"} <= set(raw) and steps["first_step"] > steps["max_step"]:
+        limit = f"at most max_step, {steps['max_step']:g}"
+        return [Fault("first_step", found=f"{steps['first_step']:g}", expected=limit)]
     return []
 
 
@@ -183,10 +183,10 @@ def _at_faults(number: int, value: Any, ends: tuple[Any, Any], swept: bool) -> l
     start, stop = (_value(end, swept) for end in ends)
     if wrong or start is None or stop is None:
         return wrong
-    found, (low, high) = swept_value(value, swept), sorted((start, stop))
+    point, (low, high) = swept_value(value, swept), sorted((start, stop))
     unit = "" if swept else " rad/s"
-    outside = f"{found:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
-    return [] if low <= found <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
+    outside = f"{point:g}{unit} lies outside the range {low:g} to {high:g}{unit}"
+    return [] if low <= point <= high else [Fault(("at", number), outside, remedy="widen the range or leave it out")]
 
 
 def _range_faults(raw: Mapping[str, Any], swept: bool) -> list[Fault]:
@@ -208,24 +208,24 @@ def written_frequencies(response: Mapping[str, Any]) -> Iterator[tuple[Where, An
 
 def display_unit(response: Mapping[str, Any], units: Units) -> str:
     """The unit the range of a case is written in, else rad/time."""
-    found = (frequency_unit(value) for _, value in written_frequencies(response))
-    return next((unit for unit in found if unit is not None), units.angular)
+    written = (frequency_unit(value) for _, value in written_frequencies(response))
+    return next((unit for unit in written if unit is not None), units.angular)
 
 
 def response_script(raw: Mapping[str, Any]) -> str:
     """The call that follows the same."""
-    given = GivenText(raw, ResponseTable)
-    given.take("period_ratio")
+    keys = KeysToWrite(raw, ResponseTable)
+    keys.take("period_ratio")
     ends = [quantity_text(raw[key]) for key in ("from", "to")]
-    parameter, at = given.take("parameter"), given.take("at")
+    parameter, at = keys.take("parameter"), keys.take("at")
     for key in ("start", "stop", "omega"):
-        given.take(key)
+        keys.take(key)
     more = {"requested": _requested(at, ends)} if at else {}
-    more |= given.rest("peaks_of", "stability", "follow")
-    options = given.rest(*STEP_KEYS)
+    more |= keys.rest("peaks_of", "stability", "follow")
+    options = keys.rest(*STEP_KEYS)
     if options:
         more["options"] = "{" + ", ".join(f'"{name}": {value}' for name, value in options.items()) + "}"
-    given.end("[response]")
+    keys.end("[response]")
     span = f"({', '.join(ends)})"
     if parameter is None:
         return call("ss.forced_response", "problem()", omega=span, **more)

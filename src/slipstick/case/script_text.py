@@ -16,13 +16,13 @@ _WIDTH = 100
 _CONSTANT = {"rad/s": "", "rad": "", "Hz": "HZ", "kHz": "KHZ", "rpm": "RPM", "deg": "DEG", "°": "DEG"}
 
 
-class GivenText:
+class KeysToWrite:
     """The keys that a table of a case file gives, taken one by one; what is left over cannot be written."""
 
     def __init__(self, raw: Mapping[str, Any], model: type[Table]) -> None:
         self.raw = raw
         self.table: Any = model.model_validate(raw)
-        self.values = self.table.given
+        self.values = self.table.stated
 
     def take(self, name: str) -> Any:
         """A value, or None."""

@@ -128,14 +128,14 @@ def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
     elsewhere = {"study", *REQUESTS}  # read by themselves, before
     remedies = {key: key_suggestion(key, absent, () if close[key] else elsewhere) for key in unknown}
     faults = [Fault(key, UNKNOWN_KEY, remedy=remedy) for key, remedy in remedies.items()]
-    row, own = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
-    own += [
+    row, top_faults = read_table(TopTable, {key: raw[key] for key in keys if key in raw}, ())
+    top_faults += [
         Fault(name, IS_MISSING, remedy=remedy)
         for name, remedy in _MISSING.items()
         if not raw.get(name, name not in raw and [])
     ]
     meant = {word for words in close.values() for word in words}
-    return row, faults + [f for f in own if not (f.statement == IS_MISSING and f.where[0] in meant)]
+    return row, faults + [f for f in top_faults if not (f.statement == IS_MISSING and f.where[0] in meant)]
 
 
 class _Reader:
@@ -154,18 +154,18 @@ class _Reader:
         return None
 
     def many(self, section: str, model: Callable[[Mapping[str, Any]], type[Table]]) -> tuple[ReadTable, ...]:
-        given = self._raw.get(section, [])
-        tables = isinstance(given, list) and all(isinstance(table, Mapping) for table in given)
-        if not tables or len(given) > MOST_TABLES:
+        tables = self._raw.get(section, [])
+        right = isinstance(tables, list) and all(isinstance(table, Mapping) for table in tables)
+        if not right or len(tables) > MOST_TABLES:
             double = f"tables that begin with [[{section}]] (double brackets)"
-            expected = f"at most {MOST_TABLES}" if tables else double
-            found = "a table" if isinstance(given, Mapping) else toml(given)
-            self._faults.append(Fault(section, found=found, expected=expected))
+            expected = f"at most {MOST_TABLES}" if right else double
+            shown = "a table" if isinstance(tables, Mapping) else toml(tables)
+            self._faults.append(Fault(section, found=shown, expected=expected))
             return ()
-        names = Counter(table.get("name") for table in given if isinstance(table.get("name"), str))
+        names = Counter(table.get("name") for table in tables if isinstance(table.get("name"), str))
         return tuple(
             self._row(model(table), table, _place(section, i, table.get("name"), names))
-            for i, table in enumerate(given)
+            for i, table in enumerate(tables)
         )
 
     def _row(self, model: type[Table], table: Mapping[str, Any], where: Where) -> ReadTable:
@@ -189,37 +189,37 @@ def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
 
 def read_structure(raw: Any, folder: Path, tell: Tell = silent) -> tuple[Described, list[Fault]]:
     """What ``[structure]`` describes, and the faults found in it; ``tell`` hears of stages that take time."""
-    found = Gathering()
-    described = found.take(_described, raw, folder, tell, found)
-    return described or Described(), [fault.inside("structure") for fault in found.faults]
+    gathering = Gathering()
+    described = gathering.take(_described, raw, folder, tell, gathering)
+    return described or Described(), [fault.inside("structure") for fault in gathering.faults]
 
 
-def _described(raw: Any, folder: Path, tell: Tell, found: Gathering) -> Described:
+def _described(raw: Any, folder: Path, tell: Tell, gathering: Gathering) -> Described:
     if not isinstance(raw, Mapping):
         raise InputError(Fault(found=toml(raw), expected="one table [structure]"))
-    chosen, given = structure_kind(raw), raw.get("kind")
+    chosen, kind = structure_kind(raw), raw.get("kind")
     kinds = ", ".join(f'"{kind}"' for kind in STRUCTURES)
-    if given is None:
+    if kind is None:
         raise InputError(Fault("kind", IS_MISSING, remedy=f"give one of {kinds}"))
     if chosen is None:
-        guess = suggestion(given, STRUCTURES)
+        guess = suggestion(kind, STRUCTURES)
         known = f"this version knows {kinds}"
-        raise InputError(Fault("kind", known, found=toml(given), remedy=guess if guess.startswith("did") else ""))
+        raise InputError(Fault("kind", known, found=toml(kind), remedy=guess if guess.startswith("did") else ""))
     row, faults = read_table(chosen.table, raw, ())
-    found.faults += faults
-    return chosen.build(row, folder, tell, found)
+    gathering.faults += faults
+    return chosen.build(row, folder, tell, gathering)
 
 
 def take_requests(raw: dict[str, Any]) -> tuple[dict[str, RequestTable], list[Fault]]:
     """Take the tables of :data:`REQUESTS` out of a case; what is right of them, and every fault within one."""
-    found: dict[str, RequestTable] = {}
+    requests: dict[str, RequestTable] = {}
     faults: list[Fault] = []
     for name, model in REQUESTS.items():
-        given = raw.pop(name, None)
-        if isinstance(given, Mapping):
-            row, wrong = read_table(model, given, (name,))
-            found[name] = row.table
+        table = raw.pop(name, None)
+        if isinstance(table, Mapping):
+            row, wrong = read_table(model, table, (name,))
+            requests[name] = row.table
             faults += wrong
-        elif given is not None:
-            faults.append(Fault(name, found=toml(given), expected=f"one table [{name}]"))
-    return found, faults
+        elif table is not None:
+            faults.append(Fault(name, found=toml(table), expected=f"one table [{name}]"))
+    return requests, faults

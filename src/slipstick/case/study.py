@@ -20,16 +20,16 @@ def study_plan(section: Any, problem: Problem) -> StudyPlan:
     """The cases that ``[study]`` asks for; raises InputError with all faults in it."""
     from slipstick.studies.plan import make_plan
 
-    given, options = _read(section)
-    return make_plan(problem, given, **options)
+    values, options = _read(section)
+    return make_plan(problem, values, **options)
 
 
 def check_study(section: Any) -> None:
     """InputError with the faults of ``[study]`` that show without a problem."""
     from slipstick.studies.plan import study_faults
 
-    given, options = _read(section)
-    if faults := study_faults(given, **options):
+    values, options = _read(section)
+    if faults := study_faults(values, **options):
         raise InputError(faults)
 
 

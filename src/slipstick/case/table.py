@@ -56,7 +56,7 @@ class Table(BaseModel):
         return []
 
     @property
-    def given(self) -> dict[str, Any]:
+    def stated(self) -> dict[str, Any]:
         """The keys that the file gives, by the names of their fields and in the order of these."""
         return {name: getattr(self, name) for name in type(self).model_fields if name in self.model_fields_set}
 

@@ -91,15 +91,15 @@ def cold_value(value: float | dict[str, Any], background: float | None) -> float
 
 def background_of(contact: ContactTable, top: ThermalTable | None) -> float | None:
     """The background temperature of a contact: its own, else the common one."""
-    own = contact.thermal.background if contact.thermal is not None else None
-    return own if own is not None else (top.background if top is not None else None)
+    local = contact.thermal.background if contact.thermal is not None else None
+    return local if local is not None else (top.background if top is not None else None)
 
 
 def _tables_of(contact: ContactTable) -> tuple[dict[str, Any], dict[str, str]]:
     """The rows of the parameters that a contact gives over temperature, and how each is interpolated."""
-    given = {name: value for name in OVER_TEMPERATURE if isinstance(value := getattr(contact, name), dict)}
-    kinds = {name: str(value.get("interpolation", "pchip")) for name, value in given.items()}
-    return {name: value["table"] for name, value in given.items()}, kinds
+    tables = {name: value for name in OVER_TEMPERATURE if isinstance(value := getattr(contact, name), dict)}
+    kinds = {name: str(value.get("interpolation", "pchip")) for name, value in tables.items()}
+    return {name: value["table"] for name, value in tables.items()}, kinds
 
 
 def _own_resistance(contact: ContactTable) -> float:
@@ -114,8 +114,8 @@ def heated_names(contacts: Sequence[CaseContact], top: ReadTable | None) -> list
         return None
     if top.table.contacts is not None:
         return list(top.table.contacts)
-    own = top.get("influence") == OF_STRUCTURE
-    return [c.name for c in contacts if not own or c.point is not None]
+    on_surface = top.get("influence") == OF_STRUCTURE
+    return [c.name for c in contacts if not on_surface or c.point is not None]
 
 
 def shared_influence(
@@ -133,8 +133,8 @@ def shared_influence(
     order = heated_names(contacts, top) or []
     if top.table.influence == OF_STRUCTURE:
         return order, _own_influence(contacts, order, points)
-    given = top.table.influence
-    matrix = _read(given, folder) if isinstance(given, str) else np.array(given, dtype=float)
+    influence = top.table.influence
+    matrix = _read(influence, folder) if isinstance(influence, str) else np.array(influence, dtype=float)
     if matrix.shape != (len(order), len(order)):
         raise InputError(
             Fault(
@@ -261,9 +261,9 @@ def _curve_text(table: ContactTable) -> str | None:
 
 def _background_text(tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
     """One number, or one for each contact; those without any take the first."""
-    own = [background_of(table, top) for table in tables]
-    common = next(value for value in own if value is not None)
-    filled = [common if value is None else value for value in own]
+    backgrounds = [background_of(table, top) for table in tables]
+    common = next(value for value in backgrounds if value is not None)
+    filled = [common if value is None else value for value in backgrounds]
     if len(set(filled)) == 1:
         return literal(filled[0])
     items = [_by_name(table, literal(value), variables) for table, value in zip(tables, filled, strict=True)]
@@ -311,9 +311,9 @@ def _conducted_text(
     blocks = [table for table in tables if table.name in variables]
     single = {t.name: alone[t.name] for t in tables if t not in blocks and t.name in alone}
     if len(blocks) == 1 and top.contacts is None and blocks[0].points == "all":
-        own = alone.get(blocks[0].name, 0.0)
+        resistance = alone.get(blocks[0].name, 0.0)
         names = "" if len(tables) == 1 else f"[pair.name for pair in {variables[blocks[0].name]}]"
-        return call("body.points.resistance", **({"own": literal(own)} if own else {})), names, single
+        return call("body.points.resistance", **({"own": literal(resistance)} if resistance else {})), names, single
     chosen = [f"[(p.name, {literal(alone.get(t.name, 0.0))}) for p in {variables[t.name]}]" for t in blocks]
     lines.append(f"own = dict({' + '.join(chosen)})")
     if top.contacts is not None:

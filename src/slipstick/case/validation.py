@@ -50,8 +50,8 @@ class ReadTable:
 
 def read_table(model: type[Table], raw: Mapping[str, Any], where: Where) -> tuple[ReadTable, list[Fault]]:
     """A table with what is right in it, and all faults with their whole path."""
-    own, meant = _model_faults(model, raw)
-    faults = list(dict.fromkeys([*own, *model.cross_check(_as_meant(raw, meant))]))
+    faults_of_keys, meant = _model_faults(model, raw)
+    faults = list(dict.fromkeys([*faults_of_keys, *model.cross_check(_as_meant(raw, meant))]))
     wrong = {fault.where for fault in faults} | set(meant.values())
     kept: dict[str, Any] = deepcopy(dict(raw))
     for place in wrong:
@@ -101,14 +101,14 @@ def _model_faults(model: type[BaseModel], raw: Mapping[str, Any]) -> tuple[list[
         model.model_validate(raw)
         return [], {}
     except ValidationError as error:
-        found = error.errors(include_url=False)
+        errors = error.errors(include_url=False)
     meant: dict[Where, Where] = {}
-    for where in (tuple(one["loc"]) for one in found if one["type"] == "extra_forbidden"):
-        given = _at(raw, where[:-1])
-        absent = [key for key in _keys(_owner(model, where)) if key not in given]
+    for where in (tuple(one["loc"]) for one in errors if one["type"] == "extra_forbidden"):
+        used = _at(raw, where[:-1])
+        absent = [key for key in _keys(_owner(model, where)) if key not in used]
         for key in close_key(where[-1], absent):
             meant[where] = (*where[:-1], key)
-    faults = [fault for one in found for fault in _faults(model, one, raw)]
+    faults = [fault for one in errors for fault in _faults(model, one, raw)]
     return [f for f in faults if not (f.statement == IS_MISSING and f.where in meant.values())], meant
 
 
@@ -116,20 +116,20 @@ def _faults(model: type[BaseModel], one: Any, raw: Mapping[str, Any]) -> list[Fa
     """Faults for one finding of pydantic."""
     where, kind = tuple(one["loc"]), one["type"]
     if kind == "extra_forbidden":
-        keys, given = _keys(_owner(model, where)), _at(raw, where[:-1])
-        remedy = _elsewhere(_owner(model, where), where[-1]) or key_suggestion(where[-1], keys, given)
+        keys, used = _keys(_owner(model, where)), _at(raw, where[:-1])
+        remedy = _elsewhere(_owner(model, where), where[-1]) or key_suggestion(where[-1], keys, used)
         return [Fault(where, UNKNOWN_KEY, remedy=remedy)]
     if kind == "missing":
         return [Fault(where, IS_MISSING, remedy=f"give {_description(model, where)}")]
-    where, found = _existing(where, raw), toml(one["input"])
+    where, shown = _existing(where, raw), toml(one["input"])
     error = one.get("ctx", {}).get("error")
     if isinstance(error, InputError):
-        told = [fault if fault.found or fault.statement else replace(fault, found=found) for fault in error.faults]
+        told = [fault if fault.found or fault.statement else replace(fault, found=shown) for fault in error.faults]
         return [fault.inside(*where) for fault in told]
     return [Fault(where, found=toml(_at(raw, where)), expected=_description(model, where))]
 
 
-def key_suggestion(name: object, keys: Iterable[str], given: Iterable[str]) -> str:
+def key_suggestion(name: object, keys: Iterable[str], used: Iterable[str]) -> str:
     """The key that an unknown one was meant to be, among those that are not ``given``, else all of these.
 
     >>> key_suggestion("Stiffness", ["mass", "stiffness", "dofs"], ["mass"])
@@ -137,7 +137,7 @@ def key_suggestion(name: object, keys: Iterable[str], given: Iterable[str]) -> s
     >>> key_suggestion("nodes", ["mass", "stiffness"], ["mass"]), key_suggestion("nodes", ["mass"], ["mass"])
     ('keys not used yet: stiffness', 'leave it out, every key there is has been given')
     """
-    absent = [key for key in keys if key not in set(given)]
+    absent = [key for key in keys if key not in set(used)]
     if close := close_key(name, absent):
         return f"did you mean '{close[0]}'?"
     if not absent:

@@ -34,10 +34,10 @@ def folder() -> Path:
     """Where the examples lie: with the installed package, or in the source tree it is run from."""
     package = Path(slipstick.__file__).parent
     places = (package / "examples", package.parent.parent / "examples")
-    found = next((place for place in places if place.is_dir()), None)
-    if found is None:
+    place = next((place for place in places if place.is_dir()), None)
+    if place is None:
         raise InputError(f"{places[0]}: the examples are missing from this installation; install slipstick again")
-    return found
+    return place
 
 
 def examples() -> dict[str, Example]:
@@ -87,8 +87,8 @@ def _beside(path: Path, known: set[Path]) -> set[Path]:
         if isinstance(node, ast.Import | ast.ImportFrom):
             modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
             names |= {f"{module}.py" for module in modules}
-    found = {path.parent / name for name in names if "\0" not in name and len(name) < 100 and "\n" not in name}
-    for new in {file for file in found if file.is_file()} - known:
+    files = {path.parent / name for name in names if "\0" not in name and len(name) < 100 and "\n" not in name}
+    for new in {file for file in files if file.is_file()} - known:
         known.add(new)
         if new.suffix == ".py":
             _beside(new, known)

@@ -274,8 +274,8 @@ def dragged(problem: Problem, omega: tuple[float, float]) -> Iterator[str]:
             direction = pair.direction(pair.contact.surface_ports.get("tangential", ""), k) or {}
             ways = _towards(direction, sign), _towards(direction, -sign)
             alike.setdefault((how, turns, held), []).append((name, *ways))
-    for (how, turns, held), found in alike.items():
-        yield _dragged(how, turns, held, *zip(*found, strict=True))
+    for (how, turns, held), contacts in alike.items():
+        yield _dragged(how, turns, held, *zip(*contacts, strict=True))
 
 
 def _dragged(how: str, turns: bool, held: bool, names: Sequence[str], ahead: Sequence[str], back: Sequence[str]) -> str:
@@ -304,15 +304,15 @@ def _linear_limits(case: Case, problem: Problem) -> list[Answer]:
     """Highest point of the linear response without contacts and with all of them stuck."""
     from slipstick.analysis.curve.linear import linear_references
 
-    found = []
+    limits = []
     for label, limit in linear_references(case.balance, case.omega):
         grid, amplitudes = (limit.table[name].to_numpy() for name in ("omega", "amplitude"))
         for dof, values in zip(problem.outputs or (), amplitudes.T[:3], strict=False):
             at = int(values.argmax())
             size = f"{values[at]:.4g}{problem.units.after('length')}"
             say(f"linear response, {label}: largest amplitude of {dof} {size} near {case.frequency_text(grid[at])}")
-            found.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
-    return found
+            limits.append({"state": label, "dof": dof, "amplitude": values[at], "omega": grid[at]})
+    return limits
 
 
 def _cosines(cosines: Mapping[str, float] | None) -> str:

@@ -145,13 +145,13 @@ def labels(paths: Sequence[Path]) -> list[str]:
     (['v0', 'v10'], ['v0'])
     """
     whole = [path.resolve() for path in paths]
-    for found in (
+    for names in (
         [p.stem for p in whole],
         [p.parent.name for p in whole],
         [f"{p.parent.name}/{p.stem}" for p in whole],
     ):
-        if len(set(found)) == len(found):
-            return found
+        if len(set(names)) == len(names):
+            return names
     return (
         [str(path) for path in paths] if len(set(paths)) == len(paths) else [f"{i} {p}" for i, p in enumerate(paths, 1)]
     )
