@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -24,6 +24,7 @@ from slipstick.case.sections import Sections, in_case, read_sections, read_struc
 from slipstick.case.source import parse, read_text
 from slipstick.case.structure import Body, Described, Tell, silent
 from slipstick.case.study import check_study, study_plan
+from slipstick.case.table import RawTable
 from slipstick.case.thermal import OF_STRUCTURE, shared_influence, thermal_model
 from slipstick.case.top import UnitsTable
 from slipstick.errors import Fault, InputError
@@ -32,6 +33,8 @@ from slipstick.faults import path as path_of
 
 if TYPE_CHECKING:
     from slipstick.analysis.curve.follow import CurveRequest
+    from slipstick.analysis.curve.request import ResponseOptions
+    from slipstick.analysis.events import EventFunction
     from slipstick.balance.loads import Load
     from slipstick.balance.ports import Balance
     from slipstick.balance.problem import Problem
@@ -39,6 +42,7 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
     from slipstick.studies.plan import StudyPlan
     from slipstick.studies.solving import Job
+    from slipstick.typing import Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +58,7 @@ class Reading:
     """What is suspicious in the text itself."""
 
 
-def read_case(raw: Mapping[str, Any], folder: Path, tell: Tell = silent) -> Reading:
+def read_case(raw: RawTable, folder: Path, tell: Tell = silent) -> Reading:
     """The objects a case describes; files it names lie in ``folder``, ``tell`` hears of stages that take time.
 
     Raises
@@ -116,7 +120,7 @@ class _Builder:
         gathering.faults += parameter_faults(sections, self.loads, self.placed, described)
         self.faults = gathering.faults
 
-    def _read_influence(self, folder: Path) -> Any:
+    def _read_influence(self, folder: Path) -> tuple[list[str], Array] | None:
         top = self._sections.thermal
         if top is None or not top.right("influence", "contacts"):
             return None
@@ -322,7 +326,7 @@ class Case:
         """The frequencies met, rad/s: a range, or twice the fixed one."""
         return frequencies_met(self.response)
 
-    def options(self) -> Any:
+    def options(self) -> ResponseOptions:
         """Continuation options given in ``[response]``, over the defaults."""
         from slipstick.analysis.curve.response import response_options
 
@@ -347,7 +351,7 @@ class Case:
         """Whether steady sliding is of interest by itself."""
         return "cycles" in self.further or (self.parameter is not None and bool(self.response.judged))
 
-    def curve(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> CurveRequest:
+    def curve(self, *, listeners: Iterable[EventFunction] = ()) -> CurveRequest:
         """What ``[response]`` asks for, to be followed."""
         from slipstick.analysis.curve.follow import frequency_request, parameter_request
 
@@ -357,7 +361,7 @@ class Case:
             return frequency_request(self.problem(), self.span, *arguments)
         return parameter_request(self.problem(), self.parameter, self.span, self.omega[0], *arguments)
 
-    def run(self, *, listeners: Iterable[Callable[[Any], None]] = ()) -> Branch:
+    def run(self, *, listeners: Iterable[EventFunction] = ()) -> Branch:
         """Follow what ``[response]`` asks for."""
         branch = self.curve(listeners=listeners).branch()
         branch.subharmonics = self.subharmonics(branch)
@@ -365,7 +369,7 @@ class Case:
         branch.table.attrs.update({**self.names, "warnings": "\n".join(said)})
         return branch
 
-    def subharmonics(self, branch: Branch, *, listeners: Iterable[Callable[[Any], None]] = ()) -> tuple[Branch, ...]:
+    def subharmonics(self, branch: Branch, *, listeners: Iterable[EventFunction] = ()) -> tuple[Branch, ...]:
         """Branches of twice the period from those points of a branch of this case, where they are asked for."""
         from slipstick.analysis.stability.subharmonics import subharmonics_of
 

@@ -21,7 +21,7 @@ from slipstick.case.rotor import (
     rotor_motion,
 )
 from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
-from slipstick.case.table import Cosines, NotNegative, Periodic, Table, is_whole, unexpected, vector
+from slipstick.case.table import Cosines, NotNegative, Periodic, RawTable, Table, is_whole, unexpected, vector
 from slipstick.case.thermal import ContactThermalTable, NumberOrTable, ThermalTable, background_of, cold_value
 from slipstick.case.validation import ReadTable
 from slipstick.errors import IS_MISSING, Fault, InputError, Where
@@ -67,7 +67,7 @@ class ContactTable(Table):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load is said in one way."""
         faults = []
         if "gap" in raw and "normal_load" in raw:
@@ -92,7 +92,7 @@ class StopTable(ContactTable):
     mu: NumberOrTable = Field(default=0.0, description="0: there is no friction")
 
 
-def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
+def _moves_along_normal(contact: RawTable) -> bool:
     """Whether a contact, or its opposing surface, is said to move along the normal."""
     rubbing = contact.get("rubbing")
     across = ("normal_cos", "normal_sin")
@@ -101,13 +101,13 @@ def _moves_along_normal(contact: Mapping[str, Any]) -> bool:
     return "normal" in contact or along_casing or (isinstance(rubbing, Mapping) and any(rubbing.get(k) for k in across))
 
 
-def _points(value: Any) -> Any:
+def _points(value: object) -> Any:
     if value == "all" or (isinstance(value, list) and value and all(is_whole(p) and p >= 1 for p in value)):
         return value
     raise unexpected('"all", or a list of contact points such as [1, 3], counted from 1')
 
 
-def _from_surface(value: Any) -> str:
+def _from_surface(value: object) -> str:
     if value not in ("surface", *WORDS):
         raise unexpected(
             '"surface": contacts on a surface take their normals from it; or with an axis "radial", "axial"'
@@ -115,7 +115,7 @@ def _from_surface(value: Any) -> str:
     return str(value)
 
 
-def _along(value: Any) -> Any:
+def _along(value: object) -> Any:
     """A vector, or a word."""
     if isinstance(value, str) and value in WORDS:
         return value
@@ -145,7 +145,7 @@ class SurfaceContactTable(ContactTable):
     )
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The normal load and the direction are said in one way."""
         faults = rotor_faults(raw)
         if "tangential" in raw:
@@ -162,7 +162,7 @@ class SurfaceContactTable(ContactTable):
         return faults + super().cross_check(raw)
 
 
-def contact_table(raw: Mapping[str, Any]) -> type[ContactTable]:
+def contact_table(raw: RawTable) -> type[ContactTable]:
     """Which table a ``[[contact]]`` block is."""
     on_surface = "points" in raw or (
         "tangential" not in raw and {"direction", "normal_load_total", "axis", "rotor"} & set(raw)
@@ -309,7 +309,7 @@ def in_block(fault: Fault, placed: Sequence[CaseContact]) -> Fault:
     """A fault of a contact on a surface at the block that the contact comes from."""
     if fault.where[:1] != ("contact",):
         return fault
-    rows: dict[Any, Where] = {c.name: c.row.where for c in placed}
+    rows: dict[str | int, Where] = {c.name: c.row.where for c in placed}
     return replace(fault, where=(*rows.get(fault.where[1], fault.where[:2]), *fault.where[2:]))
 
 
@@ -327,7 +327,7 @@ class ContactScript:
     blocks: dict[str, str]
 
 
-def contacts_script(rows: Sequence[Mapping[str, Any]], thermal: ThermalTable | None) -> ContactScript:
+def contacts_script(rows: Sequence[RawTable], thermal: ThermalTable | None) -> ContactScript:
     """All contacts as Python writes them; equal laws are one."""
     laws: dict[str, str] = {}
     variables: dict[str, str] = {}

@@ -11,10 +11,10 @@ from slipstick.case.requests import RequestTable
 from slipstick.case.response import written_frequencies
 from slipstick.case.sections import Sections, place
 from slipstick.case.structure import Described
-from slipstick.case.table import toml
+from slipstick.case.table import RawTable, toml
 from slipstick.case.thermal import OF_STRUCTURE, OVER_TEMPERATURE, background_of, heated_names
 from slipstick.case.validation import ReadTable
-from slipstick.errors import IS_MISSING, Fault, InputError
+from slipstick.errors import IS_MISSING, Fault, InputError, Where
 from slipstick.faults import suggestion
 from slipstick.quantities import frequency_unit, unit_of_time_fault
 from slipstick.units import Units
@@ -137,7 +137,7 @@ def heating_faults(contacts: Sequence[CaseContact], top: ReadTable | None, named
 
 
 def _by_row(contacts: Sequence[CaseContact]) -> list[tuple[ReadTable, list[str]]]:
-    rows: dict[Any, tuple[ReadTable, list[str]]] = {}
+    rows: dict[Where, tuple[ReadTable, list[str]]] = {}
     for contact in contacts:
         rows.setdefault(contact.row.where, (contact.row, []))[1].append(contact.name)
     return list(rows.values())
@@ -215,7 +215,7 @@ def _may_be_of_what_is_wrong(name: str, sections: Sections, known: _Named, place
     return bool(missing) if "." in name else known.structure is None and name not in ("load", "friction")
 
 
-def unit_faults(raw: Mapping[str, Any], units: Units) -> Iterator[Fault]:
+def unit_faults(raw: RawTable, units: Units) -> Iterator[Fault]:
     """Frequencies in Hz, rpm or rad/s where the unit of time is no second; units other than SI beside the blade."""
     response, structure = (raw[key] if isinstance(raw.get(key), Mapping) else {} for key in ("response", "structure"))
     written = [*written_frequencies(response), (("structure", "up_to"), structure.get("up_to"))]

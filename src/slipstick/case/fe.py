@@ -14,7 +14,18 @@ from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotat
 from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Body, Tell, reduced, reducing_kind, reduction_folder
-from slipstick.case.table import Frequency, NotNegative, Positive, Table, is_number, is_whole, toml, unexpected, vector
+from slipstick.case.table import (
+    Frequency,
+    NotNegative,
+    Positive,
+    RawTable,
+    Table,
+    is_number,
+    is_whole,
+    toml,
+    unexpected,
+    vector,
+)
 from slipstick.errors import IS_MISSING, Fault, InputError
 
 if TYPE_CHECKING:
@@ -26,7 +37,7 @@ MOST_CONTACTS = 1000
 _DIRECTION = 'the name of a surface such as "TIP", or { direction = [0, 1, 0] } with angle and depth'
 
 
-def _surface(value: Any) -> Any:
+def _surface(value: object) -> Any:
     """A name, or ``{ direction, angle, depth }``."""
     if isinstance(value, str) and value:
         return value
@@ -52,7 +63,7 @@ def _contacts(value: Any) -> Any:
     raise unexpected("a number of contacts such as 8, a list of node numbers, or a list of positions [x, y, z]")
 
 
-def _shapes(value: Any) -> dict[str, str]:
+def _shapes(value: object) -> dict[str, str]:
     """``"SURFACE"`` or ``{ name = "SURFACE" }``."""
     if isinstance(value, str) and value:
         return {"pressure": value}
@@ -61,7 +72,7 @@ def _shapes(value: Any) -> dict[str, str]:
     return value
 
 
-def _films(value: Any) -> dict[str, float]:
+def _films(value: object) -> dict[str, float]:
     if not (isinstance(value, dict) and value and all(is_number(h) and h >= 0 for h in value.values())):
         raise unexpected("a table of surface = coefficient >= 0, such as { boundary = 200.0 }")
     return {name: float(h) for name, h in value.items()}
@@ -119,7 +130,7 @@ class ReductionTable(Table):
     force: bool = Field(default=False, description="true or false: take a reduction that is too coarse")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The number of modes is said in one way."""
         if "modes" in raw and "up_to" in raw and "accuracy" not in raw:
             return [Fault("modes", "is given together with up_to", remedy="keep one")]
@@ -158,7 +169,7 @@ class FeTable(ReductionTable):
     damping_ratio: float = Field(default=0.0, description="a number, the ratio to critical damping")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Something is kept; the number of modes is said in one way."""
         faults = [*super().cross_check(raw), *rotation_faults(raw)]
         if "surface" not in raw and not raw.get("keep"):
@@ -286,7 +297,7 @@ _STEPS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 """A range moved a little has the same reduction, which need not be made again."""
 
 
-def reaching(raw: Mapping[str, Any]) -> Any:
+def reaching(raw: RawTable) -> Any:
     """The ``[structure]`` of a case; one to be reduced says ``up_to`` where it leaves the number of modes open.
 
     That is the end of ``[response]`` with the harmonics that matter, rounded up. Nothing is added beside faults, which

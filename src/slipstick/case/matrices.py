@@ -14,7 +14,7 @@ from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotat
 from slipstick.case.script_text import KeysToWrite, call, file_code, here, literal
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
-from slipstick.case.table import MatrixGiven, NotNegative, Table
+from slipstick.case.table import MatrixGiven, NotNegative, RawTable, Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering
@@ -39,7 +39,7 @@ class MatricesTable(Table):
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """Dofs or count, not both."""
         if "dofs" in raw and "count" in raw:
             return [Fault("count", "is given together with dofs", remedy="keep one of them")]
@@ -111,7 +111,7 @@ def _renamed(fault: Fault) -> Fault:
     return replace(fault, where=(*(_KEYS.get(str(name), name) for name in fault.where[:1]), *fault.where[1:]))
 
 
-def _matrix(value: Any, folder: Path) -> Any:
+def _matrix(value: object, folder: Path) -> Any:
     import numpy as np
 
     from slipstick.importers.plain.matrix_file import read_matrix
@@ -145,7 +145,7 @@ class ModelTable(Table):
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
 
     @classmethod
-    def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
+    def cross_check(cls, raw: RawTable) -> list[Fault]:
         """The rotation is said in one way."""
         return rotation_faults(raw)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator
 from slipstick.case.script_text import KeysToWrite, call, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import CACHE, Tell, reduction_folder
-from slipstick.case.table import Frequency, Harmonic, Periodic, Table, Vector, is_number, unexpected
+from slipstick.case.table import Frequency, Harmonic, Periodic, RawTable, Table, Vector, is_number, unexpected
 from slipstick.errors import IS_MISSING, Fault, InputError
 from slipstick.faults import Gathering
 from slipstick.quantities import harmonic_orders, read_frequency
@@ -26,13 +26,13 @@ WORDS = ("radial", "circumferential", "axial")
 ROTATION = 'a table such as { speed = "3000 rpm", axis = { point = [0, 0, 0], direction = [0, 0, 1] } }'
 
 
-def _place(value: Any) -> tuple[float, ...]:
+def _place(value: object) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == 3 and all(map(is_number, value))):
         raise unexpected("three numbers such as [0, 0, 0]")
     return tuple(map(float, value))
 
 
-def _profile(value: Any) -> Any:
+def _profile(value: object) -> Any:
     """Rows of angle and height, or a table of series."""
     if isinstance(value, dict):
         return SeriesTable.model_validate(value)
@@ -83,7 +83,7 @@ class RotorTable(Table):
     )
 
 
-def rotor_faults(raw: Mapping[str, Any]) -> list[Fault]:
+def rotor_faults(raw: RawTable) -> list[Fault]:
     """What does not go together in a block of contacts."""
     words = [key for key in ("direction", "normal") if raw.get(key) in WORDS]
     needing = [key for key in (*words, "rotor") if key in raw]
@@ -156,7 +156,7 @@ class RotationTable(Table):
     )
 
 
-def rotation_faults(raw: Mapping[str, Any]) -> list[Fault]:
+def rotation_faults(raw: RawTable) -> list[Fault]:
     """Either the axis is given, or matrices that hold it."""
     rotation = raw.get("rotation")
     if not isinstance(rotation, dict):

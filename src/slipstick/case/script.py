@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from slipstick.case.contact import contact_table, contacts_script
 from slipstick.case.fe import reaching
@@ -17,6 +15,7 @@ from slipstick.case.response import ResponseTable, response_script
 from slipstick.case.script_text import KeysToWrite, call, listed_text, literal
 from slipstick.case.sections import CASE_SECTIONS, REQUESTS, structure_kind
 from slipstick.case.source import parse
+from slipstick.case.table import RawTable
 from slipstick.case.thermal import ThermalTable, thermal_script
 from slipstick.case.top import TopTable
 
@@ -88,7 +87,7 @@ def _head(body: str) -> str:
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
-def _problem(raw: Mapping[str, Any], folder: Path) -> str:
+def _problem(raw: RawTable, folder: Path) -> str:
     """The lines that make the problem, table by table."""
     thermal = ThermalTable.model_validate(raw["thermal"]) if "thermal" in raw else None
     contacts = contacts_script(raw["contact"], thermal)
@@ -114,7 +113,7 @@ def _problem(raw: Mapping[str, Any], folder: Path) -> str:
     return "\n".join([*lines, f"return {call('ss.Problem', 'structure', **arguments)}"])
 
 
-def _structure(raw: Mapping[str, Any], folder: Path) -> list[str]:
+def _structure(raw: RawTable, folder: Path) -> list[str]:
     table = reaching(raw)
     kind = structure_kind(table)
     assert kind is not None

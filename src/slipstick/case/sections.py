@@ -21,7 +21,7 @@ from slipstick.case.output import OutputTable
 from slipstick.case.requests import CyclesTable, ModesTable, OptimalTable, RequestTable, TrackTable
 from slipstick.case.response import ResponseTable
 from slipstick.case.structure import Described, StructureKind, Tell, silent
-from slipstick.case.table import Table, toml
+from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.thermal import ThermalTable
 from slipstick.case.top import TopTable
 from slipstick.case.validation import ReadTable, close_key, key_suggestion, read_table
@@ -104,7 +104,7 @@ class Sections:
         return next((row.table.period_ratio for row in rows if row.table.period_ratio), (1, 1))
 
 
-def read_sections(raw: Mapping[str, Any]) -> tuple[Sections, list[Fault]]:
+def read_sections(raw: RawTable) -> tuple[Sections, list[Fault]]:
     """All sections but ``[structure]``, and what is wrong with each of them alone."""
     top, faults = _top(raw)
     reader = _Reader(raw, faults)
@@ -119,7 +119,7 @@ def read_sections(raw: Mapping[str, Any]) -> tuple[Sections, list[Fault]]:
     return sections, faults
 
 
-def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
+def _top(raw: RawTable) -> tuple[ReadTable, list[Fault]]:
     """Keys above the first section, and sections that are not there; a misspelt name is told alone."""
     keys = [field.alias or name for name, field in TopTable.model_fields.items()]
     absent = [key for key in (*keys, *CASE_SECTIONS) if key not in raw]
@@ -141,7 +141,7 @@ def _top(raw: Mapping[str, Any]) -> tuple[ReadTable, list[Fault]]:
 class _Reader:
     """Reads tables by the name of their section; keeps their faults."""
 
-    def __init__(self, raw: Mapping[str, Any], faults: list[Fault]) -> None:
+    def __init__(self, raw: RawTable, faults: list[Fault]) -> None:
         self._raw, self._faults = raw, faults
 
     def one(self, section: str, model: type[Table]) -> ReadTable | None:
@@ -153,7 +153,7 @@ class _Reader:
         self._faults.append(Fault(section, found=toml(table), expected=f"one table [{section}]"))
         return None
 
-    def many(self, section: str, model: Callable[[Mapping[str, Any]], type[Table]]) -> tuple[ReadTable, ...]:
+    def many(self, section: str, model: Callable[[RawTable], type[Table]]) -> tuple[ReadTable, ...]:
         tables = self._raw.get(section, [])
         right = isinstance(tables, list) and all(isinstance(table, Mapping) for table in tables)
         if not right or len(tables) > MOST_TABLES:
@@ -168,18 +168,18 @@ class _Reader:
             for i, table in enumerate(tables)
         )
 
-    def _row(self, model: type[Table], table: Mapping[str, Any], where: Where) -> ReadTable:
+    def _row(self, model: type[Table], table: RawTable, where: Where) -> ReadTable:
         row, faults = read_table(model, table, where)
         self._faults += faults
         return row
 
 
-def _place(section: str, number: int, name: Any, names: Mapping[str, int]) -> Where:
+def _place(section: str, number: int, name: object, names: Mapping[str, int]) -> Where:
     """By its name where that is its own, else by its number."""
     return (section, name if isinstance(name, str) and name and names[name] == 1 else number)
 
 
-def structure_kind(raw: Mapping[str, Any]) -> StructureKind | None:
+def structure_kind(raw: RawTable) -> StructureKind | None:
     """The kind that a ``[structure]`` table is of; None where there is no such kind."""
     kind = raw.get("kind")
     if kind == "matrices" and "file" in raw:

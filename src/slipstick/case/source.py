@@ -129,7 +129,7 @@ def _line(text: str, match: re.Match[str]) -> int:
     return text.count("\n", 0, match.start()) + 1
 
 
-def _huge_integers(value: Any, key: str) -> Iterator[str]:
+def _huge_integers(value: object, key: str) -> Iterator[str]:
     if isinstance(value, dict):
         for name, inner in value.items():
             yield from _huge_integers(inner, f"{key}.{name}".lstrip("."))

@@ -29,7 +29,7 @@ OVER_TEMPERATURE = ("mu", "kt", "kn")
 _ARRAYS = ("influence", "thermal_influence")
 
 
-def _number_or_table(value: Any) -> Any:
+def _number_or_table(value: object) -> Any:
     """A number >= 0, or ``{ table = [[25, 0.5], [200, 0.45]], interpolation = "pchip" }`` over temperature."""
     if not isinstance(value, dict):
         if not is_number(value):
@@ -222,7 +222,7 @@ def _curve(contact: ContactTable) -> FrictionCurve | None:
 
 
 def thermal_script(
-    tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str], folder: Path
+    tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str], folder: Path
 ) -> list[str]:
     """Curves, background and resistance; ``variables`` hold the contacts of a block on a surface, by its name."""
     curves: dict[str, str] = {}
@@ -244,7 +244,7 @@ def thermal_script(
     return [*lines, f"thermal = {call('ss.ThermalModel', **arguments)}"]
 
 
-def _by_name(table: Any, value: str, variables: Mapping[str, str]) -> str:
+def _by_name(table: ContactTable, value: str, variables: Mapping[str, str]) -> str:
     """One item of a dict, or those of all contacts of a block."""
     if table.name in variables:
         return f"**{{pair.name: {value} for pair in {variables[table.name]}}}"
@@ -259,7 +259,7 @@ def _curve_text(table: ContactTable) -> str | None:
     return call("ss.FrictionCurve", **values) if tables else None
 
 
-def _background_text(tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
+def _background_text(tables: Sequence[ContactTable], top: ThermalTable | None, variables: Mapping[str, str]) -> str:
     """One number, or one for each contact; those without any take the first."""
     backgrounds = [background_of(table, top) for table in tables]
     common = next(value for value in backgrounds if value is not None)
@@ -271,7 +271,11 @@ def _background_text(tables: Sequence[Any], top: ThermalTable | None, variables:
 
 
 def _resistance_text(
-    tables: Sequence[Any], top: ThermalTable | None, variables: Mapping[str, str], folder: Path, lines: list[str]
+    tables: Sequence[ContactTable],
+    top: ThermalTable | None,
+    variables: Mapping[str, str],
+    folder: Path,
+    lines: list[str],
 ) -> dict[str, str]:
     """Keywords ``resistance`` and ``contacts``; what they need goes to ``lines``."""
     alone = {t.name: t.thermal.resistance or 0.0 for t in tables if t.thermal is not None}
@@ -302,7 +306,11 @@ def _resistance_text(
 
 
 def _conducted_text(
-    tables: Sequence[Any], top: ThermalTable, variables: Mapping[str, str], alone: Mapping[str, float], lines: list[str]
+    tables: Sequence[Any],
+    top: ThermalTable,
+    variables: Mapping[str, str],
+    alone: Mapping[str, float],
+    lines: list[str],
 ) -> tuple[str, str, dict[str, float]]:
     """``influence = "structure"``: the matrix, the names it heats or nothing for all, and what is beside it.
 
@@ -323,7 +331,7 @@ def _conducted_text(
     return "body.points.resistance(points, own=[*own.values()])", "[*own]", single
 
 
-def _matrix_text(value: Any, folder: Path) -> str:
+def _matrix_text(value: object, folder: Path) -> str:
     """The influence matrix, written out or read."""
     from slipstick.structure.npz import array_shapes
 

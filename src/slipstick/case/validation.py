@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError, create_model
 
-from slipstick.case.table import Table, toml
+from slipstick.case.table import RawTable, Table, toml
 from slipstick.case.top import TopTable
 from slipstick.errors import IS_MISSING, UNKNOWN_KEY, Fault, InputError, Where
 
@@ -48,7 +48,7 @@ class ReadTable:
         return getattr(self.table, name or key) if self.right(key) else None
 
 
-def read_table(model: type[Table], raw: Mapping[str, Any], where: Where) -> tuple[ReadTable, list[Fault]]:
+def read_table(model: type[Table], raw: RawTable, where: Where) -> tuple[ReadTable, list[Fault]]:
     """A table with what is right in it, and all faults with their whole path."""
     faults_of_keys, meant = _model_faults(model, raw)
     faults = list(dict.fromkeys([*faults_of_keys, *model.cross_check(_as_meant(raw, meant))]))
@@ -65,7 +65,7 @@ def read_table(model: type[Table], raw: Mapping[str, Any], where: Where) -> tupl
     return ReadTable(where, table, frozenset(wrong)), [fault.inside(*where) for fault in faults]
 
 
-def _as_meant(raw: Mapping[str, Any], meant: Mapping[Where, Where]) -> dict[str, Any]:
+def _as_meant(raw: RawTable, meant: Mapping[Where, Where]) -> dict[str, Any]:
     """The table with its misspelt keys as they were meant, so that nothing else is said to be missing."""
     right = {place[0]: new[0] for place, new in meant.items() if len(place) == 1}
     return {str(right.get(key, key)): value for key, value in raw.items()}
@@ -95,7 +95,7 @@ def _lenient(model: type[Table]) -> type[BaseModel]:
     return create_model(model.__name__, __base__=model, **fields)
 
 
-def _model_faults(model: type[BaseModel], raw: Mapping[str, Any]) -> tuple[list[Fault], dict[Where, Where]]:
+def _model_faults(model: type[BaseModel], raw: RawTable) -> tuple[list[Fault], dict[Where, Where]]:
     """Faults of each key by itself, and what misspelt keys were meant to be: these are not told to be missing."""
     try:
         model.model_validate(raw)
@@ -112,7 +112,7 @@ def _model_faults(model: type[BaseModel], raw: Mapping[str, Any]) -> tuple[list[
     return [f for f in faults if not (f.statement == IS_MISSING and f.where in meant.values())], meant
 
 
-def _faults(model: type[BaseModel], one: Any, raw: Mapping[str, Any]) -> list[Fault]:
+def _faults(model: type[BaseModel], one: Any, raw: RawTable) -> list[Fault]:
     """Faults for one finding of pydantic."""
     where, kind = tuple(one["loc"]), one["type"]
     if kind == "extra_forbidden":
@@ -189,7 +189,7 @@ def _owner(model: type[BaseModel], where: Where) -> type[BaseModel]:
     return model
 
 
-def _models_in(annotation: Any) -> Iterable[type[BaseModel]]:
+def _models_in(annotation: object) -> Iterable[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for argument in getattr(annotation, "__args__", ()):

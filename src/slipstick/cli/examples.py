@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import slipstick
 from slipstick.errors import InputError
@@ -65,7 +64,7 @@ def _case(path: Path) -> Example:
     return Example(name=path.stem, about=text.splitlines()[0].lstrip("# "), path=path, needs=needs)
 
 
-def _texts(value: Any) -> Iterator[str]:
+def _texts(value: object) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
