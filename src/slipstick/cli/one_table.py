@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from slipstick.cli.terminal.answers import Answer, files_in
 from slipstick.cli.terminal.guard import DONE, STOPPED, complain, prepare_kernel, say, warn_user
@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from slipstick.case.case import Case
 
 
-def quietly(compute: Callable[..., Any], *arguments: Any, **more: Any) -> Any:
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def quietly(compute: Callable[P, T], *arguments: P.args, **more: P.kwargs) -> T:
     """What is computed; its warnings are told from the results."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SlipstickWarning)

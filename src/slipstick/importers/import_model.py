@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from slipstick.errors import UNKNOWN_KEY, Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, listed, number, one, shown, suggestion, table, text, truth, whole
-from slipstick.faults import names as text_list
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, listed
 from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -72,25 +71,16 @@ def import_model(
         What is approximated or is suspicious, as in the model's ``warnings``.
     """
     found = Gathering()
-    paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}
-    given = {key: None if value is None else found.take(path_of, key, value) for key, value in paths.items()}
-    place = given.pop("output")
-    values: dict[str, Any] = {
-        "names": {} if names is None else found.take(_names, names),
-        "fixed": found.take(text_list, "fixed", fixed, "names of node sets or surfaces"),
-        "quadratic": found.take(truth, "quadratic", quadratic),
-        "constraints": None if constraints is None else found.take(whole, "constraints", constraints),
-        "material": None if material is None else found.take(one, "material", material, Material, "an ss.Material"),
-        "conductivity": None
-        if conductivity is None
-        else found.take(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
-        "units": None if units is None else found.take(text, "units", units),
-        "scale": None if scale is None else found.take(scale_factors, scale),
-        "to": None if to is None else found.take(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
-    }
+    wanted: dict[str, Any] = {
+        "mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "names": {} if names is None else names,
+        "constraints": constraints, "material": material, "conductivity": conductivity, "fixed": fixed,
+        "quadratic": quadratic, "units": units, "scale": scale, "to": to,
+    }  # fmt: skip
+    options = found.take(ImportOptions, **wanted)
+    place = None if output is None else found.take(path_of, "output", output)
     sources = found.take(_files, files)
     found.end()
-    model = read_model(sources or (), ImportOptions(**cast(Any, given | values)), quiet=True)
+    model = read_model(sources or (), options, quiet=True)
     if place is not None:
         save_model(model, place)
     model.announce()
@@ -105,26 +95,6 @@ def _files(given: Any) -> tuple[Path, ...]:
     paths = [found.take(path_of, "files", item, expected) for item in listed("files", given, expected)]
     found.end()
     return tuple(path for path in paths if path is not None)
-
-
-def scale_factors(given: Any) -> dict[str, float]:
-    """Factors by dimension, each > 0."""
-    known = ("length", "mass", "force", "time")
-    factors = table("scale", given, 'factors such as {"length": 25.4e-3}')
-    found = Gathering()
-    found.faults += [
-        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
-    ]
-    for key in known:
-        if key in factors:
-            factors[key] = found.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
-    found.end()
-    return factors
-
-
-def _names(given: Any) -> dict[str, str]:
-    named = table("names", given, 'names of matrices such as {"K": "KGG"}')
-    return {key: text(f"names, {shown(key)}", value) for key, value in named.items()}
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ from slipstick.cli.terminal import display as module
 from slipstick.cli.terminal.display import (
     CurveDisplay,
     LiveCurve,
-    SilentCurve,
     StudyDisplay,
     curve_display,
     study_display,
@@ -59,9 +58,11 @@ def test_plain_lines_come_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: 
     ]
 
 
-def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_is_quiet(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
     with curve_display(0.0, 10.0, "", quiet=True) as shown:
-        assert isinstance(shown, SilentCurve)
+        now[0] += 100.0
         shown.at(1.0, 0.1, "")
         shown.note("a remark")
         assert shown.points == 1
@@ -119,7 +120,8 @@ def test_plain_lines_of_cases_now_and_then(capsys: pytest.CaptureFixture[str], m
     assert said[2] == "  a line"
 
 
-def test_a_quiet_study_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_quiet_study_says_nothing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_EVERY", 0.0)
     with study_display(2, quiet=True) as progress:
         progress.case(failed=True)
         progress.note("x")

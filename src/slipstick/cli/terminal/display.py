@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -44,19 +44,20 @@ def fitting(parts: Sequence[str], order: Sequence[int], width: int) -> str:
 
 
 class _Display:
-    """A plain line now and then."""
+    """A plain line now and then; none where it is to be ``quiet``."""
 
-    def __init__(self, position: Position) -> None:
-        self._position, self._last = position, time.monotonic()
+    def __init__(self, position: Position, quiet: bool) -> None:
+        self._position, self._last, self._quiet = position, time.monotonic(), quiet
 
     def note(self, text: str) -> None:
         """A line of its own."""
-        say(text)
+        if not self._quiet:
+            say(text)
 
-    def _now_and_then(self, line: Any) -> None:
+    def _now_and_then(self, line: Callable[[], str]) -> None:
         if time.monotonic() - self._last >= _EVERY:
             self._last = time.monotonic()
-            say(f"  {line()}")
+            self.note(f"  {line()}")
 
     @property
     def _left(self) -> str:
@@ -75,16 +76,11 @@ class _Live:
         self._bar.console.print(plain(text), markup=False, highlight=False)
 
 
-class _Silent:
-    def note(self, text: str) -> None:
-        """Nothing is shown."""
-
-
 class CurveDisplay(_Display):
     """Shows points as they come; ``at`` is given the followed value and a text on the point."""
 
-    def __init__(self, position: Position, unit: str) -> None:
-        super().__init__(position)
+    def __init__(self, position: Position, unit: str, *, quiet: bool = False) -> None:
+        super().__init__(position, quiet)
         self._unit = unit
         self.points = 0
 
@@ -125,18 +121,11 @@ class LiveCurve(_Live, CurveDisplay):
         self._bar.update(self._task, completed=self._position.fraction, description=text)
 
 
-class SilentCurve(_Silent, CurveDisplay):
-    """Counts, and shows nothing."""
-
-    def show(self, value: float, step: float, states: str) -> None:
-        """Nothing is shown."""
-
-
 class StudyDisplay(_Display):
     """Shows how many cases are done, how many failed, the time left."""
 
-    def __init__(self, total: int) -> None:
-        super().__init__(Position(0.0, float(max(total, 1))))
+    def __init__(self, total: int, *, quiet: bool = False) -> None:
+        super().__init__(Position(0.0, float(max(total, 1))), quiet)
         self._total, self.width = total, 78
         self.done = self.failed = 0
 
@@ -171,19 +160,12 @@ class LiveStudy(_Live, StudyDisplay):
         self._bar.update(self._task, completed=self.done, description=self.text)
 
 
-class SilentStudy(_Silent, StudyDisplay):
-    """Counts, and shows nothing."""
-
-    def show(self) -> None:
-        """Nothing is shown."""
-
-
 @contextmanager
 def curve_display(start: float, stop: float, unit: str, *, quiet: bool = False) -> Iterator[CurveDisplay]:
     """The display of a curve that suits where the output goes."""
     position = Position(start, stop)
     if quiet or not sys.stdout.isatty():
-        yield (SilentCurve if quiet else CurveDisplay)(position, unit)
+        yield CurveDisplay(position, unit, quiet=quiet)
         return
     with _moving() as bar:
         yield LiveCurve(position, unit, bar)
@@ -193,7 +175,7 @@ def curve_display(start: float, stop: float, unit: str, *, quiet: bool = False) 
 def study_display(total: int, *, quiet: bool = False) -> Iterator[StudyDisplay]:
     """The display of a study that suits where the output goes."""
     if quiet or not sys.stdout.isatty():
-        yield (SilentStudy if quiet else StudyDisplay)(total)
+        yield StudyDisplay(total, quiet=quiet)
         return
     with _moving() as bar:
         yield LiveStudy(total, bar)

@@ -47,6 +47,7 @@ def import_(
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier model of that name.")] = False,
 ) -> None:
     """Bring a finite element model of another code into one file, model.h5."""
+    from slipstick.faults import Gathering
     from slipstick.importers.roles import ImportOptions
 
     constants = {"young": young, "poisson": poisson, "density": density, "conductivity": conductivity}
@@ -54,13 +55,14 @@ def import_(
     names, wrong_names = _names(name or ())
     factors, wrong_factors = _scale(scale or ())
     paths = [*files, *(path for path in (mass, damping, dof_map, nodes) if path is not None)]
-    faults += [*wrong_names, *wrong_factors, *_file_faults(paths, output, force)]
-    if faults:
-        raise InputError(faults)
-    options = ImportOptions(
-        mass=mass, damping=damping, dof_map=dof_map, nodes=nodes, names=names, constraints=spc, material=material,
-        fixed=tuple(fix or ()), quadratic=quadratic, units=units, scale=factors, to=to,
+    gathering = Gathering()
+    options = gathering.take(
+        ImportOptions, mass=mass, damping=damping, dof_map=dof_map, nodes=nodes, names=names, constraints=spc,
+        material=material, fixed=tuple(fix or ()), quadratic=quadratic, units=units, scale=factors, to=to,
     )  # fmt: skip
+    faults += [*wrong_names, *wrong_factors, *gathering.faults, *_file_faults(paths, output, force)]
+    if options is None or faults:
+        raise InputError(faults)
     _import(files, output, options)
 
 
@@ -112,12 +114,8 @@ def _names(texts: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     return names, faults
 
 
-def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str | Fault]]:
+def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str]]:
     """``["length=25.4e-3"]`` as a table."""
-    from slipstick.importers.import_model import scale_factors
-
-    if not texts:
-        return None, []
     factors: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
@@ -125,10 +123,7 @@ def _scale(texts: Sequence[str]) -> tuple[dict[str, float] | None, list[str | Fa
             factors[name] = float(value)
         except ValueError:
             return None, [f"--scale {text}: expected a factor such as length=25.4e-3"]
-    try:
-        return scale_factors(factors), []
-    except InputError as error:
-        return None, [*error.faults]
+    return factors or None, []
 
 
 def _file_faults(files: Sequence[Path], output: Path, force: bool) -> list[str]:

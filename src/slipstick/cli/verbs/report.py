@@ -121,7 +121,7 @@ def _case_of(path: Path, number: int) -> Branch:
         raise InputError(f"--case: found {number}; expected a case of the study, from 0 to {len(case.plan) - 1}")
     prepare_kernel(complain)
     job = case.study_job()
-    branch: Branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
+    branch = quietly(job.request(case.plan.problem(job.problem, number)).branch)
     values = zip(case.plan.names, case.plan.values[number].tolist(), strict=True)
     branch.table.attrs.update(case.names | {"study_case": ", ".join(f"{key} = {value:g}" for key, value in values)})
     return branch
