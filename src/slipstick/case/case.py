@@ -168,8 +168,8 @@ class _Builder:
         if body is None or body.force or response is None:
             return []
         count = body.reduced.modes_below if body.reduced is not None else None
-        gathering = reduction_faults(problem, frequencies_met(response.table), count)
-        return [fault.inside("structure") for fault in gathering]
+        faults = reduction_faults(problem, frequencies_met(response.table), count)
+        return [fault.inside("structure") for fault in faults]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -126,7 +125,7 @@ def begun_study(folder: Path, doubt: Doubt, tell: Tell = silent) -> Case | Ended
     return Case.from_text(text, path, tell)
 
 
-def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent, until: float = math.inf) -> CaseRun | Ended:
+def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent) -> CaseRun | Ended:
     """The run in a folder, to be gone on with from its last point.
 
     Raises
@@ -158,7 +157,7 @@ def begun_run(place: FolderOfRun, doubt: Doubt, tell: Tell = silent, until: floa
         raise InputError(f"{journal}: {error}") from None
     _same_problem(case, recorded.layout, str(recorded.about.get("problem")), journal)
     place.keep_case(path.name, text)
-    return CaseRun(case, place, told, Begun(recorded, checkpoints[: resumable(checkpoints)]), until)
+    return CaseRun(case, place, told, Begun(recorded, checkpoints[: resumable(checkpoints)]))
 
 
 def _ended(place: FolderOfRun, journal: Path) -> Ended | None:

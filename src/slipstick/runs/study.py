@@ -54,14 +54,12 @@ class StudyRun:
         What kept it from storing a case.
     """
 
-    def __init__(
-        self, case: Case, path: Path, spread: Spread = HERE, *, missing: bool = False, until: float = math.inf
-    ) -> None:
+    def __init__(self, case: Case, path: Path, spread: Spread = HERE, *, missing: bool = False) -> None:
         if case.plan is None:
             raise InputError(
                 f'{case.path}: [study] is missing; give the parameters, such as "damper.velocity" = [0, 1, 10]'
             )
-        self.case, self._spread, self._until = case, spread, until
+        self.case, self._spread = case, spread
         self.plan: StudyPlan = case.plan
         self.folder = StudyFolder(
             path, case.study_job(), case.plan, about=case.names, path=str(case.path.resolve()),
@@ -89,12 +87,19 @@ class StudyRun:
             self.folder.begin()
 
     def compute(
-        self, listener: Callable[[CaseSolved], None] = _ignored, tell: Callable[[str], None] = _ignored
+        self,
+        listener: Callable[[CaseSolved], None] = _ignored,
+        tell: Callable[[str], None] = _ignored,
+        *,
+        until: float = math.inf,
     ) -> None:
-        """Compute what there is to do; the listener gets each case once it is kept, ``tell`` what it waits for."""
+        """Compute what there is to do; the listener gets each case once it is kept, ``tell`` what it waits for.
+
+        ``until`` is when its time is up, of the monotonic clock.
+        """
         self.begin()
         try:
-            self.stopped = self._solve(listener, tell)
+            self.stopped = self._solve(listener, tell, until)
         except OSError as error:
             self.failure = os_sentence(error)
 
@@ -102,7 +107,9 @@ class StudyRun:
         """The results of all cases so far, in the folder."""
         return self.folder.write()
 
-    def _solve(self, listener: Callable[[CaseSolved], None], tell: Callable[[str], None]) -> Outcome | None:
+    def _solve(
+        self, listener: Callable[[CaseSolved], None], tell: Callable[[str], None], until: float
+    ) -> Outcome | None:
         folder, client = self.folder, None
         workers = 1 if folder.share.of > 1 else self._spread.workers
         try:
@@ -116,7 +123,7 @@ class StudyRun:
                 for solved in cases:
                     folder.add(solved)
                     listener(solved)
-                    if time.monotonic() > self._until and len(folder.found) < len(folder.plan):
+                    if time.monotonic() > until and len(folder.found) < len(folder.plan):
                         return Outcome.TIME_LIMIT
         except KeyboardInterrupt:
             return Outcome.INTERRUPTED

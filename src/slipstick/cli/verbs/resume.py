@@ -68,7 +68,7 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
     if folder.is_dir() and holds_study(folder):
         case = begun_study(folder, warn_user, options.tell)
         if not isinstance(case, Ended):
-            return study_computed(StudyRun(case, folder, Spread(workers=workers), until=options.until), options)
+            return study_computed(StudyRun(case, folder, Spread(workers=workers)), options)
         _answer(case, options, folder)
         say(case.message)
         say(f"nothing is left to do: the study in {folder} is complete")
@@ -79,7 +79,7 @@ def resume_run(folder: Path, options: RunOptions = PLAIN, workers: int | None = 
             raise InputError(
                 f"--workers: {folder} holds a run, which is one process; leave it out (a study has workers)"
             )
-        run = begun_run(place, warn_user, options.tell, options.until)
+        run = begun_run(place, warn_user, options.tell)
         if not isinstance(run, Ended):
             assert run.begun is not None
             options.tell(f"going on after {len(run.begun.checkpoints)} points in {place.work}")

@@ -89,7 +89,7 @@ def run_case(path: Path, output: Path | None, *, force: bool = False, options: R
         force=force,
     )
     try:
-        return computed(CaseRun(case, folder, told, until=options.until), options)
+        return computed(CaseRun(case, folder, told), options)
     except BaseException:
         folder.abandon()
         raise
@@ -107,6 +107,7 @@ def computed(run: CaseRun, options: RunOptions) -> int:
         options.tell("[study] is for 'slipstick study'; this computes the case itself")
     for name in case.further:
         options.tell(f"[{name}] is for 'slipstick {name}'; this computes [response]")
+    run.until = options.until
     prepare_kernel(options.tell)
     factor, unit = case.shown_in
     start, stop = (value / factor for value in case.span)

@@ -98,7 +98,7 @@ def run_study(
         )
     if spread.share is None and not missing:
         _refuse_earlier(folder)
-    return computed(StudyRun(case, folder, spread, missing=missing, until=options.until), options)
+    return computed(StudyRun(case, folder, spread, missing=missing), options)
 
 
 def _refuse_earlier(folder: Path) -> None:
@@ -128,7 +128,9 @@ def computed(run: StudyRun, options: RunOptions) -> int:
             prepare_kernel(options.tell)
         with termination_as_interrupt(), study_display(len(run.todo), quiet=options.quiet) as display:
             run.compute(
-                lambda solved: display.case(failed=not solved.outcome.ok), lambda text: display.note(f"  {text}")
+                lambda solved: display.case(failed=not solved.outcome.ok),
+                lambda text: display.note(f"  {text}"),
+                until=options.until,
             )
         return _share_summary(run) if run.folder.share.of > 1 else _summary(run, run.write(), options)
 
