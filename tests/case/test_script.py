@@ -15,7 +15,7 @@ from helpers.cases import BLOCKS
 import slipstick as ss
 from slipstick.case.load import LoadTable
 from slipstick.case.script import python_script
-from slipstick.case.script_text import GivenText, literal, quantity_text
+from slipstick.case.script_text import KeysToWrite, literal, quantity_text
 from slipstick.cli.examples import examples
 from slipstick.errors import InputError
 from slipstick.fem.box import box
@@ -198,7 +198,7 @@ def test_own_resistances_beside_an_influence_matrix(tmp_path: Path) -> None:
 
 
 def test_a_key_without_a_counterpart_is_told() -> None:
-    given = GivenText({"dof": "x", "cos": 1.0}, LoadTable)
+    given = KeysToWrite({"dof": "x", "cos": 1.0}, LoadTable)
     given.take("dof")
     with pytest.raises(InputError, match=r"\[\[load\]\] cos: has no counterpart in a script yet"):
         given.end("[[load]]")

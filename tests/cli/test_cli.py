@@ -550,7 +550,7 @@ def test_verify_writes_its_table_as_a_page(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
-    from slipstick.cli.terminal.prepare import prepare_kernel
+    from slipstick.cli.terminal.guard import prepare_kernel
 
     monkeypatch.setattr("slipstick.contact.kernel.compilation.is_compiled", lambda: False)
     monkeypatch.setattr("slipstick.balance.kernel.compilation.compile_all", lambda: 12.3)
@@ -562,6 +562,6 @@ def test_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_states_are_averaged_over_the_contacts() -> None:
     record = {"stick_fraction": [0.5, 0.0], "slip_fraction": [0.5, 0.5], "separation_fraction": [0.0, 0.5]}
-    from slipstick.cli.stored import states_text
+    from slipstick.cli.terminal.display import states_text
 
     assert states_text(record) == "stick 25 % slip 50 % separation 25 %"

@@ -357,7 +357,7 @@ def test_what_the_system_refuses_is_a_sentence(workshop: Path, monkeypatch: pyte
 
 def test_a_study_killed_before_its_first_case_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It had no journal until then: what was resumed was called complete."""
-    from slipstick.cli.verbs import study
+    from slipstick.runs.study import StudyRun
 
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("[20, 30, 40]", "[20]"))
@@ -367,7 +367,7 @@ def test_a_study_killed_before_its_first_case_goes_on(tmp_path: Path, monkeypatc
         raise SystemExit(137)
 
     with monkeypatch.context() as patch:
-        patch.setattr(study.Study, "_solve", killed)
+        patch.setattr(StudyRun, "_solve", killed)
         assert slipstick("study", path, "-o", tmp_path / "out", *bare).exit_code == 137
     assert not (tmp_path / "out" / "study.nc").exists()
     result = slipstick("resume", tmp_path / "out", *bare)

@@ -13,6 +13,9 @@ from slipstick.faults import SMALLEST, Gathering, Name, number, wrong
 from slipstick.fem.mesh import Mesh, user_names
 from slipstick.typing import Array
 
+REQUIRED = ("young", "poisson", "density")
+"""What a material of a model has at least."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Material:

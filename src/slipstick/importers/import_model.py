@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from slipstick.errors import UNKNOWN_KEY, Fault, InputError
-from slipstick.faults import SMALLEST, Gathering, listed, number, one, shown, suggestion, table, text, truth, whole
-from slipstick.faults import names as text_list
+from slipstick.errors import InputError
+from slipstick.faults import Gathering, listed
 from slipstick.faults import path as path_of
 from slipstick.fem.imported import ImportedModel
 from slipstick.fem.materials import Material
@@ -72,25 +71,16 @@ def import_model(
         What is approximated or suspicious, as in the model's ``warnings``.
     """
     gathering = Gathering()
-    paths = {"mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "output": output}
-    checked_paths = {
-        key: None if value is None else gathering.take(path_of, key, value) for key, value in paths.items()
-    }
-    place = checked_paths.pop("output")
-    values: dict[str, Any] = {
-        "names": {} if names is None else gathering.take(_names, names),
-        "fixed": gathering.take(text_list, "fixed", fixed, "names of node sets or surfaces"),
-        "quadratic": gathering.take(truth, "quadratic", quadratic),
-        "constraints": gathering.optional(whole, "constraints", constraints),
-        "material": gathering.optional(one, "material", material, Material, "an ss.Material"),
-        "conductivity": gathering.optional(number, "conductivity", conductivity, "a conductivity >= 0", above=0.0),
-        "units": gathering.optional(text, "units", units),
-        "scale": None if scale is None else gathering.take(scale_factors, scale),
-        "to": gathering.optional(text, "to", to, 'units such as "SI" or "N, mm, t, s"'),
-    }
+    wanted: dict[str, Any] = {
+        "mass": mass, "damping": damping, "dof_map": dof_map, "nodes": nodes, "names": {} if names is None else names,
+        "constraints": constraints, "material": material, "conductivity": conductivity, "fixed": fixed,
+        "quadratic": quadratic, "units": units, "scale": scale, "to": to,
+    }  # fmt: skip
+    options = gathering.take(ImportOptions, **wanted)
+    place = None if output is None else gathering.take(path_of, "output", output)
     sources = gathering.take(_files, files)
     gathering.end()
-    model = read_model(sources or (), ImportOptions(**cast(Any, checked_paths | values)), quiet=True)
+    model = read_model(sources or (), options, quiet=True)
     if place is not None:
         save_model(model, place)
     model.announce()
@@ -105,26 +95,6 @@ def _files(files: object) -> tuple[Path, ...]:
     paths = [gathering.take(path_of, "files", item, expected) for item in listed("files", files, expected)]
     gathering.end()
     return tuple(path for path in paths if path is not None)
-
-
-def scale_factors(scale: object) -> dict[str, float]:
-    """Factors by dimension, each > 0."""
-    known = ("length", "mass", "force", "time")
-    factors = table("scale", scale, 'factors such as {"length": 25.4e-3}')
-    gathering = Gathering()
-    gathering.faults += [
-        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
-    ]
-    for key in known:
-        if key in factors:
-            factors[key] = gathering.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
-    gathering.end()
-    return factors
-
-
-def _names(names: object) -> dict[str, str]:
-    named = table("names", names, 'names of matrices such as {"K": "KGG"}')
-    return {key: text(f"names, {shown(key)}", value) for key, value in named.items()}
 
 
 def summary(model: ImportedModel) -> tuple[str, ...]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from slipstick.errors import Fault, InputError
+from slipstick.errors import UNKNOWN_KEY, Fault, InputError
+from slipstick.faults import SMALLEST, Gathering, number, one, shown, suggestion, table, text, truth, whole
+from slipstick.faults import names as text_list
+from slipstick.faults import path as path_of
 from slipstick.fem.materials import Material
 from slipstick.importers.mesh_files import BULK_SUFFIXES, MESH_SUFFIXES
 
@@ -30,6 +35,8 @@ _UNREAD = {
 @dataclass(frozen=True, kw_only=True)
 class ImportOptions:
     """What the files do not say.
+
+    All of it is checked here, for the command line, a case and Python alike.
 
     Attributes
     ----------
@@ -55,6 +62,11 @@ class ImportOptions:
         where they are left out, mass follows. ``material`` and ``conductivity`` hold after scaling.
     to
         Units to come to from ``units``, "SI" or "N, mm, t, s", instead of ``scale``.
+
+    Raises
+    ------
+    InputError
+        For values of the wrong kind, all of them.
     """
 
     mass: Path | None = None
@@ -70,6 +82,25 @@ class ImportOptions:
     units: str | None = None
     scale: Mapping[str, float] | None = None
     to: str | None = None
+
+    def __post_init__(self) -> None:
+        found = Gathering()
+        checks: dict[str, Callable[[Any], Any]] = {
+            **{name: partial(path_of, name) for name in ("mass", "damping", "dof_map", "nodes")},
+            "names": _names,
+            "constraints": partial(whole, "constraints"),
+            "material": lambda value: one("material", value, Material, "an ss.Material"),
+            "conductivity": partial(number, "conductivity", expected="a conductivity >= 0", above=0.0),
+            "fixed": partial(text_list, "fixed", expected="names of node sets or surfaces"),
+            "quadratic": partial(truth, "quadratic"),
+            "units": partial(text, "units"),
+            "scale": _scale,
+            "to": partial(text, "to", expected='units such as "SI" or "N, mm, t, s"'),
+        }
+        for name, check in checks.items():
+            if (value := getattr(self, name)) is not None or name in ("names", "fixed", "quadratic"):
+                object.__setattr__(self, name, found.take(check, value))
+        found.end()
 
     @property
     def converts(self) -> bool:
@@ -186,3 +217,23 @@ def _without_effect(path: Path, options: ImportOptions) -> Iterator[Fault]:
     for key, value in of_matrices.items():
         if value is not None:
             yield Fault(key, f"has no effect on {path.name}, which is no matrix", remedy="leave it out")
+
+
+def _scale(value: Any) -> dict[str, float]:
+    """Factors by dimension, each > 0."""
+    known = ("length", "mass", "force", "time")
+    factors = table("scale", value, 'factors such as {"length": 25.4e-3}')
+    found = Gathering()
+    found.faults += [
+        Fault(("scale", key), UNKNOWN_KEY, remedy=suggestion(key, known)) for key in factors if key not in known
+    ]
+    for key in known:
+        if key in factors:
+            factors[key] = found.take(number, ("scale", key), factors[key], "a factor > 0", above=SMALLEST)
+    found.end()
+    return factors
+
+
+def _names(value: Any) -> dict[str, str]:
+    named = table("names", value, 'names of matrices such as {"K": "KGG"}')
+    return {key: text(f"names, {shown(key)}", name) for key, name in named.items()}

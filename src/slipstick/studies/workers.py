@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
 from queue import SimpleQueue
@@ -212,7 +212,7 @@ def solutions(
     workers: int | None = None,
     client: Client | None = None,
     tell: Callable[[str], object] = str,
-) -> Iterator[CaseSolved]:
+) -> Generator[CaseSolved, None, None]:
     """Every case of ``todo`` as it is finished.
 
     ``workers`` None: as many as there are processors, started only where that saves time. ``tell`` hears why there are
