@@ -32,9 +32,14 @@ _WIDE_GAP = 100.0
 
 
 def problem_warnings(
-    problem: Problem, omega: Sequence[float] = (), static: Array | None = None, *, steady: bool = False
+    problem: Problem,
+    omega: Sequence[float] = (),
+    static: Array | None = None,
+    *,
+    steady: bool = False,
+    free: bool = False,
 ) -> list[str]:
-    """What can be computed but is suspicious.
+    """What can be computed but is suspicious: said by every analysis before it computes, and by ``check``.
 
     Parameters
     ----------
@@ -45,9 +50,11 @@ def problem_warnings(
         where it is known (``Balance.receptance.static``).
     steady
         Steady sliding is looked at for its own sake: nothing need vary in time.
+    free
+        It vibrates freely: nothing need move it.
     """
     found = [
-        *_motion_warnings(problem, still=bool(len(omega)) and not steady),
+        *([] if free else _motion_warnings(problem, still=bool(len(omega)) and not steady)),
         *_fed_warnings(problem),
         *_sum_warnings(problem),
     ]

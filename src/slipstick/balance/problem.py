@@ -18,7 +18,6 @@ from slipstick.balance.inputs import SURFACE, Given, Inputs
 from slipstick.balance.loads import Load
 from slipstick.balance.notebook import problem_html
 from slipstick.balance.parameters import FACTORS, Target, changed, parameter_target
-from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.states import pairs_at_start
 from slipstick.contact.rubbing import common_period
 from slipstick.errors import Fault, InputError
@@ -79,19 +78,14 @@ class Problem:
     states
         What contacts carry besides: models of your own, each a ``slipstick.state.contact_state.StateModel``.
     told
-        Warnings that were given already, here or by the problem this one is a copy of. None: none is given, neither
-        here nor for a curve; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
+        Warnings that analyses of this problem gave already, or of the one it is a copy of: none is given twice. None:
+        none is given at all; who builds it so shows ``slipstick.balance.preflight.problem_warnings``.
 
     Raises
     ------
     InputError
-        With one sentence for each fault.
-
-    Warns
-    -----
-    SlipstickWarning
-        For what can be computed but is suspicious, one sentence each. A copy (``with_parameter``,
-        ``dataclasses.replace``) says only what the original did not.
+        With one sentence for each fault: what is of another kind, or names what is not there. What can be computed but
+        is suspicious is said by each analysis, before it computes; a problem by itself says nothing.
     """
 
     structure: Structure
@@ -143,14 +137,12 @@ class Problem:
             raise InputError(faults)
         for state in self.contact_states if self.batches else ():
             object.__setattr__(self, "contacts", pairs_at_start(self.contacts, self.batches[state.batch], state))
-        if self.told is not None:
-            self.warn(problem_warnings(self))
 
     def _repr_html_(self) -> str:
         return problem_html(self)
 
     def warn(self, sentences: Sequence[str]) -> None:
-        """Give those warnings that were not given yet."""
+        """Give those warnings of an analysis that were not given yet."""
         if self.told is not None:
             new = [sentence for sentence in dict.fromkeys(sentences) if sentence not in self.told]
             object.__setattr__(self, "told", self.told | set(new))
