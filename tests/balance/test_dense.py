@@ -21,12 +21,12 @@ def test_the_jacobian_is_one_plus_the_compliance_times_the_tangents(sprung, monk
     found = dense_jacobian(BALANCE, tangents, compliance).matrix
     for _ in range(5):
         dx = RNG.normal(size=BALANCE.size)
-        moved = BALANCE.spread(dx)[0]
+        moved = BALANCE.layout.spread(dx)[0]
         forces = {}
         for (i, j), tangent in tangents[0].items():
             part = np.einsum("cij,cj->ci", tangent, moved[j])
             forces[i] = forces.get(i, 0.0) + part
-        G = BALANCE.excitation([forces])
+        G = BALANCE.layout.excitation([forces])
         BALANCE.anchoring(dx, G)
         answer = compliance.answer(G)
         np.testing.assert_allclose(found @ dx, dx + answer, atol=1e-12)

@@ -97,7 +97,7 @@ def detail(balance: Balance, x: Array, omega: float, inputs: Inputs, near: Array
     responses: list[Response] = []
     states: dict[int, Carried] = {}
     for k, given in enumerate(inputs.batches):
-        batch, motion = balance.batches[k], balance.motion(k, x, omega, given)
+        batch, motion = balance.batches[k], balance.layout.motion(k, x, omega, given)
         own = balance.states and [s for s, state in enumerate(balance.states) if state.batch == k]
         if own:
             values = balance.by_state(near)
@@ -119,7 +119,7 @@ def unanswered(inputs: Inputs, omega: float) -> Detail:
 
 def balanced(balance: Balance, x: Array, found: Detail, compliance: AnyCompliance) -> Balanced:
     """Residual and Jacobian from the forces at unknowns (N,)."""
-    G = balance.excitation(found.forces, found.inputs.P)
+    G = balance.layout.excitation(found.forces, found.inputs.P)
     balance.anchoring(x, G)
     jacobian = balance.jacobian([response.by_motion for response in found.responses], compliance, found.states)
     return Balanced(
@@ -153,7 +153,7 @@ def force_rates(
     ``dpowers`` (n,) are changes of the powers that drive each contact state, at fixed motion and states.
     """
     changed = []
-    for response, moved, extra in zip(found.responses, balance.spread(dx), own, strict=True):
+    for response, moved, extra in zip(found.responses, balance.layout.spread(dx), own, strict=True):
         total = dict(extra)
         for (i, j), tangent in response.by_motion.items():
             if j in moved:

@@ -39,7 +39,7 @@ def state_columns(balance: Balance, carried: Carried, compliance: Compliance) ->
             own = force[port.members]
             pairs[:, 0], pairs[:, 2:] = own[:, 0], own[:, 1:]
             moved[port.members] += compliance.value[port.rows] * pairs.view(complex)[:, None, :]
-    by_value = balance.real(moved.reshape(-1, moved.shape[2])).reshape(batch.count, -1)
+    by_value = balance.layout.real(moved.reshape(-1, moved.shape[2])).reshape(batch.count, -1)
     return np.asarray(by_value.T @ carried.gain, dtype=float)
 
 
@@ -70,7 +70,7 @@ def answer_to_powers(
     """Change (N,) of the residual for changes (n,) of the powers at fixed states."""
     forces: list[dict[int, Array]] = [{} for _ in balance.batches]
     add_force_changes(states, dpowers, forces)
-    return compliance.answer(balance.excitation(forces))
+    return compliance.answer(balance.layout.excitation(forces))
 
 
 def add_force_changes(states: Sequence[Carried], dpowers: Iterable[Array], forces: list[dict[int, Array]]) -> None:

@@ -43,7 +43,7 @@ class FrequencySystem:
         slope = at.compliance.rate(at.G)
         slopes = by_omega(found)
         if any(slopes):
-            slope += at.compliance.answer(balance.excitation(slopes))
+            slope += at.compliance.answer(balance.layout.excitation(slopes))
         if found.states:
             slope += answer_to_powers(balance, found.states, (own.power.omega for own in found.states), at.compliance)
         return Evaluation(at.residual, at.jacobian, slope, found, lambda: terms(balance, x, at), found.carried)
