@@ -36,7 +36,7 @@ class ContactJacobian(IterativeJacobian):
         self, balance: Balance, tangents: Tangents, compliance: FactoredCompliance, states: Sequence[Carried] = ()
     ) -> None:
         self._n_ports, self._L, self._compliance = balance.n_ports, balance.L, compliance
-        self._elements = [Elements(balance, k, given) for k, given in enumerate(tangents)]
+        self._elements = [Elements(balance, k, tangent) for k, tangent in enumerate(tangents)]
         for carried in states:
             if not carried.state.slow:
                 self._elements[carried.batch].feed_back(carried)
@@ -49,8 +49,8 @@ class ContactJacobian(IterativeJacobian):
     def _forces(self, x: Array, *, transposed: bool = False) -> Array:
         """``dF/dX x`` on all ports, (n_ports, L), or with the transpose."""
         X, out = self._rows(x), self._rows(None)
-        for own in self._elements:
-            own.scatter(own.forces(own.gather(X), transposed=transposed), out)
+        for elements in self._elements:
+            elements.scatter(elements.forces(elements.gather(X), transposed=transposed), out)
         return out[:-1]
 
     def _rows(self, x: Array | None) -> Array:
@@ -72,12 +72,12 @@ class ContactJacobian(IterativeJacobian):
     def bound(self, x: Array) -> Array:
         """``|J| @ |x|``, or more: both coefficients of a harmonic get the sum of their sizes."""
         X, sizes = self._rows(np.abs(x)), self._rows(None)
-        for own in self._elements:
-            moved = (np.abs(own.tangent) @ own.gather(X)[:, :, None])[:, :, 0]
-            if own.fed_back is not None:
-                rows, gain, columns = map(np.abs, own.fed_back)
-                moved += (gain @ np.einsum("nk,nk->n", rows, own.gather(X)))[:, None] * columns
-            own.scatter(moved, sizes)
+        for elements in self._elements:
+            moved = (np.abs(elements.tangent) @ elements.gather(X)[:, :, None])[:, :, 0]
+            if elements.fed_back is not None:
+                rows, gain, columns = map(np.abs, elements.fed_back)
+                moved += (gain @ np.einsum("nk,nk->n", rows, elements.gather(X)))[:, None] * columns
+            elements.scatter(moved, sizes)
         G = _complex(sizes[:-1], self._L).real + _complex(sizes[:-1], self._L).imag
         by_order = self._compliance.reach_by_order(G)
         return np.abs(x) + np.hstack([by_order[:, :1], np.repeat(by_order[:, 1:], 2, axis=1)]).ravel()
@@ -108,7 +108,7 @@ class ContactJacobian(IterativeJacobian):
 
 def _complex(X: Array, L: int) -> ComplexArray:
     """Coefficients (rows, L), or flat, as complex numbers (rows, n + 1)."""
-    given = X.reshape(-1, L)
-    out = np.zeros((len(given), L + 1))
-    out[:, 0], out[:, 2:] = given[:, 0], given[:, 1:]
+    coefficients = X.reshape(-1, L)
+    out = np.zeros((len(coefficients), L + 1))
+    out[:, 0], out[:, 2:] = coefficients[:, 0], coefficients[:, 1:]
     return out.view(complex)

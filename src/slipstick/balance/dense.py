@@ -31,9 +31,9 @@ def dense_jacobian(
 def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states: Sequence[Carried], out: Array) -> None:
     N, add = balance.size, sums().add_products
     out.T.reshape(-1)[: N * (len(out) + 1) : len(out) + 1] = 1.0
-    for k, given in enumerate(tangents):
-        own = given if balance.springs is None else _anchored(balance, balance.springs, k, given)
-        for pair, tangent in own.items():
+    for k, by_ports in enumerate(tangents):
+        tangents_here = by_ports if balance.springs is None else _anchored(balance, balance.springs, k, by_ports)
+        for pair, tangent in tangents_here.items():
             members, felt, moving = balance.batches[k].couplings[pair]
             if members.size:
                 fit = tangent if tangent.flags.carray else np.require(tangent, float, ["C", "W"])
@@ -42,14 +42,14 @@ def _write(balance: Balance, tangents: Tangents, compliance: Compliance, states:
         out[:N, :N] += state_columns(balance, carried, compliance) @ power_rows(balance, carried)
 
 
-def _anchored(balance: Balance, k: Array, number: int, given: Own) -> Own:
+def _anchored(balance: Balance, k: Array, number: int, tangents: Own) -> Own:
     """Tangents of one batch less the springs ``i k``."""
-    batch, found = balance.batches[number], dict(given)
+    batch, anchored = balance.batches[number], dict(tangents)
     sine, cosine = np.arange(2, balance.L, 2), np.arange(1, balance.L, 2)
     for i, port in enumerate(batch.ports):
         turned = np.zeros((batch.count, balance.L, balance.L))
         members, springs = np.arange(batch.count)[port.members], k[port.rows]
         turned[np.ix_(members, sine, cosine)] = np.einsum("c,sk->csk", springs, np.eye(sine.size))
         turned[np.ix_(members, cosine, sine)] = -np.einsum("c,sk->csk", springs, np.eye(sine.size))
-        add_to(found, (i, i), turned)
-    return found
+        add_to(anchored, (i, i), turned)
+    return anchored

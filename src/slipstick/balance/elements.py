@@ -28,7 +28,7 @@ class Elements:
         for (i, j), part in tangents.items():
             tangent[:, i, :, j, :] = part * self._here(i, j)
         self.tangent = tangent.reshape(n, p * L, p * L)
-        self.own = self.tangent  # as far as an element answers to its own motion
+        self.local = self.tangent  # as far as an element answers to its own motion
         self.fed_back: tuple[Array, Array, Array] | None = None
 
     def _here(self, *ports: int) -> Array:
@@ -44,7 +44,7 @@ class Elements:
             force[:, i] = part * self._here(i)[:, 0]
         rows, columns, gain = power.reshape(n, -1), force.reshape(n, -1), carried.gain
         self.fed_back = rows, gain, columns
-        self.own = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
+        self.local = self.tangent + np.diag(gain)[:, None, None] * columns[:, :, None] * rows[:, None, :]
 
     def gather(self, X: Array) -> Array:
         """Values (n, p L) of the elements from those of all ports (n_ports + 1, L), whose last row is zero."""
@@ -56,7 +56,7 @@ class Elements:
 
     def stiffness(self) -> Array:
         """Largest stiffness at each port, (n, p)."""
-        return np.asarray(np.abs(self.own).max(axis=2).reshape(self.shape).max(axis=2))
+        return np.asarray(np.abs(self.local).max(axis=2).reshape(self.shape).max(axis=2))
 
     def scatter(self, values: Array, out: Array) -> None:
         """Values (n, p L) of the elements into those of all ports (n_ports + 1, L)."""
@@ -65,11 +65,11 @@ class Elements:
     def forces(self, q: Array, *, transposed: bool = False) -> Array:
         """``dF/dX q`` for motion (n, p L) of the elements, or with the transpose."""
         tangent = self.tangent.transpose(0, 2, 1) if transposed else self.tangent
-        found = (tangent @ q[:, :, None])[:, :, 0]
+        forces = (tangent @ q[:, :, None])[:, :, 0]
         if self.fed_back is not None:
             rows, gain, columns = self.fed_back
             if transposed:
-                found += (gain.T @ np.einsum("nk,nk->n", columns, q))[:, None] * rows
+                forces += (gain.T @ np.einsum("nk,nk->n", columns, q))[:, None] * rows
             else:
-                found += (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
-        return found
+                forces += (gain @ np.einsum("nk,nk->n", rows, q))[:, None] * columns
+        return forces

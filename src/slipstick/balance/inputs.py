@@ -49,8 +49,8 @@ class Given:
 
     def changed(self, /, **arrays: Any) -> Given:
         """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
-        own = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
-        return Given(values={**self.values, **arrays}, **own)
+        surface = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
+        return Given(values={**self.values, **arrays}, **surface)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,22 +71,22 @@ class Inputs:
 
     def moved(self, direction: Inputs, step: float) -> Inputs:
         """``self + step * direction``."""
-        return self.map(lambda _, own, other: own + step * other, direction)
+        return self.map(lambda _, array, other: array + step * other, direction)
 
     def scaled(self, factor: float) -> Inputs:
         """All multiplied by a factor."""
-        return self.map(lambda _, own: factor * own)
+        return self.map(lambda _, array: factor * array)
 
     def only(self, *names: str) -> Inputs:
         """Zero but for "load", "velocity", "motion" or parameters by name."""
-        return self.map(lambda name, own: own if name in names else np.zeros_like(own))
+        return self.map(lambda name, array: array if name in names else np.zeros_like(array))
 
     def any(self, name: str) -> bool:
         """Whether "load", "velocity", "motion" or a parameter is anywhere other than zero."""
-        found = [self.P] if name == "load" else []
+        arrays = [self.P] if name == "load" else []
         for batch in self.batches:
-            found.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
-        return any(bool(np.any(array)) for array in found)
+            arrays.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
+        return any(bool(np.any(array)) for array in arrays)
 
     def with_batch(self, k: int, /, **arrays: Any) -> Inputs:
         """A copy with other arrays in one batch."""

@@ -25,7 +25,7 @@ def _rows(problem: Problem) -> Iterator[tuple[str, Any]]:
     if natural.size:
         yield "natural frequencies", f"{some((f'{w:.5g}' for w in natural), 4)} {units.angular}"
     for pair in problem.contacts[:1]:
-        kinds = dict.fromkeys(type(own.contact).__name__ for own in problem.contacts)
+        kinds = dict.fromkeys(type(each.contact).__name__ for each in problem.contacts)
         yield "contacts", f"{some(problem.elements)} ({some(kinds)}); first: {_numbers(pair)}"
     for state in problem.contact_states:
         yield state.has, some(state.names)

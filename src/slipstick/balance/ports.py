@@ -53,11 +53,11 @@ class PortLayout:
         self.n_ports, self.n_contacts = len(problem.port_directions), len(problem.elements)
         self.size = self.n_ports * self.L
 
-    def motion(self, k: int, x: Array, omega: float, given: Given) -> Motion:
+    def motion(self, k: int, x: Array, omega: float, contact_inputs: Given) -> Motion:
         """Motion of batch ``k`` at unknowns (N,), the rubbing motion included."""
         batch, X = self.batches[k], x.reshape(self.n_ports, self.L)
         moved = []
-        for port, rubbing in zip(batch.ports, given.motion, strict=True):
+        for port, rubbing in zip(batch.ports, contact_inputs.motion, strict=True):
             if port.size == batch.count:
                 moved.append(X[port.rows] + rubbing)
             else:
@@ -65,7 +65,9 @@ class PortLayout:
                 if port.size:
                     Q[port.members] += X[port.rows]
                 moved.append(Q)
-        return Motion(self.harmonics, omega, tuple(moved), given.drift(omega), given.velocity_per_omega)
+        return Motion(
+            self.harmonics, omega, tuple(moved), contact_inputs.drift(omega), contact_inputs.velocity_per_omega
+        )
 
     def spread(self, dx: Array) -> list[dict[int, Array]]:
         """Changes of the motion (n, L) by batch and port, of changes (N,) of the unknowns."""

@@ -47,13 +47,13 @@ class Preconditioner:
         apart = _modes_apart(elements, compliance)
         self._set_apart(apart, compliance)
         self._inverse, self._moved, sign = [], [], 1
-        for own in elements:
-            D = _answered(compliance.local(own.rows, apart), own.own)
+        for batch in elements:
+            D = _answered(compliance.local(batch.rows, apart), batch.local)
             sign *= int(np.prod(np.linalg.slogdet(D)[0]))
             inverse = np.asarray(np.linalg.inv(D), dtype=float)
             self._inverse.append(inverse)
-            self._moved.append(self._along_modes(own, inverse))
-        C = self._weighted(self._modal([o.own @ m for o, m in zip(elements, self._moved, strict=True)]))
+            self._moved.append(self._along_modes(batch, inverse))
+        C = self._weighted(self._modal([o.local @ m for o, m in zip(elements, self._moved, strict=True)]))
         C.reshape(-1)[:: len(C) + 1] += 1.0
         self._lu = lu_factor(C, check_finite=False)
         swaps = np.count_nonzero(self._lu[1] != np.arange(len(C)))
@@ -76,23 +76,23 @@ class Preconditioner:
             self._weights.append((tuple(places), f.weight[order, chosen].conj()))
         self._size = end
 
-    def _along_modes(self, own: Elements, inverse: Array) -> Array:
+    def _along_modes(self, elements: Elements, inverse: Array) -> Array:
         """``D^-1 U`` (n, p L, q) of the elements."""
-        n, p, L = own.shape
+        n, p, L = elements.shape
         columns = inverse.reshape(n, p * L, p, L)
         out = np.empty((n, p * L, self._size))
         for coefficient, at, left, _ in self._apart:
-            out[:, :, at] = columns[:, :, :, coefficient] @ own.at_ports(left)
+            out[:, :, at] = columns[:, :, :, coefficient] @ elements.at_ports(left)
         return out
 
     def _modal(self, forces: Sequence[Array]) -> Array:
         """Forces (n, p L, k) of the elements on the modes set apart, (q, k)."""
         total = np.zeros((self._size, forces[0].shape[2] if forces else 1))
-        for own, given in zip(self._elements, forces, strict=True):
-            n, p, L = own.shape
-            F = given.reshape(n, p, L, -1)
+        for elements, force in zip(self._elements, forces, strict=True):
+            n, p, L = elements.shape
+            F = force.reshape(n, p, L, -1)
             for coefficient, at, _, right in self._apart:
-                shapes = own.at_ports(right).reshape(n * p, -1)
+                shapes = elements.at_ports(right).reshape(n * p, -1)
                 total[at] += shapes.T @ F[:, :, coefficient].reshape(n * p, -1)
         return total
 
@@ -112,29 +112,29 @@ class Preconditioner:
     def solve(self, X: Array) -> Array:
         """``P^-1 X`` for values (n_ports + 1, L) of all ports, the last row of no meaning."""
         out, forces, moved = np.zeros_like(X), np.zeros_like(X), []
-        for own, inverse in zip(self._elements, self._inverse, strict=True):
-            moved.append((inverse @ own.gather(X)[:, :, None])[:, :, 0])
-            own.scatter((own.own @ moved[-1][:, :, None])[:, :, 0], forces)
+        for elements, inverse in zip(self._elements, self._inverse, strict=True):
+            moved.append((inverse @ elements.gather(X)[:, :, None])[:, :, 0])
+            elements.scatter((elements.local @ moved[-1][:, :, None])[:, :, 0], forces)
         f = np.empty(self._size)
         for coefficient, at, _, right in self._apart:
             f[at] = forces[:-1, coefficient] @ right
         a = lu_solve(self._lu, self._weighted(f), check_finite=False)
-        for own, along, y in zip(self._elements, self._moved, moved, strict=True):
-            own.scatter(y - along @ a, out)
+        for elements, along, y in zip(self._elements, self._moved, moved, strict=True):
+            elements.scatter(y - along @ a, out)
         return out
 
     def solve_transposed(self, X: Array) -> Array:
         """``P^-T X = D^-T (X - W^T C^-T U^T D^-T X)``, ``C = I + W D^-1 U``."""
         out, forces = np.zeros_like(X), np.zeros_like(X)
         t = np.zeros(self._size)
-        for own, along in zip(self._elements, self._moved, strict=True):
-            t += own.gather(X).ravel() @ along.reshape(-1, self._size)
+        for elements, along in zip(self._elements, self._moved, strict=True):
+            t += elements.gather(X).ravel() @ along.reshape(-1, self._size)
         g = self._weighted(lu_solve(self._lu, t, trans=1, check_finite=False), transposed=True)
         for coefficient, at, _, right in self._apart:
             forces[:-1, coefficient] = right @ g[at]
-        for own, inverse in zip(self._elements, self._inverse, strict=True):
-            pulled = (own.own.transpose(0, 2, 1) @ own.gather(forces)[:, :, None])[:, :, 0]
-            own.scatter((inverse.transpose(0, 2, 1) @ (own.gather(X) - pulled)[:, :, None])[:, :, 0], out)
+        for elements, inverse in zip(self._elements, self._inverse, strict=True):
+            pulled = (elements.local.transpose(0, 2, 1) @ elements.gather(forces)[:, :, None])[:, :, 0]
+            elements.scatter((inverse.transpose(0, 2, 1) @ (elements.gather(X) - pulled)[:, :, None])[:, :, 0], out)
         return out
 
 
@@ -142,8 +142,8 @@ def _modes_apart(elements: Sequence[Elements], compliance: FactoredCompliance) -
     """Which modes of which orders carry most between the ports, (n + 1, n_modes)."""
     f, n = compliance.factors, compliance.n_rows
     stiffness = np.zeros(n + 1)
-    for own in elements:
-        stiffness[own.rows] = own.stiffness()
+    for batch in elements:
+        stiffness[batch.rows] = batch.stiffness()
     through = np.einsum("rm,rm,r->m", np.abs(f.left), np.abs(f.right[:n]), stiffness[:-1])
     gain = np.abs(f.weight) * through
     likeliest = np.argsort(-gain, axis=None, kind="stable")

@@ -49,8 +49,8 @@ def number_faults(name: Name, value: Any, remedy: str = "") -> list[Fault]:
         return [Fault(name, found=shown(value), expected="real numbers")]
     if array.dtype.kind != "c" or not array.imag.any():
         return []
-    found = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
-    return [Fault(name, f"is complex ({found})", expected="real numbers", remedy=remedy)]
+    sizes = f"imaginary parts up to {abs(array.imag).max():.3g} beside real ones up to {abs(array.real).max():.3g}"
+    return [Fault(name, f"is complex ({sizes})", expected="real numbers", remedy=remedy)]
 
 
 def real(value: Any) -> Any:
@@ -163,10 +163,10 @@ def directions(name: str, value: Any, n_dofs: int) -> Array:
     return array
 
 
-def named_shapes(given: Any, faults: list[Fault]) -> dict[str, Any]:
+def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
     """Distributed loads by name; those that are not become a fault. None is none."""
     try:
-        return {} if given is None else table("load_shapes", given, "a dict of loads by name")
+        return {} if load_shapes is None else table("load_shapes", load_shapes, "a dict of loads by name")
     except InputError as error:
         faults += error.faults
         return {}
