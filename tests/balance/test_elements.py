@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.problems import random_problem
 
-from slipstick.balance.elements import Elements
+from slipstick.balance.contact_jacobian import Elements
 from slipstick.balance.ports import Balance
 
 BALANCE = Balance(random_problem(0))

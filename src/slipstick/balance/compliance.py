@@ -71,9 +71,9 @@ class Compliance:
 @cache
 def sums() -> ModuleType:
     """The compiled sums, loaded when they are first asked for: reading and checking a case needs none."""
-    from slipstick.balance.kernel import sums as found
+    from slipstick.balance.kernel import sums as compiled
 
-    return found
+    return compiled
 
 
 def _times(value: ComplexArray, G: ComplexArray) -> Array:

@@ -85,7 +85,7 @@ class Problem:
     ------
     InputError
         With one sentence for each fault: what is of another kind, or names what is not there. What can be computed but
-        is suspicious is said by each analysis, before it computes; a problem by itself says nothing.
+        is suspicious is reported by each analysis, before it computes; a problem by itself warns of nothing.
     """
 
     structure: Structure
