@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from slipstick.balance.loads import Load
     from slipstick.balance.problem import Problem
     from slipstick.structure.protocol import Structure
+    from slipstick.typing import Numbers
     from slipstick.units import Units
 
 
@@ -182,7 +183,7 @@ def _across(pair: ContactPair) -> list[str]:
     return [name for name, value in pair.rubbing.components() if name.startswith("normal_") and np.any(value)]
 
 
-def motion_faults(parts: Mapping[str, Mapping[int, Any]], known: Known) -> Iterator[Fault]:
+def motion_faults(parts: Mapping[str, Mapping[int, Numbers]], known: Known) -> Iterator[Fault]:
     """Orders of a rubbing motion, by part, that are not kept."""
     for part, amplitudes in parts.items():
         for order, value in amplitudes.items():

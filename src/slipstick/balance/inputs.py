@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +46,7 @@ class Given:
         """That velocity over omega, (n_ports, n), length per rad."""
         return self.velocity / omega + self.velocity_per_omega
 
-    def changed(self, /, **arrays: Any) -> Given:
+    def changed(self, /, **arrays: Array) -> Given:
         """A copy with other arrays: "velocity", "velocity_per_omega", "motion", or parameters by name."""
         surface = {name: arrays.pop(name, getattr(self, name)) for name in SURFACE}
         return Given(values={**self.values, **arrays}, **surface)
@@ -88,7 +87,7 @@ class Inputs:
             arrays.append(getattr(batch, name) if name in SURFACE else batch.values.get(name, np.zeros(0)))
         return any(bool(np.any(array)) for array in arrays)
 
-    def with_batch(self, k: int, /, **arrays: Any) -> Inputs:
+    def with_batch(self, k: int, /, **arrays: Array) -> Inputs:
         """A copy with other arrays in one batch."""
         changed = tuple(b.changed(**arrays) if i == k else b for i, b in enumerate(self.batches))
         return replace(self, batches=changed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from math import gcd, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def problem_warnings(
         static = _static(problem)
     if static is not None:
         sentences += _proportion_warnings(problem, static)
-    if len(omega):
+    if len(omega) and static is not None:
         low, high = float(min(omega)), float(max(omega))
         natural = np.asarray(problem.structure.natural_frequencies, dtype=float)
         sentences += [*_damping_warnings(problem, natural, low), *_ratio_warnings(problem, natural, low, high)]
@@ -260,7 +260,7 @@ def _damping_warnings(problem: Problem, natural: Array, omega: float) -> Iterato
         )
 
 
-def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array | None) -> Iterator[str]:
+def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, static: Array) -> Iterator[str]:
     factor = problem.load_order
     low, high = low * factor, high * factor
     if not problem.units.in_seconds or natural.size == 0 or np.any((natural >= 0.8 * low) & (natural <= 1.25 * high)):
@@ -280,7 +280,7 @@ def _unit_warnings(problem: Problem, natural: Array, low: float, high: float, st
         )
 
 
-def _stuck_limit(problem: Problem, first: float, static: Any) -> float:
+def _stuck_limit(problem: Problem, first: float, static: Array) -> float:
     """Highest first natural frequency the contact stiffnesses can make, a crude bound by static compliance."""
     compliance = np.diag(static[:, : len(static)])
     stiffness = np.zeros(len(compliance))

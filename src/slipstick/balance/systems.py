@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf, isfinite
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ class FrequencySystem:
         """Inputs and frequency at ``parameter``."""
         return self.inputs, parameter
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by omega at ``parameter`` = omega; nan where the motion is not finite, and
         where the equilibrium of a contact state near that of ``context`` has vanished.
 
@@ -68,7 +67,7 @@ class ParameterSystem:
         """Inputs and frequency at ``parameter``."""
         return self.path.at(parameter)[0], self.omega
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and derivative by the parameter; nan as in a ``FrequencySystem``."""
         if not (isfinite(x.dot(x)) and isfinite(parameter)):
             return Evaluation.undefined(x.size)

@@ -124,7 +124,7 @@ class FrictionContact(FrictionLaw):
             shown["gap"] = self.gap
         return f"FrictionContact({', '.join(f'{name}={plain(value)}' for name, value in shown.items())})"
 
-    def _says(self, arguments: Mapping[str, Any]) -> bool:
+    def _says(self, arguments: Mapping[str, Numbers]) -> bool:
         """Whether such arguments make the same contact."""
         return bool(np.array_equal(FrictionContact(**arguments).gap, self.gap))
 

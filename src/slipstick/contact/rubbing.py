@@ -188,7 +188,7 @@ def _coefficients(
     return out
 
 
-def amplitudes(name: Where, series: Any, least: int) -> dict[int, Any]:
+def amplitudes(name: Where, series: Any, least: int) -> dict[int, Numbers]:
     """Amplitudes by whole order >= ``least``."""
     if not isinstance(series, Mapping):
         raise wrong(name, series, "amplitudes by harmonic such as {1: 2.0}")

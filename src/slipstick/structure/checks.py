@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import LARGEST, SMALLEST, Name, listed, shown, table
-from slipstick.typing import Array, Matrix, Sparse
+from slipstick.typing import AnyArray, Array, Matrix, Sparse
 
 DAMPING_ELSEWHERE = "give hysteretic damping as loss_factor"
 """What to do about a complex matrix."""
@@ -125,12 +125,12 @@ def symmetry_faults(name: Name, value: Any, *, tolerance: float = ASYMMETRY) -> 
     ]
 
 
-def within_range(entries: Any) -> bool:
+def within_range(entries: AnyArray) -> bool:
     """Whether all entries of an array are finite and of a size that can be computed with."""
     return bool(np.all(np.abs(entries) <= LARGEST))
 
 
-def entry_faults(name: Name, entries: Any) -> list[Fault]:
+def entry_faults(name: Name, entries: AnyArray) -> list[Fault]:
     """Faults of an array that is not :func:`within_range`."""
     return [] if within_range(entries) else [Fault(name, _WRONG, remedy=_LOOK)]
 
@@ -172,7 +172,7 @@ def named_shapes(load_shapes: Any, faults: list[Fault]) -> dict[str, Any]:
         return {}
 
 
-def known_shapes(shapes: Sequence[str], available: Mapping[str, Any]) -> None:
+def known_shapes(shapes: Sequence[str], available: Mapping[str, object]) -> None:
     """Raise InputError for the names of load shapes which do not exist."""
     listed = ", ".join(available) or "none"
     faults = [

@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from slipstick.errors import Fault, InputError
 from slipstick.faults import one
-from slipstick.typing import Array, IntArray
+from slipstick.typing import Array, IntArray, Matrix
 
 _NEGLIGIBLE = 1e-12
 """Coefficients below this fraction of the largest are what is left of a cancellation."""
@@ -65,12 +64,12 @@ class Elimination:
     zero: IntArray
     idle: Mapping[str, int] = field(default_factory=dict)
 
-    def reduce(self, matrix: Any) -> csr_array:
+    def reduce(self, matrix: Matrix) -> csr_array:
         """``T' A T``, exactly symmetric for a symmetric A."""
         reduced = csr_array(self.T.T @ csr_array(matrix) @ self.T)
         return csr_array((reduced + reduced.T) * 0.5)
 
-    def forces(self, columns: Any) -> Any:
+    def forces(self, columns: Matrix) -> Matrix:
         """``T' f``: loads or directions (n, ...) as seen by q."""
         return self.T.T @ columns
 

@@ -327,7 +327,7 @@ class MatrixStructure:
         return f"MatrixStructure({len(self._dofs)} dofs, {'dense' if self._dense else 'sparse'})"
 
 
-def _thin(matrix: Matrix) -> Any:
+def _thin(matrix: Matrix) -> Matrix:
     """A large dense matrix of mostly zeros as a sparse one, others as they are."""
     if isinstance(matrix, np.ndarray) and matrix.size > _SMALL and 4 * np.count_nonzero(matrix) < matrix.size:
         return csc_array(matrix)

@@ -66,7 +66,7 @@ def system_matrices(arguments: Mapping[str, Any], n: int, *, dense: bool) -> tup
     return right, faults
 
 
-def stored(matrix: Matrix, dense: bool) -> Any:
+def stored(matrix: Matrix, dense: bool) -> Matrix:
     """Dense, or compressed sparse by columns."""
     if dense:
         return matrix.toarray() if hasattr(matrix, "toarray") else matrix
@@ -186,7 +186,7 @@ def _pivots(matrix: Sparse) -> float | None:
     return float(factors.U.diagonal().min()) if np.array_equal(factors.perm_r, factors.perm_c) else None
 
 
-def scaled(matrix: Sparse, diagonal: Array) -> Any:
+def scaled(matrix: Sparse, diagonal: Array) -> Sparse:
     """The matrix, dense or sparse, divided by the roots of ``diagonal`` from both sides."""
     scale = 1.0 / np.sqrt(diagonal)
     if sparse.issparse(matrix):
