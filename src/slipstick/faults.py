@@ -57,6 +57,16 @@ class Gathering:
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
+    def __enter__(self) -> Gathering:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        """The faults of an InputError are kept, and what comes after the block goes on."""
+        if isinstance(error, InputError):
+            self.faults += error.faults
+            return True
+        return False
+
     def take(self, check: Callable[P, T], *args: P.args, **options: P.kwargs) -> T | None:
         """What a check makes of a value, or None and its faults are kept."""
         return self.inside((), check, *args, **options)

@@ -7,8 +7,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import slipstick as ss
-from slipstick.balance.dense import dense_jacobian
-from slipstick.balance.kinds import WrittenOut, kind_of
+from slipstick.balance.kinds import KINDS, WrittenOut, kind_of
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import FirstPoint
 from slipstick.errors import InputError
@@ -61,7 +60,7 @@ class SparseKind(WrittenOut):
     name = "sparse"
 
     def jacobian(self, *arguments):
-        return SparseJacobian(dense_jacobian(*arguments).matrix)
+        return SparseJacobian(KINDS["dense"].jacobian(*arguments).matrix)
 
 
 sparse_kind = SparseKind()

@@ -42,8 +42,9 @@ def test_a_surface_that_never_comes_near_enough() -> None:
     pair = ss.ContactPair(
         name="tip", contact=ss.FrictionContact(kt=1.0, mu=0.3, kn=1.0, gap=2.0), tangential="x", rubbing=rub
     )
+    problem = one_mass(pair, force=1.0)
     with pytest.warns(ss.SlipstickWarning, match="so it never acts"):
-        one_mass(pair, force=1.0)
+        ss.linear_response(problem, omega=2.0)
 
 
 def test_points_near_peaks_are_named():

@@ -120,8 +120,8 @@ class Outputs:
         motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
         if self.far:
             rate = float(tangent[-1])
-            G = b.excitation(detail.forces, detail.inputs.P)
-            dG = b.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
+            G = b.layout.excitation(detail.forces, detail.inputs.P)
+            dG = b.layout.excitation(*system.rates(detail, step.parameter, tangent[:-1], rate))
             assert self.receptance is not None
             along = None if isinstance(system, FrequencySystem) else system.path.at(step.parameter)[1].structure
             at = Compliance(adjusted(self.receptance, detail.inputs.structure), b.orders, detail.omega, along)

@@ -118,7 +118,7 @@ def study(
             said = "it is given without folder"
             raise InputError(Fault(("study", "missing"), said, remedy="give the folder of the study"))
         cases = _in_memory(job, plan, heard, workers, client)
-        return _told(study_dataset(job, plan, cases, study_attributes(job, plan, cases, about)))
+        return _with_warnings(problem, study_dataset(job, plan, cases, study_attributes(job, plan, cases, about)))
     place = StudyFolder(path(("study", "folder"), folder, "the path of a folder"), job, plan, about=about)
     try:
         todo, total = place.todo(missing=missing), len(plan)
@@ -130,8 +130,8 @@ def study(
                     _tell(heard, plan, solved, len(place.cases), total)
             finally:
                 dataset = place.write()
-            return _told(dataset)
-        return _told(place.dataset())
+            return _with_warnings(problem, dataset)
+        return _with_warnings(problem, place.dataset())
     finally:
         place.release()
 
@@ -146,8 +146,9 @@ def _in_memory(
     return cases
 
 
-def _told(dataset: xarray.Dataset) -> xarray.Dataset:
-    warn(str(dataset.attrs["warnings"]).splitlines())
+def _with_warnings(problem: Any, dataset: xarray.Dataset) -> xarray.Dataset:
+    """The dataset; its warnings are given, those of a problem that no analysis of it gave yet."""
+    (problem.warn if isinstance(problem, Problem) else warn)(str(dataset.attrs["warnings"]).splitlines())
     return dataset
 
 

@@ -221,7 +221,7 @@ class _AtPoint(Adapted):
     @cached_property
     def _motion(self) -> Array:
         b, detail = self.rung.balance, self.value.detail
-        force = b.real(b.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
+        force = b.layout.real(b.layout.excitation(detail.forces)).reshape(1, b.n_ports, b.L)
         structures = [detail.inputs.structure]
         return self.rung.outputs.motion(self._point.x[None], force, detail.inputs.P[None], self._omega, structures)
 

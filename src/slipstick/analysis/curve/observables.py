@@ -100,7 +100,7 @@ class _OneByOne:
         if forces is None:
             return np.full(self._shape, np.nan)
         balance = self._system.balance
-        return np.asarray(balance.real(balance.excitation(forces))).reshape(self._shape)
+        return np.asarray(balance.layout.real(balance.layout.excitation(forces))).reshape(self._shape)
 
 
 class _Motion(Between):

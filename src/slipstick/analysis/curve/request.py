@@ -156,21 +156,21 @@ class Checks(Gathering):
 
     def range(self, span: Any, requested: Any, name: str) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
         """First and last value of a parameter, None where they are not right, and the values wanted between them."""
-        points = self.take(requested_values, requested) or ()
-        where = f"range of {name}" if name else "range"
-        return self._between(self.take(two_numbers, span, where), points, where, positive=False), points
+        points, where = self.take(requested_values, requested) or (), f"range of {name}" if name else "range"
+        with self:
+            return self._between(two_numbers(span, where), points, where, positive=False), points
+        return None, points
 
     def frequencies(self, span: Any, requested: Any = ()) -> tuple[tuple[float, float] | None, tuple[float, ...]]:
         """The same of frequencies, rad/s."""
         points = self.take(requested_frequencies, requested, self.units) or ()
-        ends = self.take(two_frequencies, span, self.units)
-        return self._between(ends, points, "frequency range", positive=True), points
+        with self:
+            return self._between(two_frequencies(span, self.units), points, "frequency range", positive=True), points
+        return None, points
 
     def _between(
-        self, ends: tuple[float, float] | None, points: tuple[float, ...], name: str, *, positive: bool
+        self, ends: tuple[float, float], points: tuple[float, ...], name: str, *, positive: bool
     ) -> tuple[float, float] | None:
-        if ends is None:
-            return None
         faults = range_faults(*ends, name=name, positive=positive)
         self.faults += faults or requested_faults(points, *ends)
         return None if faults else ends

@@ -21,6 +21,7 @@ from slipstick.balance.checks import two_numbers
 from slipstick.balance.kinds import Kind
 from slipstick.balance.loads import Load
 from slipstick.balance.ports import Balance
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.branch import Branch
 from slipstick.errors import Fault, InputError, Outcome
@@ -124,6 +125,7 @@ def nonlinear_modes(
     return ModeRequest(
         problem=checks.problem, balance=free.balance, free=free, linear=linear, number=number - 1, start=ends[0],
         stop=ends[1], dof=output, factors=factors or (), options=common["options"],
+        warnings=problem_warnings(checks.problem, free=True),
     ).branch()  # fmt: skip
 
 

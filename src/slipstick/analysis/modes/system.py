@@ -223,7 +223,7 @@ class ModeSystem:
         stiffness = t.square / t.scale**2
         real, imaginary = 1.0 - omega**2 / t.square, t.loss + omega * (t.viscous - xi) / t.square
         by_q = np.array([[real, imaginary], [imaginary, -real]])
-        g = self._force(here, self.balance.excitation(here.found.forces)) / (A * stiffness)
+        g = self._force(here, self.balance.layout.excitation(here.found.forces)) / (A * stiffness)
         psi = np.zeros((2, self.balance.n_ports, len(self.balance.orders) + 1), dtype=complex)
         psi[0, :, self._order], psi[1, :, self._order] = t.shape, -1j * t.shape
         pulled = np.array([here.forces_pulled(p) for p in psi]) / (A * stiffness)
@@ -254,7 +254,7 @@ class ModeSystem:
 
     def _modal(self, here: Linearization, q: Array, omega: float, xi: float) -> ComplexArray:
         """Mass-normalised modal coordinates of harmonic 1, (n_modes,)."""
-        G = self.balance.excitation(here.found.forces)[:, self._order]
+        G = self.balance.layout.excitation(here.found.forces)[:, self._order]
         dynamic = self._stiffness + omega * (1j * (self._damping - xi) - omega)
         least = _EPS * np.abs(self._stiffness)
         found = -(self._ports.T @ G.conj()) / np.where(np.abs(dynamic) < least, least, dynamic)

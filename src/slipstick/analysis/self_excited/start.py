@@ -132,7 +132,7 @@ class CycleStart:
         if k is None:
             return ()
         inputs = self._space.at_value(self.value if value is None else value).batches[k]
-        motion = balance.motion(k, x, omega or self.omega, inputs)
+        motion = balance.layout.motion(k, x, omega or self.omega, inputs)
         return word_of(balance.harmonics, motion.Q[0], motion.Q[1], {**inputs.values, "v": motion.drift[0]})
 
     def _largest(self) -> float | None:

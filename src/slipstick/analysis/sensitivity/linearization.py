@@ -53,7 +53,7 @@ class Linearization:
         self.at = balanced(balance, x, self.found, balance.compliance(omega, inputs.structure))
         self.jacobian = self.at.jacobian
         self._far = self._to_far()
-        self._G = balance.excitation(self.found.forces, inputs.P)
+        self._G = balance.layout.excitation(self.found.forces, inputs.P)
 
     @property
     def lost(self) -> bool:
@@ -69,7 +69,7 @@ class Linearization:
         """Change of the residual (N,) and of the outputs (n_outputs, L) for ``dx`` (N,) and a direction."""
         b, found = self.balance, self.found
         own, dpowers, dP = self._sources(direction)
-        dG = b.excitation(force_rates(b, found, dx, own, dpowers), dP)
+        dG = b.layout.excitation(force_rates(b, found, dx, own, dpowers), dP)
         dU = self._outputs_change(dx, dG, direction)
         b.anchoring(dx, dG)
         dR = dx + self.at.compliance.answer(dG)
@@ -83,7 +83,7 @@ class Linearization:
         """Change of the forces less the loads on all columns (n_columns, n + 1) at fixed motion, states included."""
         own, dpowers, dP = self._sources(direction)
         add_force_changes(self.found.states, dpowers, own)
-        return self.balance.excitation(own, dP)
+        return self.balance.layout.excitation(own, dP)
 
     def _sources(self, direction: Move) -> tuple[list[dict[int, Array]], list[Array], Array]:
         """Changes at fixed motion: of forces and powers at fixed states too, and of the loads."""
@@ -138,7 +138,7 @@ class Linearization:
     def forces_pulled(self, psi: ComplexArray) -> Array:
         """``(dF/dX)^T psi`` (N,) of numbers (n_ports, n + 1) on the forces at the ports, contact states included."""
         b = self.balance
-        own, out = b.spread(b.real(psi)), np.zeros((b.n_ports, b.L))
+        own, out = b.layout.spread(b.layout.real(psi)), np.zeros((b.n_ports, b.L))
         for batch, response, given in zip(b.batches, self.found.responses, own, strict=True):
             for (i, j), tangent in response.by_motion.items():
                 port = batch.ports[j]
@@ -168,7 +168,7 @@ class Linearization:
         known: dict[int, Powered] = {state.batch: state for state in self.found.states}
         for k, (batch, response) in enumerate(zip(self.balance.batches, self.found.responses, strict=True)):
             if k not in known:
-                motion = self.balance.motion(k, self.x, self.omega, self.inputs.batches[k])
+                motion = self.balance.layout.motion(k, self.x, self.omega, self.inputs.batches[k])
                 known[k] = BatchPower(k, Power(batch.law, motion, response))
         return [known[k] for k in range(len(self.balance.batches))]
 

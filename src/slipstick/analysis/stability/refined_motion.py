@@ -98,7 +98,7 @@ class Iteration:
 
     def _motions(self, x: Array, detail: Detail) -> list[Motion]:
         batches = detail.inputs.batches
-        return [self._balance.motion(k, x, detail.omega, given) for k, given in enumerate(batches)]
+        return [self._balance.layout.motion(k, x, detail.omega, given) for k, given in enumerate(batches)]
 
     def _gathered(
         self, h: Harmonics, detail: Detail, motions: Sequence[Motion], own: Sequence[Array],

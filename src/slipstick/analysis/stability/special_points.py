@@ -156,7 +156,7 @@ class SpecialPoints:
         batch = friction_batch(self._watch.balance)
         if batch is None:
             return ()
-        motion = self._watch.balance.motion(batch, x, omega, inputs.batches[batch])
+        motion = self._watch.balance.layout.motion(batch, x, omega, inputs.batches[batch])
         own = inputs.batches[batch].values if not near.states else near.responses[batch].values
         return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
 

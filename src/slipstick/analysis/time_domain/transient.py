@@ -19,6 +19,7 @@ from slipstick.analysis.time_domain.period_record import PeriodRecord
 from slipstick.analysis.time_domain.piecewise import FrictionSystem, PiecewiseLinear
 from slipstick.analysis.time_domain.piecewise_model import friction_elements, friction_system
 from slipstick.analysis.time_domain.shooting import periods as follow_periods
+from slipstick.balance.preflight import problem_warnings
 from slipstick.balance.problem import Problem
 from slipstick.errors import Fault, InputError
 from slipstick.faults import MOST_ITEMS, Gathering, frequency, number, one, shown, whole
@@ -149,12 +150,18 @@ def transient(
     InputError
         If an option is out of range, contacts carry a state and are not held, the mass matrix is singular, or a period
         of the forcing holds too many periods of the fastest mode (1 000 000 steps).
+
+    Warns
+    -----
+    SlipstickWarning
+        For what is suspicious in the problem.
     """
     problem = one("problem", problem, Problem, "an ss.Problem")
     omega, periods, tolerance, record_periods, steps = _checked_options(
         omega, periods, tolerance, method, record_periods, steps, initial, problem.units
     )
     system = friction_system(problem, omega, held)
+    problem.warn(problem_warnings(problem))
     outputs = tuple(problem.outputs or ())
     contacts = problem.elements
     return integrate(
