@@ -55,8 +55,8 @@ class Besides:
     def said(self, compute: Callable[[], Sequence[str]]) -> list[str]:
         """What failed, and what ``compute`` finds wrong in the results."""
         nothing: Sequence[str] = ()
-        found = self.take("what is suspicious in the results", compute, nothing)
-        return [*self.sentences, *found]
+        doubts = self.take("what is suspicious in the results", compute, nothing)
+        return [*self.sentences, *doubts]
 
 
 def _times(count: int) -> str:

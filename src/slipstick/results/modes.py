@@ -23,8 +23,8 @@ MODE_VARIABLES: Mapping[str, Declared] = {
 
 def mode_layout(layout: Layout, problem: Problem) -> Layout:
     """That of a branch with these variables."""
-    own = {name: d._replace(units=problem.units.label(d.units)) for name, d in MODE_VARIABLES.items()}
-    return replace(layout, variables={**layout.variables, **own})
+    of_modes = {name: d._replace(units=problem.units.label(d.units)) for name, d in MODE_VARIABLES.items()}
+    return replace(layout, variables={**layout.variables, **of_modes})
 
 
 def mode_values(details: Sequence[Any], force: ComplexArray) -> dict[str, Array]:
@@ -43,6 +43,6 @@ def peak_forces(details: Sequence[Any], force: ComplexArray) -> Array:
     In phase resonance the loads feed what ``xi`` takes: ``factor |p^H q| = xi w |q|^2``, with the phasors of the
     mass-normalised modes in harmonic 1, and of the loads on them ``force`` (n_modes,).
     """
-    given = np.array([d.xi * d.omega * np.sum(np.abs(d.modal) ** 2) for d in details], dtype=float)
+    dissipated = np.array([d.xi * d.omega * np.sum(np.abs(d.modal) ** 2) for d in details], dtype=float)
     power = np.array([abs(np.vdot(force, d.modal)) for d in details], dtype=float)
-    return np.divide(given, power, out=np.full_like(given, np.nan), where=power > 0.0)
+    return np.divide(dissipated, power, out=np.full_like(dissipated, np.nan), where=power > 0.0)

@@ -108,12 +108,12 @@ class Outputs:
 
         Those of the last steps are remembered.
         """
-        for known, found in self._known:
+        for known, motion in self._known:
             if known is step:
-                return found
-        found = self._motion_along(step, system)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
-        return found
+                return motion
+        motion = self._motion_along(step, system)
+        self._known = [*self._known[1 - _REMEMBERED :], (step, motion)]
+        return motion
 
     def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
@@ -194,13 +194,13 @@ class Recorder:
         P = _stack([p.detail.inputs.P for p in points], (b.n_loads, b.L))
         force = np.zeros((len(points), b.n_ports, b.L))
         layout = self.layout
-        found: dict[str, AnyArray] = {
+        values: dict[str, AnyArray] = {
             name: np.full((len(points), *layout.shape(name)), np.nan)
             for name, declared in layout.variables.items()
             if "contact" in declared.dims
         }
         for k in range(len(b.batches)):
-            self._of_batch(k, points, x, answers, found, force)
+            self._of_batch(k, points, x, answers, values, force)
         structures = [p.detail.inputs.structure for p in points]
         motion = self._each(
             "the motion of the outputs",
@@ -208,7 +208,7 @@ class Recorder:
             len(points), (len(self.outputs), b.L),
         )  # fmt: skip
         outputs = self.outputs.names
-        found |= {
+        values |= {
             "omega": omega,
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": np.array([p.parameter for p in points], dtype=float),
@@ -233,9 +233,9 @@ class Recorder:
             ),
         }
         if self.stability:
-            found |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
-        found |= self.further(points)
-        return {name: found[name] for name in layout.variables}
+            values |= stability_values([p.stability for p in points], len(layout.labels["rank"]))
+        values |= self.further(points)
+        return {name: values[name] for name in layout.variables}
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Variables that a subclass adds to the layout."""
@@ -256,36 +256,36 @@ class Recorder:
         return out
 
     def _of_batch(
-        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, found: dict[str, AnyArray], force: Array
+        self, k: int, points: Sequence[Point], x: Array, answers: _Answers, values: dict[str, AnyArray], force: Array
     ) -> None:
         """Fill in what one batch contributes: variables of its contacts, forces (n_points, n_ports, L)."""
         b, batch = self.balance, self.balance.batches[k]
         at, shape = batch.elements, (batch.count, b.L)
-        given = [p.detail.inputs.batches[k] for p in points]
+        inputs = [p.detail.inputs.batches[k] for p in points]
         X = x.reshape(len(points), b.n_ports, b.L)
         for i, name in enumerate(batch.law.force_names):
-            own, port = answers.of(k, _force_of(i), shape), batch.ports[i]
-            found[f"{name}_force"][:, at] = own
-            force[:, port.rows] = own[:, port.members]
-            moved = np.zeros_like(own)
+            forces, port = answers.of(k, _force_of(i), shape), batch.ports[i]
+            values[f"{name}_force"][:, at] = forces
+            force[:, port.rows] = forces[:, port.members]
+            moved = np.zeros_like(forces)
             moved[:, port.members] = X[:, port.rows]
-            found[f"contact_{batch.law.ports[i]}"][:, at] = moved
+            values[f"contact_{batch.law.ports[i]}"][:, at] = moved
         omega = np.array([p.omega for p in points])[:, None]
-        found["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
+        values["dissipated_power"][:, at] = omega * answers.of(k, lambda response: response.work, shape[:1])
         surface, place = batch.law.surface_ports, batch.law.ports.index
         along, across = (place(surface[d]) if d in surface else None for d in ("tangential", "normal"))
-        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(given, points, strict=True)]
-        found["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
+        speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(inputs, points, strict=True)]
+        values["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
         for name, own_port in (("rubbing_motion", along), ("normal_motion", across)):
-            found[name][:, at] = 0.0 if own_port is None else _stack([g.motion[own_port] for g in given], shape)
+            values[name][:, at] = 0.0 if own_port is None else _stack([g.motion[own_port] for g in inputs], shape)
         for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
             if state.batch == k:
-                found[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
+                values[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])
         for name, variable in law_variables(batch.law).items():
             get = (_values_of if variable.source in batch.law.values else _detail_of)(variable.source)
-            shown = (batch.count, *found[name].shape[2:])
+            shown = (batch.count, *values[name].shape[2:])
             unknown = np.full((len(points), *shown), np.nan)
-            found[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
+            values[name][:, at] = self.besides.take(name, partial(answers.of, k, get, shown), unknown)
 
     def record(self, point: Point) -> Mapping[str, AnyArray]:
         """Every variable of one point."""
@@ -311,8 +311,8 @@ def contact_states(table: ResultTable, balance: Balance, point: int) -> Array | 
     if not names or any(name not in table for name in names):
         return None
     places = [balance.batches[state.batch].elements for state in balance.states]
-    own = np.concatenate([table[name].to_numpy()[point][at] for name, at in zip(names, places, strict=True)])
-    return own if np.all(np.isfinite(own)) else None
+    states = np.concatenate([table[name].to_numpy()[point][at] for name, at in zip(names, places, strict=True)])
+    return states if np.all(np.isfinite(states)) else None
 
 
 def _in_use(balance: Balance, point: Point) -> int:
@@ -334,9 +334,9 @@ class _Answers:
         others = [i for i, point in enumerate(points) if not point.detail.responses]
 
         def ask(at: list[int]) -> Array:
-            found = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
-            residual = found.relative_residuals()
-            self._known.append((at, found.responses))
+            together = Together(balance, x[at], omega[at], [points[i].detail.inputs for i in at])
+            residual = together.relative_residuals()
+            self._known.append((at, together.responses))
             return residual
 
         if others:

@@ -120,9 +120,9 @@ def truncation(outputs: Outputs, points: Sequence[Point], x: Array, motion: Arra
 
 
 @lru_cache(maxsize=64)
-def _columns(wide: Harmonics, own: Harmonics) -> Sequence[int]:
+def _columns(wide: Harmonics, kept: Harmonics) -> Sequence[int]:
     """Places of a set's orders above 0 among the coefficients of a wider one."""
-    return [wide.index(m, part) for m in own.orders[1:] for part in ("c", "s")]
+    return [wide.index(m, part) for m in kept.orders[1:] for part in ("c", "s")]
 
 
 def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, wide: Harmonics) -> Response:
@@ -133,8 +133,8 @@ def _response(balance: Balance, k: int, points: Sequence[Point], omega: Array, w
 def _changes(balance: Balance, tangents: Sequence[Mapping[tuple[int, int], Array]], change: Array) -> Array:
     """Change of the forces (n, n_ports, L') by a change (n, n_ports or more, L') of the motion at the ports."""
     out = np.zeros((len(change), balance.n_ports, change.shape[2]))
-    for batch, own in zip(balance.batches, tangents, strict=True):
-        for pair, tangent in own.items():
+    for batch, by_port in zip(balance.batches, tangents, strict=True):
+        for pair, tangent in by_port.items():
             members, felt, moving = batch.couplings[pair]
             out[:, felt] += (tangent[:, members] @ change[:, moving, :, None])[..., 0]
     return out

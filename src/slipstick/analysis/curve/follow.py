@@ -99,18 +99,18 @@ class CurveRequest(Request):
         return replace(self, start=self.stop, stop=self.start, omega=omega, inputs=inputs, guess=None)
 
 
-def frequency_request(problem: Problem, omega: Any, requested: Any = (), *given: Any) -> CurveRequest:
+def frequency_request(problem: Problem, omega: Any, requested: Any = (), *shared: Any) -> CurveRequest:
     """What ``forced_response`` follows; its arguments in their order."""
     checks = Checks(problem)
     ends, points = checks.frequencies(omega, requested)
-    common = checks.common(points, *given)
+    common = checks.common(points, *shared)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, "", None, ends, common)
 
 
 def parameter_request(
-    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *given: Any
+    problem: Problem, parameter: str, span: Any, omega: Any, requested: Any = (), *shared: Any
 ) -> CurveRequest:
     """What ``parameter_response`` follows; its arguments in their order."""
     checks = Checks(problem)
@@ -118,7 +118,7 @@ def parameter_request(
     at = checks.take(frequency, "omega", omega, checks.units)
     ends, points = checks.range(span, requested, parameter)
     checks.takes(parameter, ends)
-    common = checks.common(points, *given)
+    common = checks.common(points, *shared)
     assert checks.problem is not None
     assert ends is not None
     return curve_over(checks.problem, parameter, at, ends, common)

@@ -68,10 +68,10 @@ def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySyst
     for orders in harmonic_ladder(balance.problem):
         narrow = balance.narrowed(orders)
         columns = np.isin(np.array(balance.harmonics.labels), narrow.harmonics.labels)
-        own = copy(outputs)
-        own.balance = narrow
+        narrowed = copy(outputs)
+        narrowed.balance = narrow
         active = np.tile(columns, balance.n_ports)
-        rungs.append(Rung(_with(system, narrow, columns, parameter), own, active, columns))
+        rungs.append(Rung(_with(system, narrow, columns, parameter), narrowed, active, columns))
     if isinstance(system, FrequencySystem):
         return _AdaptedFrequency(system, rungs, tolerance)
     return _AdaptedParameter(system, rungs, tolerance)
@@ -98,14 +98,14 @@ def harmonic_ladder(problem: Problem) -> list[Harmonics]:
 
 def driven_orders(problem: Problem) -> set[int]:
     """Orders of the loads and of the rubbing motions, zero or not."""
-    own = {load.harmonic * problem.load_order for load in problem.loads}
+    driven = {load.harmonic * problem.load_order for load in problem.loads}
     for pair in problem.contacts:
-        own |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
-    own |= {problem.load_order, problem.rubbing_order}
-    return own & set(problem.harmonics.orders)
+        driven |= {m * problem.rubbing_order for part in MOTION_PARTS for m in getattr(pair.rubbing, part)}
+    driven |= {problem.load_order, problem.rubbing_order}
+    return driven & set(problem.harmonics.orders)
 
 
-class _Found(Evaluation):
+class _AdaptedEvaluation(Evaluation):
     """An evaluation that says by itself what the points after it are told, and whether it is good enough."""
 
     told: Callable[[], Array]
@@ -137,12 +137,12 @@ class _Adapting:
         residual[rung.active], slope[rung.active] = value.residual, value.parameter_derivative
         point = _AtPoint(self._rungs, number, self._tolerance, x, value)
         detail = self._detail(value.detail, point, parameter)
-        found = _Found(
+        evaluation = _AdaptedEvaluation(
             residual, EmbeddedJacobian(value.jacobian, rung.active), slope, detail,
             lambda: _terms(value, rung, x), None, point.again,
         )  # fmt: skip
-        found.told = point.after
-        return found
+        evaluation.told = point.after
+        return evaluation
 
     def _split(self, context: Any) -> tuple[int, Array | None]:
         """Which rung, and the contact states: all harmonics where a context knows of states alone."""
@@ -151,18 +151,18 @@ class _Adapting:
             return len(self._rungs) - 1, context
         return int(context[0]), context[1:] if carried else None
 
-    def _detail(self, own: Detail, point: _AtPoint, parameter: float) -> Detail:
-        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in own.responses)
+    def _detail(self, detail: Detail, point: _AtPoint, parameter: float) -> Detail:
+        responses = tuple(replace(r, force=tuple(map(point.rung.spread, r.force))) for r in detail.responses)
         inputs, _ = self.at(parameter)
-        return replace(own, responses=responses, inputs=inputs, adapted=point)
+        return replace(detail, responses=responses, inputs=inputs, adapted=point)
 
-    def rates(self, found: Detail, parameter: float, dx: Array, rate: float) -> tuple[Any, Array]:
+    def rates(self, detail: Detail, parameter: float, dx: Array, rate: float) -> tuple[Any, Array]:
         """As of the system itself."""
-        point = found.adapted
+        point = detail.adapted
         assert isinstance(point, _AtPoint)
         rung = point.rung
         forces, dP = rung.system.rates(point.value.detail, parameter, dx[rung.active], rate)
-        return [{i: rung.spread(f) for i, f in own.items()} for own in forces], rung.spread(dP)
+        return [{i: rung.spread(f) for i, f in by_port.items()} for by_port in forces], rung.spread(dP)
 
 
 class _AdaptedFrequency(_Adapting, FrequencySystem):

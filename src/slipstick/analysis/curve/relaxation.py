@@ -87,7 +87,7 @@ class SlowRates:
             raise MotionLostError
         self.x, detail = result.x, result.evaluation.detail
         self.detail = detail
-        return np.concatenate([own.rate.value for own in detail.states])
+        return np.concatenate([state.rate.value for state in detail.states])
 
 
 def _solve(balance: Balance, inputs: Inputs, omega: float, x: Array, z: Array) -> NewtonResult:

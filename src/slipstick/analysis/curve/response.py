@@ -144,16 +144,16 @@ def parameter_response(
     The other arguments, the result and the errors are those of ``forced_response``.
     """
     subharmonics, stability = _follows(follow, stability)
-    given = (requested, peaks_of, options, listeners, guess, stability)
-    branch = parameter_request(problem, parameter, span, omega, *given).branch()
+    shared = (requested, peaks_of, options, listeners, guess, stability)
+    branch = parameter_request(problem, parameter, span, omega, *shared).branch()
     return _with_subharmonics(branch, options, stability) if subharmonics else branch
 
 
-def _follows(given: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
+def _follows(follow: Any, stability: StabilityRequest) -> tuple[bool, StabilityRequest]:
     """Whether branches of twice the period are asked for, which need stability."""
-    if given is not None and not (isinstance(given, str) and given == "subharmonic"):
-        raise wrong("follow", given, '"subharmonic" or None')
-    return given is not None, True if given is not None and stability is False else stability
+    if follow is not None and not (isinstance(follow, str) and follow == "subharmonic"):
+        raise wrong("follow", follow, '"subharmonic" or None')
+    return follow is not None, True if follow is not None and stability is False else stability
 
 
 def _with_subharmonics(branch: Branch, options: Any, stability: StabilityRequest) -> Branch:

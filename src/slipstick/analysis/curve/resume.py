@@ -49,26 +49,26 @@ class Checkpoint:
 
     def plain(self) -> dict[str, Any]:
         """As numbers, texts and lists of them, and arrays."""
-        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "place"}
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "place"}
         if self.place is not None:
-            own |= {f"place_{name}": value for name, value in vars(self.place).items() if name not in own}
-            own |= {"place_measure": np.array(self.place.measure), "place_values": np.array(self.place.values)}
-        return own
+            values |= {f"place_{name}": value for name, value in vars(self.place).items() if name not in values}
+            values |= {"place_measure": np.array(self.place.measure), "place_values": np.array(self.place.values)}
+        return values
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], size: int) -> Checkpoint:
         """What ``plain`` made, of a balance of ``size`` unknowns; raises InputError where it is none."""
         try:
-            own = {f.name: plain[f.name] for f in fields(cls) if f.name != "place"}
-            state, tangent = _vector(own["state"], size + 1), _vector(own["tangent"], size + 1)
+            values = {f.name: plain[f.name] for f in fields(cls) if f.name != "place"}
+            state, tangent = _vector(values["state"], size + 1), _vector(values["tangent"], size + 1)
             place = _place(plain, state, tangent) if "place_points" in plain else None
-            if own["part"] not in (1, 2):
+            if values["part"] not in (1, 2):
                 raise ValueError
             return cls(
-                state=state, tangent=tangent, place=place, part=int(own["part"]), seconds=float(own["seconds"]),
-                ended=tuple((Outcome[name].name, str(message)) for name, message in own["ended"]),
-                jumps=tuple(map(str, own["jumps"])), done=Work._make(map(int, own["done"])),
-                earlier=Work._make(map(int, own["earlier"])),
+                state=state, tangent=tangent, place=place, part=int(values["part"]), seconds=float(values["seconds"]),
+                ended=tuple((Outcome[name].name, str(message)) for name, message in values["ended"]),
+                jumps=tuple(map(str, values["jumps"])), done=Work._make(map(int, values["done"])),
+                earlier=Work._make(map(int, values["earlier"])),
             )  # fmt: skip
         except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError("a checkpoint in the journal is damaged, or of another problem") from None
@@ -82,15 +82,15 @@ def _vector(value: Any, size: int | None = None) -> Array:
 
 
 def _place(plain: Mapping[str, Any], state: Array, tangent: Array) -> RestartPoint:
-    found = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
-    typical, size, present, largest = _vector(found["measure"], 4).tolist()
+    values = {name.removeprefix("place_"): value for name, value in plain.items() if name.startswith("place_")}
+    typical, size, present, largest = _vector(values["measure"], 4).tolist()
     return RestartPoint(
-        state=state, tangent=tangent, kind=str(found["kind"]), orientation=int(found["orientation"]),
-        arclength=float(found["arclength"]), step_length=float(found["step_length"]),
+        state=state, tangent=tangent, kind=str(values["kind"]), orientation=int(values["orientation"]),
+        arclength=float(values["arclength"]), step_length=float(values["step_length"]),
         measure=(typical, size, present, largest),
-        given=None if found["given"] is None else _vector(found["given"]),
-        values=tuple(_vector(found["values"]).tolist()),
-        **{name: int(found[name]) for name in ("points", "rejected", "evaluations", "solves")},
+        given=None if values["given"] is None else _vector(values["given"]),
+        values=tuple(_vector(values["values"]).tolist()),
+        **{name: int(values[name]) for name in ("points", "rejected", "evaluations", "solves")},
     )  # fmt: skip
 
 

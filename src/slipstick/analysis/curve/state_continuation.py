@@ -92,7 +92,7 @@ def _change(old: Carried, new: Carried) -> str:
 
 def _margin(detail: Detail) -> float:
     """Of the state whose equilibrium is nearest to a fold."""
-    return min((own.margin for own in detail.states), key=abs)
+    return min((state.margin for state in detail.states), key=abs)
 
 
 def _equilibria(states: Sequence[ContactState]) -> str:
@@ -251,7 +251,7 @@ class StateContinuation(Iterator[Step]):
         """
         here: Detail = fold.evaluation.detail
         z = here.carried
-        if z is None or all(own.state.slow for own in here.states) or self.earlier.runs >= _MOST_JUMPS:
+        if z is None or all(carried.state.slow for carried in here.states) or self.earlier.runs >= _MOST_JUMPS:
             return False
         if not (turned or abs(_margin(here)) < _FOLD):
             return False
@@ -259,10 +259,10 @@ class StateContinuation(Iterator[Step]):
         forward = 1.0 if before.tangent_parameter >= 0 else -1.0
         for share in _BEYOND:
             p = min(max(fold.parameter + forward * share * (high - low), low), high)
-            found = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
-            if found is None:
+            rest = relaxed(self._balance, *self._system.at(p), fold.x, z, reach=_NEAR if turned else np.inf)
+            if rest is None:
                 continue
-            x, there = found
+            x, there = rest
             jump = Jump(parameter=fold.parameter, before=here, after=there, turned=turned)
             if self._ended(there, f"the {_equilibria(self._balance.states)} ends at {jump.text}, and "):
                 return False
@@ -278,9 +278,9 @@ class StateContinuation(Iterator[Step]):
 
     def _ended(self, detail: Detail, where: str) -> bool:
         """Whether a contact state is no result, which ends the branch."""
-        for own in detail.states:
-            if fault := own.fault():
-                self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{own.state.left} ({where}{fault})"
+        for carried in detail.states:
+            if fault := carried.fault():
+                self.outcome, self.message = Outcome.OUTSIDE_TABLE, f"{carried.state.left} ({where}{fault})"
                 return True
         return False
 

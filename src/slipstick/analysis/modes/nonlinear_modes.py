@@ -127,32 +127,32 @@ def nonlinear_modes(
     ).branch()  # fmt: skip
 
 
-def _amplitudes(given: Any) -> tuple[float, float]:
-    first, last = two_numbers(given, "amplitude")
+def _amplitudes(amplitude: Any) -> tuple[float, float]:
+    first, last = two_numbers(amplitude, "amplitude")
     if not (first > 0.0 and last > 0.0 and first != last):
         raise InputError(Fault("amplitude", found=f"{first:g} to {last:g}", expected="two different amplitudes > 0"))
     return first, last
 
 
-def _factors(given: Any) -> tuple[float, ...]:
+def _factors(factors: Any) -> tuple[float, ...]:
     expected = "factors > 0, one or a list"
-    if isinstance(given, tuple | list) and not given:
+    if isinstance(factors, tuple | list) and not factors:
         return ()
-    found: Array = np.atleast_1d(numbers("load_factors", given, expected))
-    if found.ndim > 1 or not np.all(found > 0.0):
-        raise wrong("load_factors", given, expected)
-    return tuple(float(f) for f in found)
+    values: Array = np.atleast_1d(numbers("load_factors", factors, expected))
+    if values.ndim > 1 or not np.all(values > 0.0):
+        raise wrong("load_factors", factors, expected)
+    return tuple(float(f) for f in values)
 
 
 class FreeProblem:
     """A problem whose mode moves as prescribed, and what of the given one its results are held against."""
 
-    def __init__(self, given: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
-        self.given, self.modal = given, structure
-        directions = given.direction_matrix(given.port_directions)
+    def __init__(self, problem: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
+        self.forced, self.modal = problem, structure
+        directions = problem.direction_matrix(problem.port_directions)
         self.ports: Array = directions.T @ structure.mode_shapes
         self.target = TargetMode(structure, number, self.ports, structure.mode_shapes[structure.dofs.index(dof)])
-        still = _resting(given, structure)
+        still = _resting(problem, structure)
         prescribed = PrescribedMode(structure, number, self.target.scale)
         self.problem = replace(still, structure=prescribed, loads=[*still.loads, Load(shape=MODE, cos=1.0)], told=None)
         self.balance = Balance(self.problem, kind=kind)
@@ -165,13 +165,13 @@ class FreeProblem:
 
     def mode_force(self) -> ComplexArray:
         """Phasors of the forces of the problem's loads on the mass-normalised modes, (n_modes,)."""
-        columns = self.given.load_columns
+        columns = self.forced.load_columns
         names = tuple(shape for shape in columns.shapes)
         _, right, _, _ = self.modal.modal_parts(np.zeros((len(self.modal.dofs), 0)), columns.vectors, names)
-        P, order = self.given.load_coefficients(), self.given.load_order
-        if order not in self.given.harmonics.orders:
+        P, order = self.forced.load_coefficients(), self.forced.load_order
+        if order not in self.forced.harmonics.orders:
             return np.zeros(self.modal.omega.size, dtype=complex)
-        c, s = (self.given.harmonics.index(order, part) for part in "cs")
+        c, s = (self.forced.harmonics.index(order, part) for part in "cs")
         return np.asarray(right.T @ (P[:, c] - 1j * P[:, s]))
 
 
@@ -241,12 +241,12 @@ class ModeRecorder(Recorder):
 
     def __init__(self, free: FreeProblem) -> None:
         super().__init__(free.balance)
-        self._given, self._force = free.given, free.mode_force()
+        self._forced, self._force = free.forced, free.mode_force()
 
     @cached_property
     def layout(self) -> Layout:
         """That of a branch, and more."""
-        return mode_layout(super().layout, self._given)
+        return mode_layout(super().layout, self._forced)
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Amplitude, damping and load factor."""

@@ -104,13 +104,13 @@ class _Slopes:
 
     def heights(self, step: Any) -> Array:
         """Amplitudes (n_outputs,) at a step."""
-        for known, found in self._heights:
+        for known, heights in self._heights:
             if known is step:
-                return found
+                return heights
         motion, _ = self._outputs.motion_along(step, self._system)
-        found = amplitude(self._outputs.balance.harmonics, motion).value
-        self._heights.append((step, found))
-        return found
+        heights = amplitude(self._outputs.balance.harmonics, motion).value
+        self._heights.append((step, heights))
+        return heights
 
     def heights_along(self, first: Any, second: Any, arc: HermiteSegment, places: HermiteBasis) -> Array:
         """Amplitudes (n, n_outputs) at n places between two steps, of the cubics through their motions."""

@@ -129,20 +129,20 @@ def tracked_peak(
     )  # fmt: skip
 
 
-def _start(problem: Problem, name: str, given: Any) -> tuple[float, float]:
+def _start(problem: Problem, name: str, start: Any) -> tuple[float, float]:
     """A value to begin at, and another beyond."""
-    value = problem.parameter(name) if given is None else number("start", given)
+    value = problem.parameter(name) if start is None else number("start", start)
     if value == 0.0:
         raise InputError(Fault("start", f"{name} is 0, round which nothing is sought", remedy="give another start"))
     return value, 2.0 * value
 
 
-def one_dof(problem: Problem, given: Any) -> str:
+def one_dof(problem: Problem, dof: Any) -> str:
     """The output asked for, by default the first; InputError where there is none of that name."""
     known = tuple(problem.outputs or ())
-    if given is None and known:
+    if dof is None and known:
         return known[0]
-    name = text("dof", given, 'the name of an output such as "x"')
+    name = text("dof", dof, 'the name of an output such as "x"')
     if name not in known:
         raise InputError(f"dof: there is no output {shown(name)}; {suggestion(name, known)}")
     return name

@@ -51,7 +51,7 @@ class CycleSystem:
             np.append(here.at.residual, self.phase @ x),
             here.jacobian.bordered(by_omega, np.append(self.phase, 0.0)),
             np.append(by_parameter, 0.0),
-            here.found,
+            here.detail,
             lambda: np.append(terms(self.balance, x, here.at), np.abs(self.phase) @ np.abs(x)),
         )
 

@@ -51,11 +51,11 @@ def count_unstable(form: HarmonicForm, nodes: Array) -> int | None:
         return net if net >= 0 else None
     s = np.abs(np.add.outer(nodes, form.orders * form.omega))[:, :, None, None]
     mobility = max(float((w * np.abs(form.answers(1j * nu))).max()) for nu, w in zip(nodes.tolist(), s, strict=True))
-    own = 0
+    unpaired = 0
     for size in _DAMPERS:
         turns = net_turns(lambda nu, c=size / mobility: form.damped(1j * nu, c), nodes)  # type: ignore[misc]
-        own = max(own, 0 if turns is None else -turns)
-    return net + own if net + own > 0 else None
+        unpaired = max(unpaired, 0 if turns is None else -turns)
+    return net + unpaired if net + unpaired > 0 else None
 
 
 def strip(natural: Iterable[float], omega: float) -> Array:
@@ -69,9 +69,9 @@ def axis(natural: Iterable[float], omega: float, highest: int) -> Array:
     A disturbance whose frequency is shifted by omega is another one then, of another wave number: all frequencies are
     passed, up to where nothing answers any more.
     """
-    own = np.asarray(list(natural), dtype=float)
-    near = np.abs(np.subtract.outer(own, np.arange(-highest, highest + 1) * omega)).reshape(-1)
-    top = highest * omega + 1.5 * max(own.max(initial=0.0), omega)
+    frequencies = np.asarray(list(natural), dtype=float)
+    near = np.abs(np.subtract.outer(frequencies, np.arange(-highest, highest + 1) * omega)).reshape(-1)
+    top = highest * omega + 1.5 * max(frequencies.max(initial=0.0), omega)
     inside = np.linspace(0.0, top, int(_PER_OMEGA * top / omega))
     return np.unique(np.concatenate([inside, near, np.geomspace(top, _FAR * top, FIRST)]))
 
@@ -92,10 +92,10 @@ def net_turns(sign: Callable[[float], complex], nodes: Array) -> int | None:
     before: int | None = None
     finest = 1e-9 * float(nodes[-1])
     while True:
-        found = _refined(at, nodes.tolist(), finest, known)
-        if found is None:
+        refined = _refined(at, nodes.tolist(), finest, known)
+        if refined is None:
             return None
-        turns, nodes = found
+        turns, nodes = refined
         number = round(-turns / pi)
         if before is not None and number == before:
             return number if abs(-turns / pi - number) < _WHOLE else None

@@ -91,14 +91,14 @@ class StabilityWatch:
         motion, known = self._iterate(x, detail), self.systems.at(detail)
         if motion.laws.n_memory:
             return self._shot(motion, known, detail)
-        line, found = self._pieces(motion, known, detail.omega)
-        if found is None or not found.sound:
-            multipliers = np.zeros(0, dtype=complex) if found is None else self.judged(found.multipliers)
-            method = "" if found is None else PIECES
+        line, fine = self._pieces(motion, known, detail.omega)
+        if fine is None or not fine.sound:
+            multipliers = np.zeros(0, dtype=complex) if fine is None else self.judged(fine.multipliers)
+            method = "" if fine is None else PIECES
             return PointStability(
                 multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
             )
-        multipliers, method = self.judged(found.multipliers), PIECES
+        multipliers, method = self.judged(fine.multipliers), PIECES
         doubts = np.full(multipliers.size, error)
         if error is None:
             _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
@@ -175,8 +175,8 @@ class StabilityWatch:
             receptance = adjusted(balance.receptance, inputs.structure)
             answers = measured_answers(receptance, orders, detail.omega, by_order=self._by_order(detail.omega))
         motion = self._iterate.truncated(x, detail)
-        own = (motion.X, motion.Y)
-        return harmonic_form(balance.harmonics, own, motion.given, contacts, answers, detail.omega)
+        ports = (motion.X, motion.Y)
+        return harmonic_form(balance.harmonics, ports, motion.values, contacts, answers, detail.omega)
 
     def _by_order(self, omega: float) -> bool:
         """Whether receptances differ from order to order at one frequency, as those of a sector of a ring do."""
@@ -203,9 +203,9 @@ class StabilityWatch:
             neutral=form.neutral,
         )
 
-    def difference(self, x: Array, detail: Detail, found: PointStability) -> float:
+    def difference(self, x: Array, detail: Detail, stability: PointStability) -> float:
         """Distance of the largest multiplier from the harmonic form's; nan where there is none beside it."""
-        multipliers = found.multipliers
+        multipliers = stability.multipliers
         if not multipliers.size or abs(multipliers[0]) < _DEAD or self.systems.law_ports.size:
             return np.nan
         period = 2.0 * np.pi / detail.omega

@@ -120,7 +120,7 @@ class HarmonicForm:
 
 
 def harmonic_form(
-    harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array], contacts: FrictionPorts,
+    harmonics: Harmonics, motion: tuple[Array, Array], values: dict[str, Array], contacts: FrictionPorts,
     answers: Answers, omega: float,
 ) -> HarmonicForm:  # fmt: skip
     """The form at a motion (n, L) of the contacts, the rubbing motion included, with all orders up to the highest.
@@ -128,12 +128,12 @@ def harmonic_form(
     ``given`` are the parameters as ``element_forces`` takes them.
     """
     X, Y = motion
-    found = element_intervals(harmonics, X, Y, **given)
+    intervals = element_intervals(harmonics, X, Y, **values)
     orders = np.arange(-harmonics.highest, harmonics.highest + 1, dtype=float)
     n, K = contacts.n_ports, orders.size
     fixed, sticks, neutral = np.zeros((n, K, n, K), dtype=complex), [], 0
-    for i, total in enumerate(found.totals.tolist()):
-        at, code = found.at[i, :total], found.code[i, :total]
+    for i, total in enumerate(intervals.totals.tolist()):
+        at, code = intervals.at[i, :total], intervals.code[i, :total]
         x, y = contacts.tangential[i], contacts.normal[i]
         stick, slip, closed = _windows(at, code[:, 0], harmonics.highest)
         whole = total == 1 and code[0, 0] == STICK
@@ -146,7 +146,7 @@ def harmonic_form(
         neutral += int(whole and contacts.kt[i] > 0)
         if not whole:
             sticks += [
-                StickTerm(i, a, b - a, _factor(i, a, int(origin), harmonics, (X[i], Y[i]), given))
+                StickTerm(i, a, b - a, _factor(i, a, int(origin), harmonics, (X[i], Y[i]), values))
                 for (a, b, _), (state, origin) in zip(at.tolist(), code, strict=True)
                 if state == STICK
             ]
@@ -164,25 +164,25 @@ def _windows(at: Array, states: IntArray, highest: int) -> tuple[ComplexArray, C
     for (a, b, _), state in zip(at, states, strict=True):
         if state == SEPARATION:
             continue
-        own = np.where(k == 0, b - a, (np.exp(1j * k * b) - np.exp(1j * k * a)) / (1j * divisor)) / (2.0 * np.pi)
-        parts[2] += own
+        window = np.where(k == 0, b - a, (np.exp(1j * k * b) - np.exp(1j * k * a)) / (1j * divisor)) / (2.0 * np.pi)
+        parts[2] += window
         if state == STICK:
-            parts[0] += own
+            parts[0] += window
         else:
-            parts[1] += own if state == SLIP_PLUS else -own
+            parts[1] += window if state == SLIP_PLUS else -window
     place = np.subtract.outer(np.arange(2 * highest + 1), np.arange(2 * highest + 1))
     stick, slip, closed = (part[2 * highest - place] for part in parts)
     return stick, slip, closed
 
 
 def _factor(
-    i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], given: dict[str, Array]
+    i: int, time: float, origin: int, harmonics: Harmonics, motion: tuple[Array, Array], values: dict[str, Array]
 ) -> float:
     """``fac`` of a stick that begins, as in the tangent of the element (THEORY.md (13.2))."""
     if origin != SEPARATION:
-        return float(given["mu"][i] * given["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
+        return float(values["mu"][i] * values["kn"][i]) * (1.0 if origin == SLIP_PLUS else -1.0)
     slope = harmonics.derivative(np.array(motion)) @ harmonics.H_minus(time)
-    return float(given["kt"][i] * (slope[0] + given["v"][i]) / slope[1]) if slope[1] > 0.0 else 0.0
+    return float(values["kt"][i] * (slope[0] + values["v"][i]) / slope[1]) if slope[1] > 0.0 else 0.0
 
 
 def _decay(rate: AnyArray, length: float) -> ComplexArray:
@@ -216,8 +216,8 @@ def depends_on_order(receptance: Receptance, orders: IntArray, omega: float) -> 
     """Whether receptances at one frequency differ from order to order."""
     n, highest = receptance.static.shape[0], int(max(orders, default=1))
     frequency = highest * omega
-    found = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
-    return bool(np.abs(found - found[0]).max(initial=0.0) > _SAME * np.abs(found).max(initial=0.0))
+    answers = np.array([receptance.at(np.array([float(m)]), frequency / m)[0][0][:, :n] for m in (1, *orders.tolist())])
+    return bool(np.abs(answers - answers[0]).max(initial=0.0) > _SAME * np.abs(answers).max(initial=0.0))
 
 
 def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_order: bool = False) -> Answers:
@@ -231,12 +231,12 @@ def measured_answers(receptance: Receptance, orders: Array, omega: float, *, by_
     def one(order: int, w: float) -> ComplexArray:
         if w == 0.0:
             return receptance.static[:, :n].astype(complex)
-        own = abs(order) if by_order else 1
-        if own:
-            found = receptance.at(np.array([float(own)]), abs(w) / own)[0][0][:, :n]
+        asked = abs(order) if by_order else 1
+        if asked:
+            answer = receptance.at(np.array([float(asked)]), abs(w) / asked)[0][0][:, :n]
         else:
-            found = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
-        return found if w > 0.0 else found.conj()
+            answer = np.asarray(receptance.of_order(0, abs(w)))[:, :n]  # type: ignore[attr-defined]
+        return answer if w > 0.0 else answer.conj()
 
     def at(exponent: complex) -> ComplexArray:
         if exponent not in known:

@@ -64,12 +64,12 @@ class SpecialPoints:
         if not self._watch.systems.in_time:
             return (changes,)
         tests = {PERIOD_DOUBLING: doubling, NEIMARK_SACKER: torus}
-        found = [
+        events = [
             BranchEvent(name=kind, kind=kind, function=lambda step, test=test: test(self.at(step).multipliers))
             for kind, test in tests.items()
         ]
         crossing = BranchEvent(name=BRANCH_POINT, kind=BRANCH_POINT, function=self._crossing)
-        return (*found, crossing, changes)
+        return (*events, crossing, changes)
 
     def take_up(self, step: Any, value: float) -> None:
         """Go on from an accepted step at which the last of the test functions had a value."""
@@ -83,22 +83,22 @@ class SpecialPoints:
         """
         if step.place is not None and not self._own(*step.place):
             return self._between(*step.place)
-        found, known = self.at(step), step.evaluation.detail
-        return replace(found, difference=self._watch.difference(step.x, known, found)) if compare else found
+        stability, known = self.at(step), step.evaluation.detail
+        return replace(stability, difference=self._watch.difference(step.x, known, stability)) if compare else stability
 
     def at(self, step: Any) -> PointStability:
         """Stability of a step."""
-        for known, found in self._known:
+        for known, stability in self._known:
             if known is step:
-                return found
+                return stability
         odd, error = None, None
         if step.place is not None:
             error = max(self.at(beside).error for beside in step.place[:2])
         elif step.orientation and self._complete:
             odd = step.orientation * step.tangent_parameter < 0.0
-        found = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
-        self._known = [*self._known[1 - _REMEMBERED :], (step, found)]
-        return found
+        stability = self._watch.at(step.x, step.evaluation.detail, odd=odd, error=error)
+        self._known = [*self._known[1 - _REMEMBERED :], (step, stability)]
+        return stability
 
     def _own(self, first: Any, second: Any, *_: Any) -> bool:
         """Whether a point between two is judged by itself: where that is cheap, or where their verdicts differ."""
@@ -114,8 +114,8 @@ class SpecialPoints:
         test = {PERIOD_DOUBLING: beside_minus_one, NEIMARK_SACKER: torus, BRANCH_POINT: beside_one}.get(step.kind)
         if test is None:
             return True
-        found = self.at(step)
-        return found.unstable != UNKNOWN and abs(test(found.multipliers)) < _NEAR[step.kind]
+        stability = self.at(step)
+        return stability.unstable != UNKNOWN and abs(test(stability.multipliers)) < _NEAR[step.kind]
 
     def _crossing(self, step: Any) -> float:
         """Changes its sign where a multiplier passes 1 and the branch does not turn.
@@ -157,8 +157,8 @@ class SpecialPoints:
         if batch is None:
             return ()
         motion = self._watch.balance.motion(batch, x, omega, inputs.batches[batch])
-        own = inputs.batches[batch].values if not near.states else near.responses[batch].values
-        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**own, "v": motion.drift[0]})
+        values = inputs.batches[batch].values if not near.states else near.responses[batch].values
+        return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**values, "v": motion.drift[0]})
 
     def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""

@@ -104,10 +104,10 @@ class _Seen:
 
     def _size(self, between: Between, off: Array) -> Array:
         """Sizes (n,) of corrections, of what is read off the states too."""
-        own = self._corrector.metric.judged(off, self._sizes)
+        sizes = self._corrector.metric.judged(off, self._sizes)
         if self._observables.any:
-            own = np.maximum(own, _or_inf(between.changes(_finite(off)[:, :-1])))
-        return own
+            sizes = np.maximum(sizes, _or_inf(between.changes(_finite(off)[:, :-1])))
+        return sizes
 
     def settle(self, count: int, tolerance: float) -> tuple[Array, BoolArray]:
         """The first states, and which of them are known to the tolerance after further corrections."""
@@ -129,9 +129,9 @@ def _at_their_parameter(off: Array, slopes: Array) -> Array:
     Where the branch is steep a state near to it may be far from the solution at its own parameter.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
-    found[:, -1] = 0.0
-    return found
+        corrections = off - (off[:, -1] / slopes[:, -1])[:, None] * slopes
+    corrections[:, -1] = 0.0
+    return corrections
 
 
 def _finite(off: Array) -> Array:

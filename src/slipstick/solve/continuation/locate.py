@@ -71,8 +71,8 @@ class Locator:
     def begin(self, first: Step) -> None:
         """Take note of the event functions at the first point."""
         values = [(event, float(event.function(first))) for event in self._events]
-        own = (value or _TINY if event.maximum else value for event, value in values)
-        self.values = (*(self._watched.heights(first).tolist() if self._watched else ()), *own)
+        slopes = (value or _TINY if event.maximum else value for event, value in values)
+        self.values = (*(self._watched.heights(first).tolist() if self._watched else ()), *slopes)
 
     def between(self, first: Step, second: Step) -> list[Step]:
         """Located points between two neighbours in order along the branch."""
@@ -80,7 +80,7 @@ class Locator:
         arc = self._corrector.arc(first, second) if wanted else None
         if arc is None:
             return []
-        found: list[tuple[float, Step]] = []
+        located_points: list[tuple[float, Step]] = []
         ends = []
         self._middles.clear()
         self._orientations = first.orientation, second.orientation
@@ -98,25 +98,25 @@ class Locator:
                 located = self._maxima(event, arc, crossed, (first, before), (second, values[-1]))
             else:
                 located = self._changes(event, arc, crossed, (first, before), (second, values[-1]))
-            found += [step for step in located if step is not None]
+            located_points += [step for step in located if step is not None]
         if self._watched is not None:
-            largest = self._exceed(self._watched, np.array(self.values[:watched]), found, arc, first, second)
+            largest = self._exceed(self._watched, np.array(self.values[:watched]), located_points, arc, first, second)
             self.values = (*largest.tolist(), *ends)
         else:
             self.values = tuple(ends)
         if self._requested.size:
-            found += self._passages(first, second, self._in_order(first, second, found), arc)
-        found = self._in_order(first, second, found)
-        for _, step in found:
+            located_points += self._passages(first, second, self._in_order(first, second, located_points), arc)
+        located_points = self._in_order(first, second, located_points)
+        for _, step in located_points:
             step.arclength = first.arclength + self._corrector.metric.length(step.state - first.state)
-        return [step for _, step in found]
+        return [step for _, step in located_points]
 
-    def _in_order(self, first: Step, second: Step, found: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
+    def _in_order(self, first: Step, second: Step, points: list[tuple[float, Step]]) -> list[tuple[float, Step]]:
         """What was located, in order along the branch: their places tell it only where the arc is near to that."""
-        if len(found) < 2:
-            return found
+        if len(points) < 2:
+            return points
         whole = Bracket(first, 1.0, second, -1.0, 0.0, 1.0)
-        return sorted(found, key=lambda located: whole.part(located[1], self._corrector.metric))
+        return sorted(points, key=lambda located: whole.part(located[1], self._corrector.metric))
 
     def _expected(
         self, event: BranchEvent, before: float, first: Step, second: Step, arc: HermiteSegment
@@ -147,7 +147,7 @@ class Locator:
         self,
         watched: Watched,
         largest: Array,
-        found: list[tuple[float, Step]],
+        points: list[tuple[float, Step]],
         arc: HermiteSegment,
         first: Step,
         second: Step,
@@ -156,7 +156,7 @@ class Locator:
 
         What was solved for already often is the largest of several to the tolerance, and costs nothing then.
         """
-        for step in (second, *(step for _, step in found)):
+        for step in (second, *(step for _, step in points)):
             largest = np.maximum(largest, watched.heights(step))
         slopes, expected = watched.expected(first, second, arc, _PLACES)
         for i in np.flatnonzero(expected > largest * (1.0 + _EXCEEDS)).tolist():
@@ -167,7 +167,7 @@ class Locator:
             crossed = [(at, of) for at, of in changes if event.crossed(*of)]
             for located in self._maxima(event, arc, crossed, (first, values[0]), (second, values[-1])):
                 if located is not None:
-                    found.append(located)
+                    points.append(located)
                     largest = np.maximum(largest, watched.heights(located[1]))
         return largest
 
@@ -184,11 +184,11 @@ class Locator:
             for at, of in crossed:
                 margin = at[1] - at[0]
                 room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
-                found = self._quickly(event, arc, at, of, room)
-                if found is None:
+                top = self._quickly(event, arc, at, of, room)
+                if top is None:
                     ends = ({0.0: first, 1.0: second}.get(u) or self._solved(event, arc, u, 0.0) for u in room)
-                    found = self._top(event, room, *ends)
-                located.append(found)
+                    top = self._top(event, room, *ends)
+                located.append(top)
         if not any(located) and (event.crossed(first[1], second[1]) or not second[0].smooth):
             parts = self._parted(event, (0.0, 1.0), first, second, _PARTINGS)
             located = [self._top(event, *part) for part in parts]
@@ -265,11 +265,11 @@ class Locator:
         for at, of in crossed:
             margin = at[1] - at[0]
             room = (max(0.0, at[0] - margin), min(1.0, at[1] + margin))
-            found = self._quickly(event, arc, at, of, room) if event.along and second[0].smooth else None
-            if found is None and margin < 1.0:
+            change = self._quickly(event, arc, at, of, room) if event.along and second[0].smooth else None
+            if change is None and margin < 1.0:
                 ends = ({0.0: first, 1.0: second}.get(u) or self._solved(event, arc, u, 0.0) for u in room)
-                found = self._change(event, arc, room, *ends)
-            located.append(found)
+                change = self._change(event, arc, room, *ends)
+            located.append(change)
         if not any(located):
             located = [self._change(event, arc, (0.0, 1.0), first, second)]
         return located
@@ -282,10 +282,10 @@ class Locator:
             return self._top(event, places, low, high)
         if low is None or high is None or not event.crossed(low[1], high[1]):
             return None
-        found = self._event(event, arc, (places[0], low[1]), (places[1], high[1]))
-        if found is None:
-            found = self._narrowed(event, places, low, high).root(event, self._corrector.metric, self._tolerance)
-        return found
+        change = self._event(event, arc, (places[0], low[1]), (places[1], high[1]))
+        if change is None:
+            change = self._narrowed(event, places, low, high).root(event, self._corrector.metric, self._tolerance)
+        return change
 
     def _quickly(
         self, event: BranchEvent, arc: HermiteSegment, at: Both, of: Both, room: Both
@@ -323,16 +323,18 @@ class Locator:
         step, _ = self._corrector.correct(guess, arc.derivative(u), event.kind, name=event.name, options=options)
         if step is None or not self._corrector.near(step.state - guess, arc.length):
             return None
-        if all(step.orientation * own < 0 for own in self._orientations):  # of another branch, or the way back of this
+        if all(
+            step.orientation * orientation < 0 for orientation in self._orientations
+        ):  # of another branch, or the way back of this
             return None
         return step, float(event.function(step))
 
     def _passages(
-        self, first: Step, second: Step, found: list[tuple[float, Step]], arc: HermiteSegment
+        self, first: Step, second: Step, points: list[tuple[float, Step]], arc: HermiteSegment
     ) -> list[tuple[float, Step]]:
         """Points at the requested parameter values; turning points in between (already found) part the passages."""
         passages = []
-        for low, high in pairwise([(0.0, first), *found, (1.0, second)]):
+        for low, high in pairwise([(0.0, first), *points, (1.0, second)]):
             values, p0, p1 = self._requested, low[1].parameter, high[1].parameter
             inside = values[(values > p0) & (values <= p1)] if p1 > p0 else values[(values < p0) & (values >= p1)]
             for value in inside.tolist():
@@ -372,7 +374,7 @@ class Locator:
         step, _ = self._corrector.correct(guess, None, "requested", forward=way, options=self._corrector.patient)
         if step is None or not self._corrector.near(step.state - guess, length):
             return None
-        return None if all(step.orientation * own < 0 for own in self._orientations) else step
+        return None if all(step.orientation * orientation < 0 for orientation in self._orientations) else step
 
     def _jump(self, event: BranchEvent, arc: HermiteSegment, u: float) -> tuple[float, Step] | None:
         """The solution at a place on the arc."""

@@ -79,7 +79,7 @@ class Bracket:
     def holds(self, step: Step, metric: Metric) -> bool:
         """Whether a solution lies between its ends, and on this branch."""
         ends = self.low.orientation, self.high.orientation
-        if all(step.orientation * own < 0 for own in ends):
+        if all(step.orientation * orientation < 0 for orientation in ends):
             return False
         room = self.room(metric)
         return all(0.0 < metric.length(step.state - end.state) < room for end in (self.low, self.high))
