@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from slipstick.results.schema import Layout, law_variables, layout_of, state_nam
 from slipstick.results.stability import PointStability, stability_values
 from slipstick.results.table import ResultTable
 from slipstick.results.truncation import Reaction, Structures, moved, truncation
+from slipstick.solve.continuation import Step
 from slipstick.structure.dynamic import adjusted
 from slipstick.typing import AnyArray, Array
 
@@ -79,7 +79,7 @@ class Outputs:
         self.far = [i for i, port in enumerate(self._ports) if port is None]
         """Which of them are no contact ports."""
         self.receptance = balance.rows_to(wanted[:, self.far]) if self.far else None
-        self._known: list[tuple[Any, tuple[Array, Array]]] = []
+        self._known: list[tuple[Step, tuple[Array, Array]]] = []
 
     def __len__(self) -> int:
         return len(self.names)
@@ -103,7 +103,7 @@ class Outputs:
         """The same of those that are no contact ports, (n, n_far, L)."""
         return self._answer(np.concatenate([force, -P], axis=1), omega, structures)
 
-    def motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
+    def motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         """Motion of the outputs at a step and its derivative along the branch, both (n_outputs, L).
 
         Those of the last steps are remembered.
@@ -115,7 +115,7 @@ class Outputs:
         self._known = [*self._known[1 - _REMEMBERED :], (step, motion)]
         return motion
 
-    def _motion_along(self, step: Any, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
+    def _motion_along(self, step: Step, system: FrequencySystem | ParameterSystem) -> tuple[Array, Array]:
         b, tangent, detail = self.balance, step.tangent, step.evaluation.detail
         motion, change = self.assembled(step.x, None), self.assembled(tangent[:-1], None)
         if self.far:
@@ -276,8 +276,8 @@ class Recorder:
         along, across = (place(surface[d]) if d in surface else None for d in ("tangential", "normal"))
         speeds = [] if along is None else [g.speed(p.omega)[along] for g, p in zip(inputs, points, strict=True)]
         values["rubbing_velocity"][:, at] = 0.0 if along is None else _stack(speeds, shape[:1])
-        for name, own_port in (("rubbing_motion", along), ("normal_motion", across)):
-            values[name][:, at] = 0.0 if own_port is None else _stack([g.motion[own_port] for g in inputs], shape)
+        for name, number in (("rubbing_motion", along), ("normal_motion", across)):
+            values[name][:, at] = 0.0 if number is None else _stack([g.motion[number] for g in inputs], shape)
         for s, (name, state) in enumerate(zip(state_names(b.problem), b.states, strict=True)):
             if state.batch == k:
                 values[name][:, at] = _stack([p.detail.states[s].values for p in points], shape[:1])

@@ -76,7 +76,7 @@ VARIABLES: dict[str, Declared] = {
     "amplitude": Declared(("dof",), "length", "amplitude (0-to-peak, without the mean)"),
     "mean": Declared(("dof",), "length", "mean"),
     "dissipated_power": Declared(("contact",), "force length/time", "dissipated power"),
-    **{own.name: Declared(("contact",), own.units, own.long_name) for own in STATE_VARIABLES},
+    **{state.name: Declared(("contact",), state.units, state.long_name) for state in STATE_VARIABLES},
     "rubbing_velocity": Declared(("contact",), "length/time", "constant rubbing velocity"),
     "rubbing_motion": Declared(("contact", "coefficient"), "length", "periodic rubbing motion coefficients"),
     "normal_motion": Declared(

@@ -80,8 +80,8 @@ def adapted(system: AnySystem, tolerance: float, parameter: str = "") -> AnySyst
 def _with(system: AnySystem, balance: Balance, columns: BoolArray, parameter: str) -> AnySystem:
     if isinstance(system, ParameterSystem):
         return ParameterSystem(balance, parameter_path(balance.problem, parameter), system.omega)
-    given = system.inputs.map(lambda name, own: own[..., columns] if name in ("load", "motion") else own)
-    return FrequencySystem(balance, given)
+    inputs = system.inputs.map(lambda name, value: value[..., columns] if name in ("load", "motion") else value)
+    return FrequencySystem(balance, inputs)
 
 
 def harmonic_ladder(problem: Problem) -> list[Harmonics]:

@@ -129,11 +129,11 @@ class _Motion(Between):
         """Largest change (n,) of an output over its size, for changes (n, N) of the contact motion."""
         return self._relative(self._moved(dx))
 
-    def bent(self, dx: Array, arc: HermiteSegment, places: HermiteBasis) -> Array:
+    def bent(self, dx: Array, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Largest distance (n,) of an output from the cubic through the motions on both sides, over its size."""
         (a, da), (b, db) = self._known
         value = self._outputs.far_motion(self._evaluated.forces, self._evaluated.loads, self._omega, self._structures)
-        return self._relative(value + self._moved(dx) - arc.between(a, b, da, db, places)[0])
+        return self._relative(value + self._moved(dx) - segment.between(a, b, da, db, places)[0])
 
     def _moved(self, dx: Array) -> Array:
         none = np.zeros_like(self._evaluated.loads)

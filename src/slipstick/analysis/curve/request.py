@@ -124,7 +124,7 @@ class Request(ABC):
         """What computes it, not begun yet."""
 
     def branch(self) -> Branch:
-        """What is found, in memory."""
+        """The points, in memory."""
         return self.run().branch()
 
     def recorder(self) -> Recorder:
@@ -181,7 +181,7 @@ class Checks(Gathering):
             self.take(_takes, self.problem, parameter, values or ())
 
     def common(self, requested: tuple[float, ...], *arguments: Any, **named: Any) -> Any:
-        """``common_arguments``; InputError with all that was found until here."""
+        """``common_arguments``; InputError with all faults so far."""
         common = self.take(common_arguments, self.problem, requested, *arguments, **named)
         self.end()
         assert common is not None

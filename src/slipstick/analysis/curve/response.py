@@ -99,19 +99,10 @@ def forced_response(
 
 
 def follow(
-    problem: Problem,
-    *,
-    omega: FrequencyRange,
-    requested: FrequencyList = (),
-    peaks_of: Sequence[str] | str | None = None,
-    options: ContinuationOptions | Mapping[str, Any] | None = None,
-    listeners: Iterable[EventFunction] | EventFunction = (),
-    guess: Reals | None = None,
-    stability: StabilityRequest = False,
+    problem: Problem, *, omega: FrequencyRange, requested: FrequencyList = (), **arguments: Any
 ) -> Generator[Point, None, tuple[Outcome, str]]:
     """The points behind ``forced_response``, one by one; the generator's value is the outcome and its message."""
-    request = frequency_request(problem, omega, requested, peaks_of, options, listeners, guess, stability)
-    return (yield from request.run().follow())
+    return (yield from frequency_request(problem, omega, requested, **arguments).run().follow())
 
 
 def parameter_response(

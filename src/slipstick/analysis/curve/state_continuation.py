@@ -124,7 +124,7 @@ class StateContinuation(Iterator[Step]):
     residual
         Relative residual of the last step; nan of an interpolated one that is evaluated with others later.
     earlier
-        Work of the runs before the present one; given, together with ``places``, to go on where another stood.
+        Work of the runs before the present one; given, together with ``restart``, to go on where another stood.
 
     ``each`` asks for an evaluation of every interpolated point; without, those that can are evaluated together later.
     """
@@ -138,7 +138,7 @@ class StateContinuation(Iterator[Step]):
         *,
         jumps: list[str] | None = None,
         earlier: Work = NO_WORK,
-        places: Sequence[RestartPoint] = (),
+        restart: Sequence[RestartPoint] = (),
         each: bool = False,
         **options: Any,
     ) -> None:
@@ -148,7 +148,7 @@ class StateContinuation(Iterator[Step]):
         self.jumps: list[str] = [] if jumps is None else jumps
         self.outcome: Outcome | None = None
         self.message, self.residual, self.earlier = "", 0.0, earlier
-        self._run: Continuation = continuation(system, x, start, stop, places=places, **options)
+        self._run: Continuation = continuation(system, x, start, stop, restart=restart, **options)
         self._steps = self._follow()
         self._error: Exception | None = None
 
@@ -175,13 +175,13 @@ class StateContinuation(Iterator[Step]):
         return self._run.step_length
 
     @property
-    def place(self) -> RestartPoint | None:
+    def restart_point(self) -> RestartPoint | None:
         """Where the present run stands."""
-        return self._run.place
+        return self._run.restart_point
 
     @property
     def standing(self) -> Step | None:
-        """The step it goes on from where it was given ``places``."""
+        """The step it goes on from where it was given ``restart``."""
         return self._run.standing
 
     @property

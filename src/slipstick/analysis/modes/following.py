@@ -200,16 +200,16 @@ class ModePath:
         """Corrected points; ``least`` as in ``_bend``."""
         metric = Metric(self._scaling, first.x, self._length)
         corrector = Corrector(self.system, first.x.size, metric, self.options.newton)
-        arc = corrector.arc(first, second)
+        segment = corrector.segment(first, second)
         tolerance = self.options.output_tolerance
-        near = arc.length <= self.options.kink_step
-        if near or not halvings or _bend([first.state, *map(arc.point, _PLACES), second.state], least) <= tolerance:
+        near = segment.length <= self.options.kink_step
+        if near or not halvings or _bend([first.state, *map(segment.point, _PLACES), second.state], least) <= tolerance:
             return
         corrector.context = first.evaluation.context
-        guess = arc.point(0.5)
-        middle, _ = corrector.correct(guess, arc.derivative(0.5), "regular")
+        guess = segment.point(0.5)
+        middle, _ = corrector.correct(guess, segment.derivative(0.5), "regular")
         self._runs.append(corrector)
-        if middle is None or not corrector.near(middle.state - guess, arc.length):
+        if middle is None or not corrector.near(middle.state - guess, segment.length):
             return
         yield from self._between(first, middle, least, halvings - 1)
         yield middle

@@ -145,7 +145,7 @@ def _factors(factors: Any) -> tuple[float, ...]:
 
 
 class FreeProblem:
-    """A problem whose mode moves as prescribed, and what of the given one its results are held against."""
+    """A problem whose mode moves as prescribed, and what of the problem with loads its results are held against."""
 
     def __init__(self, problem: Problem, structure: ModalStructure, number: int, dof: str, kind: Kind | str) -> None:
         self.forced, self.modal = problem, structure
@@ -268,7 +268,7 @@ class ModeRequest(Request):
         return ModeRun(self)
 
     def branch(self) -> Branch:
-        """What is found, in memory."""
+        """The points, in memory."""
         branch = super().branch()
         without = "it is a free vibration, not that of a problem with loads"
         return Branch(branch.table, branch.outcome, None, branch.message, without=without)

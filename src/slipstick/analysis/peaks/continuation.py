@@ -1,6 +1,6 @@
-"""The locus of a peak over a parameter, point by point: folds turned, ties and corners passed.
+"""The continuation of a peak over a parameter, point by point: folds turned, ties and corners passed.
 
-Three things end a smooth locus. A fold is turned by arclength: beyond it the points are minima of the curve. Where
+Three things end a smooth curve of peaks. A fold is turned by arclength: beyond it the points are minima of the curve. Where
 another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve of the largest has a kink, and the peak
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.
@@ -54,7 +54,7 @@ _CORNER_STEPS = (1e-3, 4e-2)
 
 
 class PeakPoint(NamedTuple):
-    """A point of the locus."""
+    """A peak at a value of the parameter."""
 
     y: Array
     """Unknowns and frequency, (N + 1,)."""
@@ -66,7 +66,7 @@ class PeakPoint(NamedTuple):
 
 
 class PeakContinuation:
-    """The locus of a peak, as an iterator of points.
+    """The continuation of a peak, as an iterator of points.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class PeakContinuation:
         run, side = self._run(y, at), 0.0
         try:
             for step in run:
-                # smooth loci turn where the bend of the curve passes zero, and nowhere else
+                # smooth curves of peaks turn where the bend of the response passes zero, and nowhere else
                 way = np.sign(step.evaluation.detail.bend * step.tangent_parameter)
                 if self._slope_of(step) > FLAT or (step.kind != "turning point" and way * side < 0.0):
                     return CORNER

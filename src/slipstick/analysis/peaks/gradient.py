@@ -98,7 +98,7 @@ class StateSpace:
         self.outputs, self.inputs, self.path = outputs, inputs, path
 
     def at(self, x: Array, omega: float, value: float, near: Array | None = None) -> Linearization:
-        """The neighbourhood of a state."""
+        """The balance linearised at a state."""
         return Linearization(self.outputs, x, omega, self.at_value(value), near)
 
     def at_value(self, value: float) -> Inputs:

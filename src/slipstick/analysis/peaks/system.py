@@ -67,7 +67,7 @@ class PeakSystem:
     def slope(
         self, y: Array, parameter: float, context: Array | None = None
     ) -> tuple[Linearization, PeakGradient] | None:
-        """The neighbourhood of a state and the slope of its amplitude versus frequency; None where it is no motion.
+        """The balance linearised at a state and the slope of its amplitude over frequency; None where it is no motion.
 
         ``context`` holds the time of the extreme that is followed (nan: the largest), and contact states (n_states,).
         """

@@ -27,7 +27,7 @@ from slipstick.results.record import Outputs, Point
 from slipstick.typing import Array, FrequencyRange, Real
 
 TRACKING = {"first_step": 0.04, "max_step": 0.1, "event_tolerance": 1e-8, "newton": NEWTON}
-"""Options of a locus where nothing else is said: steps of a tenth of the range."""
+"""Options of a tracked peak where nothing else is said: steps of a tenth of the range."""
 
 
 def track_peak(
@@ -61,7 +61,7 @@ def track_peak(
     Returns
     -------
     Branch
-        Points of the locus: ``omega``, ``amplitude`` and all else over ``parameter``. ``kind`` is "optimum" where the
+        Peaks, one a point: ``omega``, ``amplitude`` and all else over ``parameter``. ``kind`` is "optimum" where the
         peak is highest or lowest over the parameter, "turning point" where it merges with a minimum of the curve (the
         points beyond, with ``peak_dof`` -1, are minima), "tie" where another extreme of the period becomes as large
         (the peak ends there, and the one that the curve rises to is followed on), "corner" where it sits on a change of

@@ -41,7 +41,7 @@ class CycleStart:
     ----------
     system
         Equations of the limit cycles, in phase with the vibration.
-    found
+    exists
         Whether the balance has one.
     rest, omega, value
         Steady sliding (N,), frequency and parameter there.

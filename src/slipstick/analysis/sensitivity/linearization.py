@@ -1,4 +1,4 @@
-"""The neighbourhood of a state of the balance: how residual, motion, power and contact states answer to everything.
+"""The balance linearised at a state: how residual, motion, power and contact states answer to everything.
 
 ``R(X, w, s) = 0`` is the balance and ``U(X, w, s)`` the motion of the outputs. Changes are propagated forwards
 (``change``), and numbers on residual and motion backwards: to the unknowns (``pull``), which is the gradient of any

@@ -144,7 +144,7 @@ class Sensitivities:
         return self._solved(x, omega, inputs, near)
 
     def _solved(self, x: Array, omega: float, inputs: Inputs, near: Array | None) -> Linearization:
-        """The neighbourhood of the solution; points between computed ones, or with few harmonics, are brought to it."""
+        """The balance linearised at the solution; points between computed ones, or with few harmonics, are brought to it."""
         here = Linearization(self.outputs, x, omega, inputs, near)
         for _ in range(_CORRECTIONS):
             wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))

@@ -51,6 +51,9 @@ _DEAD = 1e-3
 """Below that magnitude the logarithm of a multiplier says nothing."""
 
 
+NO_MULTIPLIERS: ComplexArray = np.zeros(0, dtype=complex)
+
+
 class StabilityWatch:
     """Judges points of a problem's branch; linear systems of contact states are kept from point to point.
 
@@ -93,7 +96,7 @@ class StabilityWatch:
             return self._shot(motion, known, detail)
         line, fine = self._pieces(motion, known, detail.omega)
         if fine is None or not fine.sound:
-            multipliers = np.zeros(0, dtype=complex) if fine is None else self.judged(fine.multipliers)
+            multipliers = NO_MULTIPLIERS if fine is None else self.judged(fine.multipliers)
             method = "" if fine is None else PIECES
             return PointStability(
                 multipliers=multipliers, unstable=UNKNOWN, method=method, neutral=len(line.neutral), error=np.inf
@@ -102,9 +105,7 @@ class StabilityWatch:
         doubts = np.full(multipliers.size, error)
         if error is None:
             _, coarse = self._pieces(self._iterate.truncated(x, detail), known, detail.omega)
-            doubts = _apart(
-                multipliers, np.zeros(0, dtype=complex) if coarse is None else self.judged(coarse.multipliers)
-            )
+            doubts = _apart(multipliers, NO_MULTIPLIERS if coarse is None else self.judged(coarse.multipliers))
         error = float(doubts.max(initial=0.0))
         count = unstable(multipliers)
         odd = None if line.neutral else odd
@@ -130,7 +131,7 @@ class StabilityWatch:
         orbit = self._orbit(detail, motion, line, known) if reach else None
         if orbit is None:
             return PointStability(
-                multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=len(line.neutral),
+                multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=len(line.neutral),
                 error=np.inf,
             )  # fmt: skip
         multipliers = self.judged(orbit.multipliers)
@@ -186,7 +187,7 @@ class StabilityWatch:
 
     def _counted(self, x: Array, detail: Detail) -> PointStability:
         if self.systems.law_ports.size:  # the form is that of friction contacts
-            return PointStability(multipliers=np.zeros(0, dtype=complex), unstable=UNKNOWN, method="", neutral=0)
+            return PointStability(multipliers=NO_MULTIPLIERS, unstable=UNKNOWN, method="", neutral=0)
         by_order, form, count = self._by_order(detail.omega), self.form(x, detail), None
         if by_order and not hasattr(self.balance.receptance, "of_order"):
             if not self._told:
@@ -197,7 +198,7 @@ class StabilityWatch:
             nodes = axis(natural, detail.omega, highest) if by_order else strip(natural, detail.omega)
             count = count_unstable(form, nodes)
         return PointStability(
-            multipliers=np.zeros(0, dtype=complex),
+            multipliers=NO_MULTIPLIERS,
             unstable=UNKNOWN if count is None else count,
             method="" if count is None else ORDER_COUNT if by_order else COUNT,
             neutral=form.neutral,

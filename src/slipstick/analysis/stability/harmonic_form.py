@@ -125,7 +125,7 @@ def harmonic_form(
 ) -> HarmonicForm:  # fmt: skip
     """The form at a motion (n, L) of the contacts, the rubbing motion included, with all orders up to the highest.
 
-    ``given`` are the parameters as ``element_forces`` takes them.
+    ``values`` are the parameters as ``element_forces`` takes them.
     """
     X, Y = motion
     intervals = element_intervals(harmonics, X, Y, **values)

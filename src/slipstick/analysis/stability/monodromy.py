@@ -83,10 +83,10 @@ def monodromy(line: Timeline, starts: StickStarts, combinations: Combinations, o
 def monodromy_with_laws(
     line: Timeline, starts: StickStarts, combinations: Combinations, motion: SmoothMotion, law_ports: IntArray
 ) -> Monodromy | None:
-    """The same with further contacts, of laws without memory, whose tangent stiffness and damping vary along the motion.
+    """The same with contacts of other laws without memory, whose stiffness and damping vary along the motion.
 
-    Each interval is taken in steps of the sixth-order Magnus method [Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009)
-    151, section 5.4]. None where velocities jump because the structure answers forces at once.
+    Each interval is taken in steps of the sixth-order Magnus method [Blanes, Casas, Oteo, Ros, Physics Reports 470
+    (2009) 151, section 5.4]. None where velocities jump because the structure answers forces at once.
     """
     d, omega = combinations.dynamics, motion.omega
     r, n = d.size, combinations.contacts.count
@@ -158,7 +158,7 @@ def _magnus(A: Array, steps: Array) -> Array:
 
 
 def _start(interval: StateInterval, starts: StickStarts) -> tuple[int, Array | None]:
-    """The memory that changes at the end of an interval: its contact, and the row that gives it; None: it becomes zero."""
+    """The contact whose memory changes at the end of an interval, and the row that gives it; None: it is zero."""
     change = interval.change
     if change is None:
         return -1, None

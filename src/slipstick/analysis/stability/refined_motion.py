@@ -73,7 +73,7 @@ class Iteration:
     def truncated(self, x: Array, detail: Detail) -> SmoothMotion:
         """The motion of the contacts at a solution (N,) in the harmonics of the balance."""
         motions = self._motions(x, detail)
-        rubbing = [given.motion for given in detail.inputs.batches]
+        rubbing = [inputs.motion for inputs in detail.inputs.batches]
         return self._gathered(self._balance.harmonics, detail, motions, rubbing, [r.force for r in detail.responses])
 
     def __call__(self, x: Array, detail: Detail) -> SmoothMotion:

@@ -71,7 +71,7 @@ class LinearisedStates:
     rate
         Bound (1/time) on the fastest motion.
     sound
-        Whether ``det(I + R D) > 0``: the motion at the ports follows from that of the modes, continuously from ``D = 0``.
+        Whether ``det(I + R D) > 0``: the motion at the ports follows from that of the modes without a jump.
     """
 
     forces: Array

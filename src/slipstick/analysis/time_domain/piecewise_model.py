@@ -28,7 +28,7 @@ HELD_PARAMETERS = ("mu", "kt", "kn", "gap")
 def friction_system(problem: Problem, omega: float, held: Mapping[str, Array] | None = None) -> FrictionSystem:
     """Structure, contacts and forcing of a problem at one fundamental frequency, rad/s.
 
-    ``held`` gives contact parameters (n_contacts,) by name instead of the problem's own, see ``HELD``.
+    ``held`` gives contact parameters (n_contacts,) by name instead of the problem's own, see ``HELD_PARAMETERS``.
 
     Raises
     ------
