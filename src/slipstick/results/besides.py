@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class Besides:
-    """Takes what can be had about points that are found: truncation, stability, peaks, measures, what a law records.
+    """Takes what can be had about solved points: truncation, stability, peaks, measures, what a law records.
 
     A point is worth more than what is told about it, so no failure here is let through; each kind is named once.
     """

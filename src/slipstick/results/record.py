@@ -202,7 +202,7 @@ class Recorder:
         for k in range(len(b.batches)):
             self._of_batch(k, points, x, answers, values, force)
         structures = [p.detail.inputs.structure for p in points]
-        motion = self._each(
+        motion = self.besides.each(
             "the motion of the outputs",
             lambda at: self.outputs.motion(x[at], force[at], P[at], omega[at], [structures[i] for i in at]),
             len(points), (len(self.outputs), b.L),
@@ -213,11 +213,11 @@ class Recorder:
             "excitation_frequency": omega * b.problem.load_order,
             "parameter": np.array([p.parameter for p in points], dtype=float),
             "displacement": motion,
-            "amplitude": self._each(
+            "amplitude": self.besides.each(
                 "amplitude", lambda at: amplitude(b.harmonics, motion[at]).value, len(points), (len(self.outputs),)
             ),
             "mean": motion[:, :, 0],
-            "truncation": self._each(
+            "truncation": self.besides.each(
                 "truncation",
                 lambda at: self._truncation([points[i] for i in at], x[at], motion[at], omega[at]),
                 len(points),
@@ -240,9 +240,6 @@ class Recorder:
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Variables that a subclass adds to the layout."""
         return {}
-
-    def _each(self, what: str, compute: Callable[[list[int]], Array], count: int, shape: tuple[int, ...]) -> Array:
-        return self.besides.each(what, compute, count, shape)
 
     def _truncation(self, points: Sequence[Point], x: Array, motion: Array, omega: Array) -> Array:
         """What the harmonics left out would add (n_points,); points with some of the harmonics know it themselves."""

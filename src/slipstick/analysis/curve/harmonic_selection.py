@@ -13,10 +13,10 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
-from typing import Any
 
 import numpy as np
 
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.problem import Problem
@@ -120,12 +120,12 @@ class _Adapting:
     """What both kinds of systems have in common; the rungs are those of ``harmonic_ladder``."""
 
     balance: Balance
-    at: Callable[[float], Any]
+    at: Callable[[float], tuple[Inputs, float]]
 
     def _take(self, rungs: Sequence[Rung], tolerance: float) -> None:
         self._rungs, self._tolerance = rungs, tolerance
 
-    def evaluate(self, x: Array, parameter: float, context: Any = None) -> Evaluation:
+    def evaluate(self, x: Array, parameter: float, context: Array | None = None) -> Evaluation:
         """Residual, Jacobian and slope of all unknowns, with the harmonics that ``context`` says."""
         number, near = self._split(context)
         rung = self._rungs[number]
@@ -144,7 +144,7 @@ class _Adapting:
         evaluation.told = point.after
         return evaluation
 
-    def _split(self, context: Any) -> tuple[int, Array | None]:
+    def _split(self, context: Array | None) -> tuple[int, Array | None]:
         """Which rung, and the contact states: all harmonics where a context knows of states alone."""
         carried = self.balance.n_states
         if context is None or context.size == carried:
@@ -156,7 +156,7 @@ class _Adapting:
         inputs, _ = self.at(parameter)
         return replace(detail, responses=responses, inputs=inputs, adapted=point)
 
-    def rates(self, detail: Detail, parameter: float, dx: Array, rate: float) -> tuple[Any, Array]:
+    def rates(self, detail: Detail, parameter: float, dx: Array, rate: float) -> tuple[list[dict[int, Array]], Array]:
         """As of the system itself."""
         point = detail.adapted
         assert isinstance(point, _AtPoint)

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipstick.balance.inputs import Inputs
 from slipstick.balance.many import Together, evaluated_together
-from slipstick.balance.systems import FrequencySystem, ParameterSystem
+from slipstick.balance.systems import AnySystem, ParameterSystem
 from slipstick.results.record import Outputs
 from slipstick.solve.continuation import Step
 from slipstick.solve.continuation.dense_output import Between, Observables
@@ -30,7 +30,7 @@ def context_between(first: Step, second: Step) -> Any:
 class OutputObservables(Observables):
     """Motion of the outputs that are no contact ports."""
 
-    def __init__(self, outputs: Outputs, system: FrequencySystem | ParameterSystem) -> None:
+    def __init__(self, outputs: Outputs, system: AnySystem) -> None:
         self._outputs, self._system = outputs, system
         self._resonances = _resonances(system) if outputs.far else np.empty(0)
 
@@ -62,7 +62,7 @@ class OutputObservables(Observables):
         return _Motion(self._outputs, self._system, (first, second), evaluated, (omega, inputs))
 
 
-def _resonances(system: FrequencySystem | ParameterSystem) -> Array | None:
+def _resonances(system: AnySystem) -> Array | None:
     """Frequencies at which a harmonic meets a natural frequency, ascending; None where that is not known.
 
     Without damping there is no motion to be computed there.
@@ -77,7 +77,7 @@ def _resonances(system: FrequencySystem | ParameterSystem) -> Array | None:
 class _OneByOne:
     """What ``Together`` tells, of states that cannot be evaluated together; nan where there is no motion."""
 
-    def __init__(self, system: Any, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
+    def __init__(self, system: AnySystem, states: Array, inputs: Sequence[Inputs], context: Any) -> None:
         self._system, self._parameters, balance = system, states[:, -1], system.balance
         self._evaluated = [system.evaluate(state[:-1], float(state[-1]), context) for state in states]
         self._shape = balance.n_ports, balance.L
@@ -107,7 +107,7 @@ class _Motion(Between):
     """Motion of the outputs at evaluated states."""
 
     def __init__(
-        self, outputs: Outputs, system: Any, ends: tuple[Step, Step], evaluated: Together | _OneByOne,
+        self, outputs: Outputs, system: AnySystem, ends: tuple[Step, Step], evaluated: Together | _OneByOne,
         at: tuple[Array, Sequence[Inputs]],
     ) -> None:  # fmt: skip
         self._outputs, self._system, self._ends, self._evaluated = outputs, system, ends, evaluated

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from slipstick.analysis.curve.request import Checks, Request
 from slipstick.analysis.curve.state_continuation import relative_residual
 from slipstick.analysis.modes.following import ModePath, first_guess
 from slipstick.analysis.modes.start import LinearMode, linear_mode
-from slipstick.analysis.modes.system import ModeSystem, TargetMode
+from slipstick.analysis.modes.system import ModeDetail, ModeSystem, TargetMode
 from slipstick.analysis.peaks.continuation import NEWTON
 from slipstick.analysis.peaks.tracking import one_dof
 from slipstick.balance.checks import two_numbers
@@ -27,9 +27,8 @@ from slipstick.errors import Fault, InputError, Outcome
 from slipstick.faults import numbers, whole, wrong
 from slipstick.interrupts import pass_on
 from slipstick.results.afterwards import result_warnings
-from slipstick.results.modes import mode_layout, mode_values, peak_forces
 from slipstick.results.record import Outputs, Point, Recorder
-from slipstick.results.schema import Layout
+from slipstick.results.schema import Declared, Layout
 from slipstick.solve.continuation import BranchEvent, Step
 from slipstick.structure.matrices import MatrixStructure
 from slipstick.structure.modal import ModalStructure
@@ -250,7 +249,7 @@ class ModeRecorder(Recorder):
 
     def further(self, points: Sequence[Point]) -> Mapping[str, AnyArray]:
         """Amplitude, damping and load factor."""
-        return mode_values([point.detail for point in points], self._force)
+        return mode_values([cast(ModeDetail, point.detail) for point in points], self._force)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -379,3 +378,37 @@ class ModeRun(Run[ModeRequest]):
 
 _TURNED = 1e-12
 """Angle of the motion at the output below which it is a cosine."""
+
+
+MODE_VARIABLES: Mapping[str, Declared] = {
+    "modal_amplitude": Declared((), "length", "amplitude of the mode: of harmonic 1 at its output"),
+    "modal_damping": Declared((), "1", "damping ratio of the mode (all damping together)"),
+    "load_factor": Declared((), "1", "factor on the loads of the problem whose forced response peaks here"),
+}
+
+
+def mode_layout(layout: Layout, problem: Problem) -> Layout:
+    """That of a branch with these variables."""
+    of_modes = {name: d._replace(units=problem.units.label(d.units)) for name, d in MODE_VARIABLES.items()}
+    return replace(layout, variables={**layout.variables, **of_modes})
+
+
+def mode_values(details: Sequence[ModeDetail], force: ComplexArray) -> dict[str, Array]:
+    """Their values (n_points,), from details of a nonlinear mode; ``force`` as in ``peak_forces``."""
+    omega, xi = (np.array([getattr(d, n) for d in details], dtype=float) for n in ("omega", "xi"))
+    return {
+        "modal_amplitude": np.array([d.amplitude for d in details], dtype=float),
+        "modal_damping": xi / (2.0 * omega),
+        "load_factor": peak_forces(details, force),
+    }
+
+
+def peak_forces(details: Sequence[ModeDetail], force: ComplexArray) -> Array:
+    """Factors (n_points,) on loads whose forced response peaks there; nan where they do not act on the mode.
+
+    In phase resonance the loads feed what ``xi`` takes: ``factor |p^H q| = xi w |q|^2``, with the phasors of the
+    mass-normalised modes in harmonic 1, and of the loads on them ``force`` (n_modes,).
+    """
+    dissipated = np.array([d.xi * d.omega * np.sum(np.abs(d.modal) ** 2) for d in details], dtype=float)
+    power = np.array([abs(np.vdot(force, d.modal)) for d in details], dtype=float)
+    return np.divide(dissipated, power, out=np.full_like(dissipated, np.nan), where=power > 0.0)

@@ -1,6 +1,6 @@
 """The continuation of a peak over a parameter, point by point: folds turned, ties and corners passed.
 
-Three things end a smooth curve of peaks. A fold is turned by arclength: beyond it the points are minima of the curve. Where
+Three things end a smooth curve of peaks. A fold is turned by arclength: beyond it the points are minima. Where
 another extreme of the period becomes as large (a tie, ``a_1 = a_2``) the curve of the largest has a kink, and the peak
 is gone: the curve rises on to another one, which is climbed to. Where the peak sits on a change of state the slope
 jumps through zero (a corner of the curve): it is found by bracketing.

@@ -122,8 +122,7 @@ class _Slopes:
 
     def _between(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> tuple[Array, Array]:
         (a, da), (b, db) = (self._outputs.motion_along(step, self._system) for step in (first, second))
-        motion, change = segment.between(a, b, da, db, places)
-        return motion, change
+        return segment.between(a, b, da, db, places)
 
     def along(self, first: Step, second: Step, segment: HermiteSegment, places: HermiteBasis) -> Array:
         """Derivatives (n, n_outputs) at n places between two steps, of the cubics through their motions."""

@@ -7,7 +7,6 @@ frequency is one more unknown: ``R(X, w, s) = 0``, ``p . X = 0`` for ``(X, w)`` 
 from __future__ import annotations
 
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
@@ -81,6 +80,6 @@ class CycleSpecialPoints(SpecialPoints):
         super().__init__(watch, system)  # type: ignore[arg-type]
         self._cycles = system
 
-    def _placed(self, x: Any, parameter: float) -> tuple[Any, Inputs, float]:
+    def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
         """Motion (N,), inputs and frequency at unknowns and parameter."""
         return x[:-1], self._cycles.space.at_value(parameter), float(x[-1])

@@ -57,7 +57,7 @@ class Linearization:
 
     @property
     def lost(self) -> bool:
-        """Whether some contact state has no equilibrium near the one given."""
+        """Whether some contact state has no equilibrium near the one it was sought from."""
         return self.detail.lost
 
     def motion(self) -> Array:
@@ -67,9 +67,9 @@ class Linearization:
 
     def change(self, dx: Array, direction: Move = NOTHING) -> tuple[Array, Array]:
         """Change of the residual (N,) and of the outputs (n_outputs, L) for ``dx`` (N,) and a direction."""
-        b, response = self.balance, self.detail
+        b = self.balance
         forces, dpowers, dP = self._sources(direction)
-        dG = b.excitation(force_rates(b, response, dx, forces, dpowers), dP)
+        dG = b.excitation(force_rates(b, self.detail, dx, forces, dpowers), dP)
         dU = self._outputs_change(dx, dG, direction)
         b.anchoring(dx, dG)
         dR = dx + self.at.compliance.answer(dG)

@@ -72,7 +72,7 @@ class Sensitivities:
 
     def at(self, point: int) -> PointDerivatives:
         """At one point."""
-        here = self._neighbourhood(point)
+        here = self._linearized(point)
         if not np.all(np.isfinite(here.at.residual)) or here.lost or here.jacobian.singular:
             unknown = np.full(len(self.parameters), np.nan)
             states = np.tile(unknown, (len(set(state_names(self.balance.problem))), 1))
@@ -134,7 +134,7 @@ class Sensitivities:
         explicit = [beside.along(*sides) for sides in zip(*turned, strict=True)]
         return -(_along(here, still, q, directions, pushed) + explicit) / bent
 
-    def _neighbourhood(self, point: int) -> Linearization:
+    def _linearized(self, point: int) -> Linearization:
         near = contact_states(self._table, self.balance, point)
         x = unknowns(self._table, self.balance.problem, point).reshape(-1)
         omega = float(self._table["omega"].to_numpy()[point])
@@ -144,7 +144,7 @@ class Sensitivities:
         return self._solved(x, omega, inputs, near)
 
     def _solved(self, x: Array, omega: float, inputs: Inputs, near: Array | None) -> Linearization:
-        """The balance linearised at the solution; points between computed ones, or with few harmonics, are brought to it."""
+        """The balance linearised at the solution, to which points between computed ones are brought first."""
         here = Linearization(self.outputs, x, omega, inputs, near)
         for _ in range(_CORRECTIONS):
             wrong, size = norm(here.at.residual), norm(terms(self.balance, here.x, here.at))
@@ -160,12 +160,12 @@ class Sensitivities:
     def _directions(self, value: float) -> list[Move]:
         """Of the parameters, at a value of what the branch follows: some turn with it."""
         if self._path is None:
-            return self._own
+            return self._unchanged
         problem = self.balance.problem.at_parameter(self._followed, value)
         return [Move(inputs=direction_of(problem, name)) for name in self.parameters]
 
     @cached_property
-    def _own(self) -> list[Move]:
+    def _unchanged(self) -> list[Move]:
         return [Move(inputs=direction_of(self.balance.problem, name)) for name in self.parameters]
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipstick.analysis.stability.argument_principle import axis, count_unstable, strip
 from slipstick.analysis.stability.dynamics import Dynamics
 from slipstick.analysis.stability.harmonic_form import (
     HarmonicForm,
+    axis,
+    count_unstable,
     depends_on_order,
     harmonic_form,
     measured_answers,
     modal_answers,
+    strip,
 )
 from slipstick.analysis.stability.linear_systems import LinearSystems
 from slipstick.analysis.stability.monodromy import Monodromy, monodromy, monodromy_with_laws

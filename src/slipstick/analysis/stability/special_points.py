@@ -16,6 +16,7 @@ import numpy as np
 from slipstick.analysis.stability.floquet import BEYOND, REAL, StabilityWatch, real_part
 from slipstick.analysis.stability.linear_systems import friction_batch
 from slipstick.analysis.stability.state_sequence import Word, word_of
+from slipstick.balance.inputs import Inputs
 from slipstick.balance.residual import Detail
 from slipstick.balance.systems import FrequencySystem, ParameterSystem
 from slipstick.results.stability import (
@@ -156,13 +157,17 @@ class SpecialPoints:
         return self._word(step.x, step.parameter, step.evaluation.detail)
 
     def _word(self, x: Array, parameter: float, near: Detail) -> Word:
-        inputs, omega = self._system.at(parameter)
+        x, inputs, omega = self._placed(x, parameter)
         batch = friction_batch(self._watch.balance)
         if batch is None:
             return ()
         motion = self._watch.balance.motion(batch, x, omega, inputs.batches[batch])
         values = inputs.batches[batch].values if not near.states else near.responses[batch].values
         return word_of(self._watch.balance.harmonics, motion.Q[0], motion.Q[1], {**values, "v": motion.drift[0]})
+
+    def _placed(self, x: Array, parameter: float) -> tuple[Array, Inputs, float]:
+        """Motion (N,), inputs and frequency at unknowns and parameter."""
+        return x, *self._system.at(parameter)
 
 
 def doubling(multipliers: ComplexArray) -> float:

@@ -20,11 +20,10 @@ from slipstick.solve.continuation.events import BranchEvent, Watched, turning_po
 from slipstick.solve.continuation.hermite_segment import HermiteSegment
 from slipstick.solve.continuation.locate import Locator
 from slipstick.solve.continuation.metric import ArclengthScaling, Metric
-from slipstick.solve.continuation.options import ContinuationOptions
+from slipstick.solve.continuation.options import ContinuationOptions, next_step
 from slipstick.solve.continuation.predictor import Span, predict
 from slipstick.solve.continuation.step import RestartPoint, Step
 from slipstick.solve.continuation.step_acceptance import Rejection, objection, reach, turn
-from slipstick.solve.continuation.stepsize import next_step
 from slipstick.solve.newton import NewtonResult, NewtonStop, System
 from slipstick.typing import Array
 

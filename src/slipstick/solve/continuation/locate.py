@@ -206,7 +206,7 @@ class Locator:
     def _passage(
         self, value: float, segment: HermiteSegment, low: tuple[float, Step], high: tuple[float, Step]
     ) -> Located:
-        """Solve at the exact parameter, from the segment, or else from both sides of a narrower and narrower bracket."""
+        """Solve at the exact parameter, from the segment or else from both ends of narrower brackets."""
         u = segment.where(value, low[0], high[0])
         step = self._at(value, segment.point(u), (low[1], high[1]), segment.length)
         if step is not None:
