@@ -14,7 +14,7 @@ from helpers.resolved import resolved
 from scipy.integrate import solve_ivp
 
 import slipstick as ss
-from slipstick.analysis.curve.relaxation import SlowRates, relaxed
+from slipstick.analysis.curve.state_continuation import SlowRates, relaxed
 from slipstick.balance.parameters import parameter_path
 from slipstick.balance.ports import Balance
 from slipstick.balance.start import first_point

@@ -235,8 +235,8 @@ def _result(
         return out
 
     work = of_all(last.work)
-    for own, rows, _ in system.laws.each:
-        work[own.elements] = last.law_work[rows].reshape(-1, len(own.elements)).sum(axis=0)
+    for law, rows, _ in system.laws.each:
+        work[law.elements] = last.law_work[rows].reshape(-1, len(law.elements)).sum(axis=0)
     return TransientResult(
         omega=system.omega, harmonics=harmonics, outputs=outputs, contacts=contacts,
         time=time, displacement=motion[:, first:], friction_force=of_all(fx, 1), normal_force=of_all(fy, 1),
@@ -268,17 +268,17 @@ def _checked_options(
     initial: Any,
     units: Units | None = None,
 ) -> tuple[float, int, float, int, int | None]:
-    found, where = Gathering(), "time integration, {}".format
+    checks, where = Gathering(), "time integration, {}".format
     values: dict[str, Any] = {
-        "omega": found.take(frequency, where("omega"), omega, units),
-        "periods": found.take(whole, where("periods"), periods, 1, MOST_ITEMS),
-        "tolerance": found.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
-        "record_periods": found.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
-        "steps": None if steps is None else found.take(whole, where("steps"), steps, 1, MOST_ITEMS),
+        "omega": checks.take(frequency, where("omega"), omega, units),
+        "periods": checks.take(whole, where("periods"), periods, 1, MOST_ITEMS),
+        "tolerance": checks.take(number, where("tolerance"), tolerance, "a number >= 0", above=0.0),
+        "record_periods": checks.take(whole, where("record_periods"), record_periods, 1, MOST_ITEMS),
+        "steps": None if steps is None else checks.take(whole, where("steps"), steps, 1, MOST_ITEMS),
     }
     if not isinstance(method, str) or method not in ("shooting", "march"):
-        found.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
+        checks.faults.append(Fault("time integration, method", found=shown(method), expected='"shooting" or "march"'))
     if initial is not None:
-        found.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
-    found.end()
+        checks.take(one, where("initial"), initial, HarmonicStart, "a HarmonicStart or None (rest)")
+    checks.end()
     return tuple(values.values())
