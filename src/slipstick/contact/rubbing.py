@@ -93,17 +93,17 @@ class RubbingMotion:
         second_cos: Mapping[int, Reals] = _NONE,
         second_sin: Mapping[int, Reals] = _NONE,
     ) -> None:
-        found = Gathering()
+        checks = Gathering()
         along = (velocity, velocity_per_omega, second_velocity, second_velocity_per_omega)
         velocities = dict(zip(ALL_VELOCITIES, along, strict=True))
         values: dict[str, Any] = {
-            name: found.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
+            name: checks.take(number_or_numbers, ("rubbing", name), value) for name, value in velocities.items()
         }
         parts = dict(zip(MOTION_PARTS, (cos, sin, second_cos, second_sin, normal_cos, normal_sin), strict=True))
-        for part, given in parts.items():
+        for part, by_order in parts.items():
             least = int(part.endswith("sin"))
-            values[part] = found.take(amplitudes, ("rubbing", part), given, least=least)
-        found.end()
+            values[part] = checks.take(amplitudes, ("rubbing", part), by_order, least=least)
+        checks.end()
         sizes = {f"{part} {order}": a for part in MOTION_PARTS for order, a in values[part].items()}
         same_length("rubbing", {**{name: values[name] for name in ALL_VELOCITIES}, **sizes})
         for name, value in values.items():
@@ -175,8 +175,8 @@ class RubbingMotion:
         if name in ALL_VELOCITIES:
             return cast(Numbers, getattr(self, name))
         part, order = _split(name)
-        found: Numbers = getattr(self, part).get(order, 0.0)
-        return found
+        amplitude: Numbers = getattr(self, part).get(order, 0.0)
+        return amplitude
 
     def with_component(self, name: str, value: Reals) -> RubbingMotion:
         """A copy with another value of a component."""
@@ -205,12 +205,12 @@ def _two(value: Numbers) -> tuple[float, float]:
 
 
 def _split(name: str) -> tuple[str, int]:
-    found = _COMPONENT.fullmatch(name)
-    if found is None:
+    match = _COMPONENT.fullmatch(name)
+    if match is None:
         raise InputError(
             Fault("rubbing", f"there is no component '{name}'", expected="velocity, cos1, normal_sin2, ...")
         )
-    return found[1], int(found[2])
+    return match[1], int(match[2])
 
 
 def _coefficients(
@@ -225,17 +225,17 @@ def _coefficients(
     return out
 
 
-def amplitudes(name: Where, given: Any, least: int) -> dict[int, Any]:
+def amplitudes(name: Where, series: Any, least: int) -> dict[int, Numbers]:
     """Amplitudes by whole order >= ``least``."""
-    if not isinstance(given, Mapping):
-        raise wrong(name, given, "amplitudes by harmonic such as {1: 2.0}")
-    found, by_order = Gathering(), {}
-    for order, value in given.items():
-        at = found.take(whole, (*name, "harmonic"), order, least)
-        amplitude = found.take(number_or_numbers, (*name, shown(order)), value)
+    if not isinstance(series, Mapping):
+        raise wrong(name, series, "amplitudes by harmonic such as {1: 2.0}")
+    checks, by_order = Gathering(), {}
+    for order, value in series.items():
+        at = checks.take(whole, (*name, "harmonic"), order, least)
+        amplitude = checks.take(number_or_numbers, (*name, shown(order)), value)
         if at is not None and amplitude is not None:
             by_order[at] = amplitude
-    found.end()
+    checks.end()
     return by_order
 
 

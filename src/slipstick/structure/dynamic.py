@@ -45,12 +45,12 @@ def structure_values(structure: Any) -> Mapping[str, float]:
     return dict(getattr(structure, "values", {}))
 
 
-def checked_values(known: Mapping[str, float], given: Mapping[str, Any]) -> dict[str, float]:
+def checked_values(known: Mapping[str, float], values: Mapping[str, Any]) -> dict[str, float]:
     """New values >= 0 of parameters a structure has; InputError for others."""
-    for name in given:
+    for name in values:
         if name not in known:
             raise InputError(f"the structure has no parameter '{name}'; {suggestion(name, list(known))}")
-    return {name: number(name, value, "a number >= 0", above=0.0) for name, value in given.items()}
+    return {name: number(name, value, "a number >= 0", above=0.0) for name, value in values.items()}
 
 
 def adjusted(receptance: Any, values: Mapping[str, float]) -> Any:

@@ -44,14 +44,14 @@ _FED = 3
 """Modes that are named."""
 
 
-def system_matrices(given: Mapping[str, Any], n: int, *, dense: bool) -> tuple[dict[str, Any], list[Fault]]:
+def system_matrices(arguments: Mapping[str, Any], n: int, *, dense: bool) -> tuple[dict[str, Any], list[Fault]]:
     """Those of the matrices M, K, C (n, n) that are right, stored dense or sparse, and all faults.
 
     What needs another matrix is left out where that one is missing or at fault.
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
-    for name, value in given.items():
+    for name, value in arguments.items():
         wrong = number_faults(name, value, DAMPING_ELSEWHERE)
         matrix = None if wrong else _numbers(value)
         wrong = wrong or _shape_faults(name, matrix, n) or symmetry_faults(name, matrix)
@@ -66,7 +66,7 @@ def system_matrices(given: Mapping[str, Any], n: int, *, dense: bool) -> tuple[d
     return right, faults
 
 
-def stored(matrix: Matrix, dense: bool) -> Any:
+def stored(matrix: Matrix, dense: bool) -> Matrix:
     """Dense, or compressed sparse by columns."""
     if dense:
         return matrix.toarray() if hasattr(matrix, "toarray") else matrix
@@ -108,9 +108,9 @@ def definite_faults(name: str, matrix: Sparse) -> list[Fault]:
     return [_not_definite(name, f"{what} {smallest:g}")]
 
 
-def _not_definite(name: str, found: str) -> Fault:
+def _not_definite(name: str, evidence: str) -> Fault:
     statement, remedy = _NOT_DEFINITE[name]
-    return Fault(name, f"{statement} ({found})", remedy=remedy)
+    return Fault(name, f"{statement} ({evidence})", remedy=remedy)
 
 
 def energy_fed(C: Sparse, M: Sparse) -> str:
@@ -127,13 +127,13 @@ def energy_fed(C: Sparse, M: Sparse) -> str:
     unit = scaled(C, np.maximum(per_mass, floor if floor > 0.0 else 1.0) * M.diagonal())
     if sparse.issparse(C):
         smallest = smallest_pivot(unit + DAMPING_ROUNDING * sparse.eye_array(C.shape[0]))
-        found = f"pivot {smallest:.2g} with unit diagonal"
+        evidence = f"pivot {smallest:.2g} with unit diagonal"
         right = smallest > 0.0
     else:
         smallest = float(np.linalg.eigvalsh(unit)[0])
-        found = f"smallest eigenvalue with unit diagonal {smallest:.2g}"
+        evidence = f"smallest eigenvalue with unit diagonal {smallest:.2g}"
         right = smallest >= -DAMPING_ROUNDING
-    return "" if right else found
+    return "" if right else evidence
 
 
 def fed_modes(omega: Array, ratios: Array) -> str:
@@ -186,7 +186,7 @@ def _pivots(matrix: Sparse) -> float | None:
     return float(factors.U.diagonal().min()) if np.array_equal(factors.perm_r, factors.perm_c) else None
 
 
-def scaled(matrix: Sparse, diagonal: Array) -> Any:
+def scaled(matrix: Sparse, diagonal: Array) -> Sparse:
     """The matrix, dense or sparse, divided by the roots of ``diagonal`` from both sides."""
     scale = 1.0 / np.sqrt(diagonal)
     if sparse.issparse(matrix):

@@ -93,9 +93,9 @@ class LinearSystems:
         key = tuple(sorted(values.items()))
         if key not in self._structures:
             structure = self._balance.problem.structure
-            own = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
+            changed = structure.changed(**values) if values else structure  # type: ignore[attr-defined]
             directions, driven = self._balance.directions, self._balance.problem.load_columns
             columns = np.hstack([directions, driven.vectors])
-            equations = own.time_equations(directions, columns, driven.shapes, **self._damping)
+            equations = changed.time_equations(directions, columns, driven.shapes, **self._damping)
             self._structures = {key: dynamics(equations)}
         return self._structures[key]
