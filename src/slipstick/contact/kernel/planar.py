@@ -1011,7 +1011,7 @@ def periodic(
     o = room.state
     look(p, arcs[0, 0], grid, room, o)
     limit = p.b * o[4]
-    best, stalled = 1e300, 0
+    best, stalled, wanted = 1e300, 0, tolerance
     for lap in range(_PERIODS):
         count, g1, g2 = march(p, f1, f2, arcs, tolerance, grid, room, pieces, P)
         if count < 0:
@@ -1022,8 +1022,8 @@ def periodic(
             return count
         stalled = stalled + 1 if gap >= 0.5 * best else 0
         best = min(best, gap)
-        if stalled > 1 and gap <= 100.0 * tolerance * limit:  # panels that change from lap to lap
-            if gap <= tolerance * limit:
+        if stalled > 1 and gap <= 1e-2 * limit:  # panels that change from lap to lap
+            if gap <= wanted * limit:
                 return count
             tolerance, best, stalled = max(0.1 * tolerance, 1e-14), 1e300, 0
         a, b, c, d = 1.0 - P[0, 0], -P[0, 1], -P[1, 0], 1.0 - P[1, 1]
