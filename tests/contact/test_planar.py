@@ -318,6 +318,37 @@ class TestForcedCircle:
         assert abs(float(peaks["amplitude"][0, 0]) - 3.811432571339) < 1e-9
         assert abs(float(peaks["omega"][0]) - 8.858092073412) < 1e-7
 
+    def test_the_curve_goes_through_where_it_slips_everywhere_at_once(self) -> None:
+        """``a |k - w^2 + b l/a^2 + i (c w + b sqrt(a^2 - l^2)/a^2)| = p``; the corners are at ``a = l = b/kt``."""
+        branch = ss.forced_response(forced_circle(), omega=(2.0, 16.0))
+        assert branch.outcome.ok
+        d = branch.dataset
+        assert int(d.attrs["parts"]) == 1
+        b, limit = 240.0, 2.4
+        corners = [float(np.sqrt(root)) for root in sorted(np.roots([1.0, 0.16 - 280.0, 140.0**2 - (200 / 2.4) ** 2]))]
+        (at,) = np.flatnonzero(d["kind"].to_numpy() == "state change")
+        assert abs(float(d["omega"][at]) - corners[0]) < 1e-4
+        w, a, stuck = (d[name].to_numpy() for name in ("omega", "amplitude", "stick_fraction"))
+        a, stuck = a[:, 0], stuck[:, 0] > 0.5
+        np.testing.assert_array_equal(
+            stuck[np.abs(w[:, None] - corners).min(axis=1) > 1e-4],
+            [not corners[0] < one < corners[1] for one in w[np.abs(w[:, None] - corners).min(axis=1) > 1e-4]],
+        )
+        stiffness = np.where(stuck, 100.0, b * limit / a**2)
+        loss = np.where(stuck, 0.0, b * np.sqrt(np.maximum(a**2 - limit**2, 0.0)) / a**2)
+        p = a * np.abs(40.0 - w**2 + stiffness + 1j * (0.4 * w + loss))
+        exact = d["kind"].to_numpy() != "interpolated"
+        np.testing.assert_allclose(p[exact], 200.0, rtol=2e-6)
+
+    def test_what_is_not_told_in_time_is_refused_by_name(self) -> None:
+        with pytest.raises(InputError, match="two directions is not integrated in time"):
+            ss.forced_response(forced_circle(), omega=(8.0, 9.0), stability=True)
+        branch = ss.steady_response(forced_circle(), omega=9.0)
+        with pytest.raises(InputError, match="'foot'.*two directions is not integrated in time"):
+            branch.check_in_time(0)
+        with pytest.raises(InputError, match="two directions is not integrated in time"):
+            ss.transient(forced_circle(), 9.0)
+
 
 @pytest.mark.verify
 def test_there_is_a_periodic_state_of_a_wide_range() -> None:

@@ -59,6 +59,10 @@ class PlanarFrictionContact(FrictionContact):
 
     tolerance: float
 
+    slips_at_once: ClassVar[bool] = True
+    rate_remedy: ClassVar[str] = (
+        "friction in two directions is not integrated in time: take a FrictionContact along the larger motion for that"
+    )
     ports: ClassVar[tuple[str, ...]] = ("tangential", "second", "normal")  # type: ignore[misc]
     dissipating: ClassVar[tuple[int, ...]] = (0, 1)
     stiffness_names: ClassVar[Mapping[int, str]] = {0: "kt", 1: "kt", 2: "kn"}
