@@ -344,7 +344,7 @@ class TestForcedCircle:
         with pytest.raises(InputError, match="two directions is not integrated in time"):
             ss.forced_response(forced_circle(), omega=(8.0, 9.0), stability=True)
         branch = ss.steady_response(forced_circle(), omega=9.0)
-        with pytest.raises(InputError, match="'foot'.*two directions is not integrated in time"):
+        with pytest.raises(InputError, match=r"'foot'.*two directions is not integrated in time"):
             branch.check_in_time(0)
         with pytest.raises(InputError, match="two directions is not integrated in time"):
             ss.transient(forced_circle(), 9.0)
