@@ -1,6 +1,6 @@
 """Friction in two directions beside the exact element of one: time of an element with all tangents, in one run.
 
-    OMP_NUM_THREADS=1 python benchmarks/planar.py
+OMP_NUM_THREADS=1 python benchmarks/planar.py
 """
 
 from __future__ import annotations

@@ -364,6 +364,11 @@ def test_there_is_a_periodic_state_of_a_wide_range() -> None:
 
 
 class TestParameters:
+    def test_forces_along_one_direction_are_not_asked_of_it(self) -> None:
+        contact = ss.PlanarFrictionContact(kt=1.0, mu=0.1, normal_load=1.0)
+        with pytest.raises(InputError, match="two directions"):
+            ss.contact_forces(contact, 1, np.zeros(3), np.zeros(3), omega=1.0)
+
     @pytest.mark.parametrize("tolerance", [0.0, 1e-13, 0.1])
     def test_tolerance_has_bounds(self, tolerance: float) -> None:
         with pytest.raises(InputError, match="tolerance"):

@@ -243,6 +243,11 @@ def contact_forces(
     ([240.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [(0.0, 6.283185307179586, 'slip+')], 2160.0)
     """
     contact = one("contact", contact, FrictionContact, "an ss.FrictionContact")
+    if "second" in contact.ports:
+        remedy = (
+            "ask the law: contact.respond(motion, values), slipstick.contact.law.Motion has the motion of all ports"
+        )
+        raise InputError(Fault("contact", "slides in two directions, and X is motion along one", remedy=remedy))
     rubbing = RubbingMotion() if rubbing is None else one("rubbing", rubbing, RubbingMotion, "an ss.RubbingMotion")
     harmonics, omega = Harmonics.of(harmonics), frequency("omega", omega)
     X, Y = _coefficients("X", X, harmonics.size), _coefficients("Y", Y, harmonics.size)
