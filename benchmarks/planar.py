@@ -18,7 +18,7 @@ COUNT, REPEATS, TOLERANCES = 300, 15, (1e-6, 1e-8, 1e-10)
 
 
 def states(orders: int, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-    """Motion (3, n, L), parameters, drift (3, n): a third with a constant load, a third that separates, half rubbing."""
+    """Motion (3, n, L), parameters, drift (3, n): some with a constant load, some open, half rubbing."""
     rng, L = np.random.default_rng(seed), 2 * orders + 1
     Q = rng.normal(size=(3, COUNT, L)) / np.repeat([1, *range(1, orders + 1)], [1] + [2] * orders) ** 1.5
     Q[:2] *= 10.0 ** rng.uniform(-0.3, 0.7, (COUNT, 1))

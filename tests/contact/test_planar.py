@@ -82,12 +82,12 @@ def structured_states(n: int, seed: int) -> tuple[Array, Array]:
 
 
 def worst_beside_marching(X: Array, par: Array, steps: int) -> Array:
-    """Error over the largest friction limit, contacts whose mean is one of many left out, (n,)."""
+    """Error over the largest limit, (n,): 0 where the mean is one of many, nan where marching does not settle."""
     found = respond(X, par, tolerance=1e-9)
     F, gap = marched(np.arange(1, X.shape[2] // 2 + 1), X, par, steps=steps)
     limit = par[:, 3] * par[:, 4] * (np.abs(X[:, 2]).sum(1) - par[:, 5])
     error = np.abs(np.stack(found.force[:2], axis=1) - F).max(axis=(1, 2)) / limit
-    return np.where(found.detail.loose, 0.0, error)[gap <= 1e-11 * limit]
+    return np.where(found.detail.loose, 0.0, np.where(gap <= 1e-11 * limit, error, np.nan))
 
 
 class TestClosedForms:
@@ -176,19 +176,24 @@ class TestBesideMarching:
     @pytest.mark.parametrize("states", [random_states, structured_states])
     def test_states(self, states: Any) -> None:
         error = worst_beside_marching(*states(18, seed=1), steps=64)
-        assert len(error) >= 16
-        assert error.max() < 1e-8
+        assert np.count_nonzero(np.isnan(error)) <= 2
+        assert np.nanmax(error) < 1e-8
 
     @pytest.mark.verify
     @pytest.mark.parametrize(("states", "count"), [(random_states, 10_000), (structured_states, 2_000)])
     def test_many_states(self, states: Any, count: int) -> None:
+        """Marching with large steps misses short slips: where it is apart from the element its steps are cut."""
         X, par = states(count, seed=2)
         error = np.concatenate(
             [worst_beside_marching(X[i : i + 1000], par[i : i + 1000], 100) for i in range(0, count, 1000)]
         )
-        assert len(error) > 0.97 * count
-        assert np.quantile(error, 0.99) < 1e-8, np.sort(error)[-20:]
-        assert error.max() < 1e-6, np.sort(error)[-20:]  # slips of a thousandth of a step are missed in marching
+        for steps in (400, 1600, 6400):
+            apart = np.flatnonzero(error > 3e-9)
+            assert apart.size < 0.05 * count
+            if apart.size:
+                error[apart] = worst_beside_marching(X[apart], par[apart], steps)
+        assert np.count_nonzero(np.isnan(error)) < 0.03 * count
+        assert np.nanmax(error) < 1e-8, np.sort(error)[-20:]
 
     def test_tolerance_is_kept(self) -> None:
         X, par = random_states(60, seed=8)
@@ -231,7 +236,7 @@ def assert_derivatives(X: Array, par: Array, tolerance: float, ties: bool = Fals
         states.append(r.detail.loose)
     difference = (sides[0] - sides[1]) / (2 * e)
     along = np.einsum("eric,ec->eri", D, d)
-    error = np.abs(difference - along).max(axis=(1, 2)) / np.abs(difference).max(axis=(1, 2))
+    error = np.abs(difference - along).max(axis=(1, 2)) / np.maximum(np.abs(difference).max(axis=(1, 2)), 1e-9)
     if ties:  # on straight lines and circles a step may begin another state
         assert np.quantile(error, 0.8) < tolerance
     else:
