@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipstick.balance.contacts import dof_faults
 from slipstick.balance.loads import Load
 from slipstick.errors import Fault
+from slipstick.structure.dynamic import turning_with
 from slipstick.structure.protocol import Receptance
 from slipstick.structure.receptance import Factors
 from slipstick.typing import Array, ComplexArray
@@ -135,6 +136,10 @@ class BaseReceptance:
     def changed(self, **values: float) -> BaseReceptance:
         """With other values of the structure's parameters."""
         return BaseReceptance(self._plain.changed(**values), self._motions)
+
+    def turning_with(self, omega: float) -> BaseReceptance:
+        """As it is at a fundamental frequency that a speed of rotation is tied to."""
+        return BaseReceptance(turning_with(self._plain, omega), self._motions)
 
     def by_parameter(self, name: str, orders: Array, omega: float) -> ComplexArray:
         """Derivative by a parameter of the structure."""

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field
 
 from slipstick.case.rotor import ROTATION, RotationTable, rotation_faults, rotation_script, turning
-from slipstick.case.script_text import GivenText, call, file_code, here, literal
+from slipstick.case.script_text import GivenText, call, file_code, here, literal, quantity_text
 from slipstick.case.source import inside
 from slipstick.case.structure import Body, Described, StructureKind, Tell, within
-from slipstick.case.table import MatrixGiven, NotNegative, Table
+from slipstick.case.table import Frequency, MatrixGiven, NotNegative, Table
 from slipstick.case.validation import ReadTable
 from slipstick.errors import Fault, InputError
 from slipstick.faults import Gathering
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from slipstick.structure.protocol import Structure
 
 _KEYS = {"M": "mass", "C": "damping", "K": "stiffness"}
+_TURNING = {"gyroscopic": "gyroscopic", "circulatory": "circulatory"}
+_SPEEDS = ("speed", "engine_order")
 
 
 class MatricesTable(Table):
@@ -37,6 +39,10 @@ class MatricesTable(Table):
     damping: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
     stiffness: MatrixGiven = Field(description="a square list of rows, or the name of an .npz or .mtx file")
     loss_factor: NotNegative = Field(default=0.0, description="a number >= 0, the hysteretic loss factor")
+    gyroscopic: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    circulatory: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
+    speed: Frequency | None = Field(default=None, description='a speed of rotation such as "3000 rpm"')
+    engine_order: int | None = Field(default=None, ge=1, le=10_000, description="a whole number >= 1: omega over the speed")
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:
@@ -52,7 +58,7 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Des
 
     given = {
         name: matrix
-        for name, key in _KEYS.items()
+        for name, key in (_KEYS | _TURNING).items()
         if (value := row.get(key)) is not None and (matrix := found.inside((key,), _matrix, value, folder)) is not None
     }
     size = next((given[name].shape[0] for name in ("K", "M", "C") if name in given), None)
@@ -62,11 +68,11 @@ def _matrices(row: ReadTable, folder: Path, tell: Tell, found: Gathering) -> Des
         _sizes(row, given, size, found)
     agree = len(found.faults) == before
     if row.complete and agree and {"M", "K"} <= set(given) and names is not None:
-        options = {"loss_factor": row.table.loss_factor, "dofs": names}
+        options = {"loss_factor": row.table.loss_factor, "dofs": names} | {key: row.get(key) for key in _SPEEDS}
         structure = _in_case(found, lambda: MatrixStructure(**given, **options))
         return Described(body=None if structure is None else Body(structure=structure), dofs=names, made=True)
     if size is not None:
-        fitting = {name: matrix for name, matrix in given.items() if matrix.shape == (size, size)}
+        fitting = {name: m for name, m in given.items() if m.shape == (size, size) and name not in _TURNING}
         found.faults += [_renamed(fault) for fault in system_matrices(fitting, size, dense=size <= DENSE_LIMIT)[1]]
     return Described(dofs=names, made=True)
 
@@ -88,7 +94,7 @@ def _sizes(row: ReadTable, given: Mapping[str, Any], size: int, found: Gathering
     for name, matrix in given.items():
         if matrix.shape != (size, size):
             shape = f"{matrix.shape[0]} x {matrix.shape[1]}"
-            found.faults.append(Fault(_KEYS[name], found=shape, expected=f"{size} x {size} as the {of}"))
+            found.faults.append(Fault((_KEYS | _TURNING)[name], found=shape, expected=f"{size} x {size} as the {of}"))
     dofs, count = row.get("dofs"), row.get("count")
     if dofs is not None and len(dofs) != size:
         expected = f"{size}, one for each row of the {of}"
@@ -119,12 +125,14 @@ def _matrix(value: Any, folder: Path) -> Any:
 
 
 def _matrices_script(given: GivenText, folder: Path) -> list[str]:
-    known = {letter: value for letter, key in _KEYS.items() if (value := given.take(key)) is not None}
+    known = {letter: value for letter, key in (_KEYS | _TURNING).items() if (value := given.take(key)) is not None}
     lines = [f"{letter} = {_matrix_text(value, folder)}" for letter, value in known.items()]
     dofs, _ = given.take("dofs"), given.take("count")
     arguments = {letter: letter for letter in known}
     arguments["dofs"] = literal(dofs) if dofs else "[str(i + 1) for i in range(K.shape[0])]"
-    arguments |= given.rest("loss_factor")
+    arguments |= given.rest("loss_factor", "engine_order")
+    if given.take("speed") is not None:
+        arguments["speed"] = quantity_text(given.raw["speed"])
     return [*lines, f"structure = {call('ss.MatrixStructure', **arguments)}"]
 
 

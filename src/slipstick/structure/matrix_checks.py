@@ -93,12 +93,12 @@ def rotation_matrices(
     turns = any(value is not None for value in given.values())
     told = [name for name, value in (("speed", speed), ("engine_order", engine_order)) if value is not None]
     if turns and len(told) != 1:
-        what = "are both given" if told else "are missing both"
-        faults.append(Fault("speed and engine_order", what, remedy="gyroscopic and circulatory forces need one of them"))
+        what = "both are given" if told else "neither is given"
+        faults.append(Fault("speed", f"of speed and engine_order {what}", remedy="what turns needs one of them"))
     if told and not turns:
-        faults.append(Fault(told[0], "is given, but nothing turns", remedy="give the gyroscopic matrix for unit speed"))
+        faults.append(Fault(told[0], "nothing turns at it", remedy="give the gyroscopic matrix for unit speed, or leave it out"))
     if engine_order is not None and given.get("circulatory") is not None:
-        tied = "cannot go with engine_order: harmonic 0 would have another compliance at each frequency"
+        tied = "with an engine order harmonic 0 would have another compliance at each frequency"
         faults.append(Fault("circulatory", tied, remedy="give a fixed speed"))
     return right, faults
 

@@ -193,6 +193,9 @@ def _autonomous_faults(problem: Problem) -> Iterator[Fault]:
             found = "it follows a law that remembers" if law.in_time else "its law does not tell its rate in time"
             yield Fault(("contact", pair.name), found, expected="friction, or forces of motion and velocity")
     yield from (state.self_excited_fault() for state in problem.contact_states)
+    if getattr(problem.structure, "engine_order", None):
+        tied = "the speed of rotation is tied to a frequency that is not known before"
+        yield Fault(("structure", "engine_order"), tied, remedy="give the structure a fixed speed")
     if 1 not in problem.harmonics.orders:
         yield Fault("harmonics", "harmonic 1 is left out", expected="harmonics with 0 and 1, such as 0 to 10")
 
