@@ -69,7 +69,10 @@ def test_the_receptance_at_a_fixed_speed(store: str, loss: float, monkeypatch: p
     for omega in (1.7, 5.3):
         value, slope = receptance.at([1, 3], omega)
         for i, m in enumerate((1, 3)):
-            exact = [ROWS.T @ np.linalg.solve(stiffness(m * w, 2.5, loss), COLUMNS) for w in (omega, omega - 1e-5, omega + 1e-5)]
+            exact = [
+                ROWS.T @ np.linalg.solve(stiffness(m * w, 2.5, loss), COLUMNS)
+                for w in (omega, omega - 1e-5, omega + 1e-5)
+            ]
             assert value[i] == pytest.approx(exact[0], rel=1e-9, abs=1e-12)
             assert slope[i] == pytest.approx((exact[2] - exact[1]) / 2e-5, rel=1e-5, abs=1e-8)
 
@@ -116,7 +119,9 @@ def test_natural_frequencies_are_those_of_whirl() -> None:
     # tied: k - w^2 (it -+ ip / n) = 0; the forward one is there while it > ip / n
     tied = MatrixStructure(**given, gyroscopic=G, engine_order=2)
     assert tied.natural_frequencies == pytest.approx(np.sqrt(k / (it + np.array([ip, -ip]) / 2)))
-    assert MatrixStructure(**given, gyroscopic=G, engine_order=1).natural_frequencies == pytest.approx([np.sqrt(k / (it + ip))])
+    assert MatrixStructure(**given, gyroscopic=G, engine_order=1).natural_frequencies == pytest.approx(
+        [np.sqrt(k / (it + ip))]
+    )
     damped = MatrixStructure(**given, C=0.02 * np.eye(2), gyroscopic=G, speed=speed)
     poles = complex_modes(damped.M, damped.C, damped.K).upper.poles
     assert damped.damping_ratios == pytest.approx(-poles.real / np.abs(poles), rel=1e-4)

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipstick.balance.base_motion import DISPLACEMENT, base_faults
 from slipstick.balance.contacts import direction_faults, dof_faults
-from slipstick.balance.loads import place_faults
+from slipstick.balance.loads import UNBALANCE, place_faults
 from slipstick.balance.states import state_faults
 from slipstick.contact.rubbing import MOTION_PARTS, common_period
 from slipstick.errors import Fault, InputError
@@ -133,6 +133,8 @@ def force_faults(harmonic: int, sin: float | None, motion: str | None, known: Kn
     yield from (fault.inside("harmonic") for fault in known.order_faults(harmonic, 0))
     if harmonic == 0 and sin:
         yield Fault("sin", "a sine of harmonic 0 is zero", remedy="give a static load as cos")
+    if harmonic == 0 and motion == UNBALANCE:
+        yield Fault("harmonic", "an unbalance at harmonic 0 is no force", remedy="give the harmonic of its turning, 1")
     if harmonic == 0 and motion == DISPLACEMENT:
         still = "a constant displacement of the support moves nothing relative to it"
         yield Fault("harmonic", still, expected="harmonic >= 1")

@@ -106,7 +106,7 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
         )
     if where := getattr(problem.structure, "growing", ""):
         yield (
-            f"the structure's circulatory stiffness feeds energy in ({where}): without contacts vibration grows, and a "
+            f"the structure grows by itself, by its circulatory or negative stiffness ({where}): without contacts vibration grows, and a "
             "periodic motion need not be stable; judge it with stability"
         )
 

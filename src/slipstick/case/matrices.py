@@ -42,7 +42,9 @@ class MatricesTable(Table):
     gyroscopic: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
     circulatory: MatrixGiven | None = Field(default=None, description="a square list of rows, or the name of a file")
     speed: Frequency | None = Field(default=None, description='a speed of rotation such as "3000 rpm"')
-    engine_order: int | None = Field(default=None, ge=1, le=10_000, description="a whole number >= 1: omega over the speed")
+    engine_order: int | None = Field(
+        default=None, ge=1, le=10_000, description="a whole number >= 1: omega over the speed"
+    )
 
     @classmethod
     def cross_check(cls, raw: Mapping[str, Any]) -> list[Fault]:

@@ -1,1 +1,32 @@
-"""What users build with: structures from meshes with contacts on a surface, and the parametric blade."""
+"""What users build with: structures from meshes with contacts on a surface, the parametric blade, rotors.
+
+The rotors are reached as ``ss.models.beam_rotor(...)``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+_PUBLIC = {
+    "beam_rotor": "slipstick.models.rotor",
+    "jeffcott_rotor": "slipstick.models.rotor",
+    "Bearing": "slipstick.models.rotor",
+    "Disc": "slipstick.models.rotor",
+    "Shaft": "slipstick.models.rotor",
+}
+
+__all__ = sorted(_PUBLIC)
+
+if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick.models.rotor import Bearing as Bearing
+    from slipstick.models.rotor import Disc as Disc
+    from slipstick.models.rotor import Shaft as Shaft
+    from slipstick.models.rotor import beam_rotor as beam_rotor
+    from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'slipstick.models' has no attribute '{name}'")
+    return getattr(import_module(_PUBLIC[name]), name)

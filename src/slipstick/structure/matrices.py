@@ -25,6 +25,7 @@ from slipstick.structure.checks import (
 from slipstick.structure.complex_modes import ComplexModes, complex_modes, critical_modes
 from slipstick.structure.dynamic import SPEED, DynamicStiffness, checked_values
 from slipstick.structure.matrix_checks import (
+    definite_faults,
     energy_fed,
     fed_modes,
     is_symmetric,
@@ -55,7 +56,7 @@ class MatrixStructure:
     ----------
     M, C, K
         Mass, damping (None: zero) and stiffness, (n_dofs, n_dofs), dense or scipy sparse; real. M is symmetric and
-        positive definite. K of a grounded structure: positive definite where it is symmetric, else regular. C and K
+        positive definite. K of a grounded structure: positive definite where nothing turns, else regular. C and K
         may be unsymmetric (bearings and seals, gyroscopic and circulatory forces at one speed), but one triangle alone
         is refused. What feeds energy in (C not positive semidefinite, circulatory stiffness beyond the damping) makes a
         problem warn.
@@ -114,7 +115,7 @@ class MatrixStructure:
             raise InputError(faults)
         given = {"M": M, "K": K} | ({} if C is None else {"C": C})
         self._dense = n <= DENSE_LIMIT
-        matrices, wrong = system_matrices(given, n, dense=self._dense)
+        matrices, wrong = system_matrices(given, n, dense=self._dense, turns=gyroscopic is not None)
         faults += wrong
         turning, wrong = rotation_matrices(
             {"gyroscopic": gyroscopic, "circulatory": circulatory}, speed, engine_order, n, dense=self._dense
@@ -141,7 +142,9 @@ class MatrixStructure:
     @property
     def C(self) -> Any:
         """Matrix of the velocities (n_dofs, n_dofs), factor ``damping`` and rotation at ``speed`` included, or None."""
-        parts = [] if self._viscous is None else [self._viscous if self.damping == 1.0 else self.damping * self._viscous]
+        parts = (
+            [] if self._viscous is None else [self._viscous if self.damping == 1.0 else self.damping * self._viscous]
+        )
         parts += [] if self._turned_damping is None else [self._turned_damping]
         return sum(parts[1:], parts[0]) if parts else None
 
@@ -159,6 +162,11 @@ class MatrixStructure:
     @property
     def _circulates(self) -> bool:
         return self._skew_stiffness is not None or self.circulatory is not None
+
+    @cached_property
+    def _indefinite(self) -> bool:
+        """Whether the stiffness of what turns is not positive definite: gyroscopic forces may hold it all the same."""
+        return not self._classical and bool(definite_faults("K", self._elastic))
 
     @property
     def _classical(self) -> bool:
@@ -275,8 +283,8 @@ class MatrixStructure:
 
     @cached_property
     def growing(self) -> str:
-        """What circulatory stiffness makes grow without contacts, in words; empty where nothing grows."""
-        if not self._circulates:
+        """What circulatory or negative stiffness makes grow without contacts, in words; empty where nothing grows."""
+        if self._classical or not (self._circulates or self._indefinite):
             return ""
         if not self._dense:
             return f"not known of {len(self._dofs)} dofs: reduce them to modes"
@@ -401,7 +409,7 @@ class MatrixStructure:
         if self._dense:
             from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 
-            if self._circulates:
+            if self._circulates or self._indefinite:
                 return partial(lu_solve, lu_factor(self._static_stiffness))
             return partial(cho_solve, cho_factor(self.K))
         from scipy.sparse.linalg import splu

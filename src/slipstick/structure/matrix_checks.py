@@ -45,10 +45,13 @@ _FED = 3
 """Modes that are named."""
 
 
-def system_matrices(given: Mapping[str, Any], n: int, *, dense: bool) -> tuple[dict[str, Any], list[Fault]]:
+def system_matrices(
+    given: Mapping[str, Any], n: int, *, dense: bool, turns: bool = False
+) -> tuple[dict[str, Any], list[Fault]]:
     """Those of the matrices M, K, C (n, n) that are right, stored dense or sparse, and all faults.
 
-    What needs another matrix is left out where that one is missing or at fault.
+    What needs another matrix is left out where that one is missing or at fault. K is definite unless something
+    ``turns``, or C is unsymmetric: gyroscopic forces hold a rotor whose stiffness is not.
     """
     right: dict[str, Any] = {}
     faults: list[Fault] = []
@@ -60,8 +63,11 @@ def system_matrices(given: Mapping[str, Any], n: int, *, dense: bool) -> tuple[d
         faults += wrong
         if not wrong:
             right[name] = stored(matrix, dense)
+    turns = turns or not is_symmetric(right.get("C", np.zeros((1, 1))))
     for name in ("M", "K"):
-        wrong = _regular_faults(name, right[name]) if name in right else []
+        regular = name == "K" and name in right and (turns or not is_symmetric(right[name]))
+        check = _regular_faults if regular else definite_faults
+        wrong = check(name, right[name]) if name in right else []
         faults += wrong
         if wrong:
             del right[name]
@@ -96,7 +102,9 @@ def rotation_matrices(
         what = "both are given" if told else "neither is given"
         faults.append(Fault("speed", f"of speed and engine_order {what}", remedy="what turns needs one of them"))
     if told and not turns:
-        faults.append(Fault(told[0], "nothing turns at it", remedy="give the gyroscopic matrix for unit speed, or leave it out"))
+        faults.append(
+            Fault(told[0], "nothing turns at it", remedy="give the gyroscopic matrix for unit speed, or leave it out")
+        )
     if engine_order is not None and given.get("circulatory") is not None:
         tied = "with an engine order harmonic 0 would have another compliance at each frequency"
         faults.append(Fault("circulatory", tied, remedy="give a fixed speed"))
@@ -134,10 +142,8 @@ def _skew_faults(name: str, matrix: Matrix) -> list[Fault]:
     return [Fault(name, found=found, expected="a skew-symmetric matrix", remedy=remedy)]
 
 
-def _regular_faults(name: str, matrix: Sparse) -> list[Fault]:
-    """Faults of M or K: definite where it is symmetric, else regular."""
-    if is_symmetric(matrix):
-        return definite_faults(name, matrix)
+def _regular_faults(_: str, matrix: Sparse) -> list[Fault]:
+    """Faults of a matrix that must be regular."""
     if sparse.issparse(matrix):
         from scipy.sparse.linalg import splu
 
