@@ -20,6 +20,7 @@ from slipstick.balance.loads import Load
 from slipstick.balance.problem import Problem
 from slipstick.contact.friction import FrictionContact
 from slipstick.contact.rubbing import RubbingMotion
+from slipstick.contact.stator import StatorContact
 from slipstick.errors import InputError
 from slipstick.faults import warn
 from slipstick.io.netcdf import Group, StoredVariable, read_netcdf
@@ -58,6 +59,7 @@ STORED_PARTS: dict[str, tuple[type, Callable[[Any], dict[str, Any]]]] = {
     "skin": (Skin, _by_fields),
     "contact": (ContactPair, _by_fields),
     "friction": (FrictionContact, _by_fields),
+    "stator": (StatorContact, _by_fields),
     "rubbing": (RubbingMotion, _by_fields),
     "load": (Load, _by_fields),
     "harmonics": (Harmonics, lambda h: {"orders": list(h.orders)}),

@@ -14,11 +14,13 @@ _PUBLIC = {
     "Bearing": "slipstick.models.rotor",
     "Disc": "slipstick.models.rotor",
     "Shaft": "slipstick.models.rotor",
+    "StatorContact": "slipstick.contact.stator",
 }
 
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:  # the same names for editors and type checkers
+    from slipstick.contact.stator import StatorContact as StatorContact
     from slipstick.models.rotor import Bearing as Bearing
     from slipstick.models.rotor import Disc as Disc
     from slipstick.models.rotor import Shaft as Shaft
