@@ -153,7 +153,8 @@ def rubbing_faults(pair: ContactPair, known: Known) -> Iterator[Fault]:
         )
     along = pair.contact.surface_ports.get("tangential")
     slides = [name for name, value in pair.rubbing.components() if name not in across and np.any(value)]
-    if slides and along in pair.contact.optional_ports and along not in pair.given:
+    optional = set(pair.contact.optional_ports) - set(pair.contact.prescribed_ports)
+    if slides and along in optional and along not in pair.given:
         yield Fault(
             "rubbing",
             f"{slides[0]} slides along '{along}', along which the contact has no direction and no friction",

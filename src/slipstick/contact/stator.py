@@ -97,6 +97,7 @@ class StatorContact(Law):
     ports: ClassVar[tuple[str, ...]] = _SAMPLED.ports
     kind: ClassVar[str] = "stator"
     optional_ports: ClassVar[tuple[str, ...]] = ("spin",)
+    prescribed_ports: ClassVar[tuple[str, ...]] = ("spin",)
     surface_ports: ClassVar[Mapping[str, str]] = {"tangential": "spin"}
     factors: ClassVar[Mapping[str, str]] = {"friction": "mu"}
     linear_states: ClassVar[tuple[str, ...]] = ("free",)
