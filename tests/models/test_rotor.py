@@ -105,7 +105,7 @@ def test_the_example_of_its_manual() -> None:
 
 
 def test_internal_damping_makes_forward_whirl_grow_above_the_first_critical_speed() -> None:
-    """In stiff bearings all is damped by the shaft: growth begins where the speed meets the whirl [Genta 2005, 4.7.3]."""
+    """In stiff bearings all is damped by the shaft: growth begins where the speed meets the whirl."""
     shaft, ends = Shaft(length=1.0, outer=0.05, elements=8), [Bearing(node=k, kxx=1e12) for k in (0, 8)]
     given: dict[str, Any] = {"material": STEEL, "bearings": ends, "internal_damping": 1e-6}
     critical = beam_rotor([shaft], material=STEEL, bearings=ends, engine_order=1).natural_frequencies

@@ -109,7 +109,7 @@ def test_derivatives_by_parameters(name: str) -> None:
 
 
 def test_natural_frequencies_are_those_of_whirl() -> None:
-    """A disc on a shaft whose tilt is uncoupled: ``w^2 -+ W (Ip / It) w - k / It = 0`` [Genta 2005, (2.57)]."""
+    """A disc on a shaft whose tilt is uncoupled: ``w^2 -+ W (Ip / It) w - k / It = 0``."""
     k, it, ip, speed = 40.0, 2.0, 3.0, 1.5
     given = {"M": it * np.eye(2), "K": k * np.eye(2), "dofs": ["a", "b"]}
     G = ip * np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -128,7 +128,7 @@ def test_natural_frequencies_are_those_of_whirl() -> None:
 
 
 def test_circulatory_stiffness_that_feeds_energy_in_is_named() -> None:
-    """Internal damping ``ci`` in the fixed frame: whirl grows where ``W > w0 (1 + c / ci)`` [Genta 2005, (4.33)]."""
+    """Internal damping ``ci`` in the fixed frame: whirl grows where ``W > w0 (1 + c / ci)``."""
     c, ci, w0 = 0.1, 0.2, 5.0
     N2 = ci * np.array([[0.0, 1.0], [-1.0, 0.0]])
     for speed, grows in ((7.4, False), (7.6, True)):

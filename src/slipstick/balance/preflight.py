@@ -106,8 +106,8 @@ def _fed_warnings(problem: Problem) -> Iterator[str]:
         )
     if where := getattr(problem.structure, "growing", ""):
         yield (
-            f"the structure grows by itself, by its circulatory or negative stiffness ({where}): without contacts vibration grows, and a "
-            "periodic motion need not be stable; judge it with stability"
+            f"the structure grows by itself, by its circulatory or negative stiffness ({where}): "
+            "without contacts vibration grows, and a periodic motion need not be stable; judge it with stability"
         )
 
 

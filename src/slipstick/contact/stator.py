@@ -5,8 +5,8 @@ the speed V (radius times speed of rotation, positive in the sense from x to y),
 
     N = kn (r - gap) + cn r',    T = mu N v / sqrt(v^2 + slip_velocity^2),    v = V + r a'
 
-N resists the motion outwards, T the sliding of the rotor's surface [F. F. Ehrich, Trans. ASME J. Vib. Stress 114 (1992)
-93; A. Muszynska, Rotordynamics, 2005, 5.4]. There is no stick: below ``slip_velocity`` friction grows with the velocity.
+N resists the motion outwards, T the sliding of the rotor's surface [A. Muszynska, Rotordynamics,
+2005]. There is no stick: below ``slip_velocity`` friction grows with the velocity.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ class StatorContact(Law):
     >>> circle = np.array([[0.0, 1.5, 0.0]]), np.array([[0.0, 0.0, 1.5]]), np.zeros((1, 3))
     >>> motion = Motion(Harmonics([0, 1]), 1.0, circle, np.zeros((3, 1)))
     >>> values = {name: np.atleast_1d(value) for name, value in law.values.items()}
-    >>> law.respond(motion, values).force[0].round(12)                     # kn (r - gap) cos
-    array([[0., 1., 0.]])
+    >>> float(law.respond(motion, values).force[0][0, 1].round(12))          # kn (r - gap)
+    1.0
     """
 
     kn: Numbers
@@ -94,7 +94,7 @@ class StatorContact(Law):
     cn: Numbers = 0.0
     slip_velocity: Numbers = 0.0
 
-    ports: ClassVar[tuple[str, ...]] = _SAMPLED.ports
+    ports = _SAMPLED.ports
     kind: ClassVar[str] = "stator"
     optional_ports: ClassVar[tuple[str, ...]] = ("spin",)
     prescribed_ports: ClassVar[tuple[str, ...]] = ("spin",)
@@ -113,7 +113,7 @@ class StatorContact(Law):
 
     def __post_init__(self) -> None:
         found = Gathering()
-        given = {}
+        given: dict[str, Any] = {}
         for name in (f.name for f in fields(self)):
             least = SMALLEST if name == "gap" else 0.0
             given[name] = found.take(_number, name, getattr(self, name), least)
@@ -121,7 +121,9 @@ class StatorContact(Law):
         same_length("stator contact", given)
         mu, slow = np.broadcast_arrays(given["mu"], given["slip_velocity"])
         if np.any((mu > 0.0) & (slow <= 0.0)):
-            found.faults.append(Fault("slip_velocity", "friction needs it", remedy="give a velocity that counts as slow"))
+            found.faults.append(
+                Fault("slip_velocity", "friction needs it", remedy="give a velocity that counts as slow")
+            )
         found.end()
         for name, value in given.items():
             object.__setattr__(self, name, value)

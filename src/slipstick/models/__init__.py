@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _PUBLIC = {
+    "campbell": "slipstick.structure.campbell",
     "beam_rotor": "slipstick.models.rotor",
     "jeffcott_rotor": "slipstick.models.rotor",
     "Bearing": "slipstick.models.rotor",
@@ -26,6 +27,7 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
     from slipstick.models.rotor import Shaft as Shaft
     from slipstick.models.rotor import beam_rotor as beam_rotor
     from slipstick.models.rotor import jeffcott_rotor as jeffcott_rotor
+    from slipstick.structure.campbell import campbell as campbell
 
 
 def __getattr__(name: str) -> Any:

@@ -21,6 +21,7 @@ _PUBLIC = {
     "stability": "slipstick.plots.multipliers",
     "tolerance_band": "slipstick.plots.tolerances",
     "tornado": "slipstick.plots.tolerances",
+    "campbell": "slipstick.plots.rotor",
     "backbone": "slipstick.plots.modes",
     "damping": "slipstick.plots.modes",
     "compare": "slipstick.plots.comparison",

@@ -31,10 +31,12 @@ class ComplexModes(NamedTuple):
 
 
 def complex_modes(M: Array, C: Array, K: AnyArray) -> ComplexModes:
-    """All complex modes of dense matrices (n, n); M regular, K complex where its damping is hysteretic. Left vectors that do not exist are nan.
+    """All complex modes of dense matrices (n, n); M regular, K complex where its damping is hysteretic.
+
+    Left vectors that do not exist are nan.
 
     By the companion matrix in displacements and velocities, whose inverse eigenvector matrix holds the left vectors
-    [L. Meirovitch, Principles and Techniques of Vibrations, 1997, section 4.10].
+    [L. Meirovitch, Principles and Techniques of Vibrations, 1997].
     """
     n = len(M)
     scale = float(np.sqrt(np.abs(np.linalg.solve(M, K)).sum(axis=1).max(initial=0.0))) or 1.0

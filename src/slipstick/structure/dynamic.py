@@ -67,7 +67,8 @@ class DynamicStiffness:
 
     def changed(self, **values: float) -> DynamicStiffness:
         """With another loss factor, factor on the damping, or fixed speed."""
-        return replace(self, **values)
+        own: dict[str, Any] = dict(values)
+        return replace(self, **own)
 
 
 def structure_values(structure: Any) -> Mapping[str, float]:

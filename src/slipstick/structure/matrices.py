@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array
 
 from slipstick.errors import Fault, InputError
@@ -70,8 +70,8 @@ class MatrixStructure:
         Factor on the symmetric part of C, >= 0: the parameter "damping".
     gyroscopic, circulatory
         G and N (n_dofs, n_dofs), skew-symmetric: gyroscopic matrix, and the stiffness that damping in the rotating
-        part (internal damping) makes in the fixed frame, both for unit speed [Genta, Dynamics of Rotating Systems, 2005,
-        (4.1), (6.3)].
+        part (internal damping) makes in the fixed frame, both for unit speed [G. Genta, Dynamics of
+        Rotating Systems, 2005].
     speed
         W, rad/s, fixed, of either sense: the parameter "speed" (without ``circulatory``, whose harmonic 0 depends on
         it).
@@ -127,17 +127,22 @@ class MatrixStructure:
             wrong = number_faults(where, value)
             self._shapes[name] = np.zeros(n) if wrong else real(value)
             faults += wrong or array_faults(where, self._shapes[name], (n,))
-        for name, number in (("loss_factor", loss_factor), ("damping", damping)):
-            faults += number_faults(name, number) or array_faults(name, real(number), (), non_negative=True)
+        for name, value in (("loss_factor", loss_factor), ("damping", damping)):
+            faults += number_faults(name, value) or array_faults(name, real(value), (), non_negative=True)
         if faults:
             raise InputError(faults)
         self.loss_factor, self.damping = float(real(loss_factor)), float(real(damping))
         self.M, self.K, given_damping = matrices["M"], matrices["K"], matrices.get("C")
+        self.gyroscopic: Any
+        self.circulatory: Any
         self.gyroscopic, self.circulatory = turning.get("gyroscopic"), turning.get("circulatory")
         self.speed = 0.0 if speed is None else float(real(speed))
         self.engine_order = None if engine_order is None else int(engine_order)
         self._elastic, self._skew_stiffness = _parts(self.K)
-        self._viscous, self._skew_damping = (None, None) if given_damping is None else _parts(given_damping)
+        self._viscous: Any = None
+        self._skew_damping: Any = None
+        if given_damping is not None:
+            self._viscous, self._skew_damping = _parts(given_damping)
 
     @property
     def C(self) -> Any:
@@ -289,8 +294,9 @@ class MatrixStructure:
         if not self._dense:
             return f"not known of {len(self._dofs)} dofs: reduce them to modes"
         tied = self.natural_frequencies[:_LISTED_FREQUENCIES] if self.engine_order else [0.0]
+        none = np.zeros((len(self._dofs), 0))
         for omega in tied:
-            equations = self.turning_with(float(omega)).time_equations(*2 * [np.zeros((len(self._dofs), 0))])
+            equations = self.turning_with(float(omega)).time_equations(none, none)
             poles = complex_modes(equations.M, equations.C, equations.K).upper.poles
             ratios = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
             if words := fed_modes(np.abs(poles.imag), ratios):
@@ -352,8 +358,8 @@ class MatrixStructure:
             raise InputError(f"the structure has {len(self._dofs)} dofs, too many for all of its modes: reduce it")
         if not self._classical:
             raise InputError(
-                "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose modes "
-                "are complex: what goes by real modes is not for it"
+                "the structure has unsymmetric matrices (gyroscopic, circulatory, or as C or K were given), whose "
+                "modes are complex: what goes by real modes is not for it"
             )
         if self._modal_damping is None:
             raise InputError("the viscous damping couples the modes: give damping ratios of the modes instead")
