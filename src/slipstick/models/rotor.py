@@ -160,7 +160,7 @@ class Disc:
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing:
-    """Stiffness and damping between a ``node`` (from 0) ground: ``kxx x + kxy y + cxx x' + cxy y'`` along x, y alike."""
+    """Between a ``node`` (from 0) and ground: ``kxx x + kxy y + cxx x' + cxy y'`` along x, alike along y."""
 
     node: int
     kxx: float

@@ -160,8 +160,8 @@ class MatrixStructure:
         return _added(self._skew_damping, turned)
 
     @property
-    def _static_stiffness(self) -> Any:
-        """Matrix of the displacements at rest, N at a fixed speed included."""
+    def static_stiffness(self) -> Any:
+        """Matrix of the displacements (n_dofs, n_dofs), N at a fixed speed included."""
         return _added(self.K, None if self.circulatory is None else self.speed * self.circulatory)
 
     @property
@@ -261,7 +261,7 @@ class MatrixStructure:
         skew = np.zeros_like(self.M) if self._turned_damping is None else self._turned_damping
         if self.engine_order:
             return critical_modes(self.M, self.gyroscopic / self.engine_order, skew, self._elastic)
-        return complex_modes(self.M, skew, self._static_stiffness).upper
+        return complex_modes(self.M, skew, self.static_stiffness).upper
 
     @property
     def damping_ratios(self) -> Array:
@@ -343,7 +343,7 @@ class MatrixStructure:
         if not self._dense or self.C is None or n > _POLE_LIMIT or self.engine_order:
             return None
         lossy = 1j * self.loss_factor * self._elastic if self.loss_factor else 0.0
-        found = complex_modes(self.M, self.C, self._static_stiffness + lossy)
+        found = complex_modes(self.M, self.C, self.static_stiffness + lossy)
         poles, right, left = found
         positive = self.natural_frequencies[self.natural_frequencies > 0.0]
         for w in np.quantile(positive, (0.0, 0.5, 1.0)) * (1.0, 1.1, 3.0) if positive.size else (1.0,):
@@ -416,11 +416,11 @@ class MatrixStructure:
             from scipy.linalg import cho_factor, cho_solve, lu_factor, lu_solve
 
             if self._circulates or self._indefinite:
-                return partial(lu_solve, lu_factor(self._static_stiffness))
+                return partial(lu_solve, lu_factor(self.static_stiffness))
             return partial(cho_solve, cho_factor(self.K))
         from scipy.sparse.linalg import splu
 
-        return splu(csc_array(self._static_stiffness)).solve
+        return splu(csc_array(self.static_stiffness)).solve
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but the factors, which cannot be pickled."""
@@ -465,7 +465,7 @@ class MatrixStructure:
         return TimeEquations(
             M=self.M,
             C=damping,
-            K=self._static_stiffness,
+            K=self.static_stiffness,
             rows=left.T.copy(),
             columns=right,
             feedthrough=np.zeros((left.shape[1], right.shape[1])),

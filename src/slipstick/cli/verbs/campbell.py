@@ -13,6 +13,14 @@ from slipstick.cli.terminal.guard import DONE, say
 from slipstick.cli.verb import verb
 from slipstick.errors import InputError
 
+
+def _orders(given: str) -> list[int]:
+    found = [word.strip() for word in given.split(",")]
+    if not all(word.isdecimal() for word in found):
+        raise InputError(f"--orders {given}: expected whole numbers such as 1,2")
+    return [int(word) for word in found]
+
+
 _SENSE = {1: "forward", -1: "backward", 0: "no whirl"}
 
 
@@ -36,7 +44,6 @@ def campbell(
     from slipstick.faults import in_radians
     from slipstick.plots import campbell as draw
     from slipstick.plots import save_figure
-    from slipstick.quantities import harmonic_orders
     from slipstick.structure.campbell import campbell as diagram
 
     read = Case.from_file(case)
@@ -44,7 +51,7 @@ def campbell(
     if not 0.0 <= first < last:
         raise InputError(f"--from {start} --to {to}: expected two speeds >= 0, the second one above the first")
     structure: Any = read.problem().structure
-    found = diagram(structure, np.linspace(first, last, points), engine_orders=harmonic_orders(orders), modes=modes)
+    found = diagram(structure, np.linspace(first, last, points), engine_orders=_orders(orders), modes=modes)
     met = {
         name: found[f"crossing_{name}"].to_numpy().tolist() for name in ("speed", "frequency", "order", "mode", "whirl")
     }
