@@ -22,8 +22,9 @@ def craig_bampton(structure: MatrixStructure, keep: Iterable[str], *, modes: int
     transpose are taken too, those that left vectors follow. All matrices, also gyroscopic ones for unit speed, are
     projected on these shapes: M stays symmetric, G skew, the speed and all parameters can be changed afterwards.
 
-    At rest the receptance between kept dofs is exact (with ``circulatory``, at the speed given); at a frequency the
-    relative error is below about ``(w / w_left)^2``, with the lowest frequency left out, kept dofs held. What is loaded or in contact has to be kept; load shapes are projected, and not exact.
+    At rest the receptance between kept dofs is exact (with ``circulatory``, at the speed given); at a frequency w the
+    relative error is below about ``(w / w_left)^2``, with the lowest frequency left out, kept dofs held. What is loaded
+    or in contact has to be kept; load shapes are projected, and not exact.
 
     Parameters
     ----------
